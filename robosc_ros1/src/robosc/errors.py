@@ -1,0 +1,166 @@
+"""What robosc tells its users: diagnostics of a model, and the ways a command can fail.
+
+A fault in a model is a :class:`Diagnostic`; stages collect them and go on. Everything that ends a
+command is a :class:`RoboscError` with the exit code of CLI.md. Any other exception is a bug in
+robosc and shows a traceback.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from robosc.source import Span
+
+__all__ = [
+    "Diagnostic",
+    "EmptySupervisorError",
+    "ModelError",
+    "Note",
+    "RoboscError",
+    "Severity",
+    "StateSpaceError",
+    "UsageError",
+    "has_errors",
+    "render",
+    "render_all",
+    "sort_diagnostics",
+]
+
+
+class Severity(Enum):
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A second place that helps to understand a diagnostic; ``span`` is None for words alone."""
+
+    message: str
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One fault in a model, told in the user's words.
+
+    ``code`` is stable and documented in ``docs/diagnostics.md``; ``hint`` is the remedy, short
+    enough to stand behind the caret.
+    """
+
+    severity: Severity
+    code: str
+    message: str
+    span: Span
+    hint: str | None = None
+    notes: tuple[Note, ...] = ()
+
+
+class RoboscError(Exception):
+    """A failure that the user can cause and mend; ``exit_code`` is the process's."""
+
+    exit_code = 1
+
+
+class ModelError(RoboscError):
+    """The model has errors; all of them are in ``diagnostics`` (warnings included)."""
+
+    exit_code = 1
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        super().__init__(f"{len(diagnostics)} diagnostics")
+        self.diagnostics = tuple(diagnostics)
+
+
+class UsageError(RoboscError):
+    """Wrong arguments, an unreadable file, a target folder in the way."""
+
+    exit_code = 2
+
+
+class EmptySupervisorError(RoboscError):
+    """No controller can keep the requirements."""
+
+    exit_code = 3
+
+
+class StateSpaceError(RoboscError):
+    """The state space is too large for the chosen engine and limits."""
+
+    exit_code = 4
+
+
+def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
+    return any(d.severity is Severity.ERROR for d in diagnostics)
+
+
+def sort_diagnostics(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """In reading order, each once."""
+    unique = dict.fromkeys(diagnostics)
+    return sorted(unique, key=lambda d: (d.span.source.path, d.span.start, d.span.end, d.code))
+
+
+_STYLES = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "caret": "\x1b[1;36m"}
+_RESET = "\x1b[0m"
+
+
+def render(diagnostic: Diagnostic, color: bool = False) -> str:
+    """Place, severity, code and message, then the line with a caret under the exact span."""
+
+    def paint(style: str, text: str) -> str:
+        return f"{_STYLES[style]}{text}{_RESET}" if color else text
+
+    severity = diagnostic.severity.value
+    head = (
+        f"{_place(diagnostic.span)}: {paint(severity, f'{severity}[{diagnostic.code}]')}:"
+        f" {diagnostic.message}"
+    )
+    lines = [head]
+    caret, room = _excerpt(diagnostic.span)
+    lines.append(caret[0])
+    marker = paint("caret", caret[1])
+    hint = diagnostic.hint
+    if hint is None:
+        lines.append(room + marker)
+    elif "\n" in hint:
+        lines.append(room + marker)
+        lines.extend("     = " + part if part else "" for part in hint.split("\n"))
+    else:
+        lines.append(f"{room}{marker} {hint}")
+    for note in diagnostic.notes:
+        where = f"{_place(note.span)}: " if note.span else "     = "
+        lines.append(f"{where}note: {note.message}")
+    return "\n".join(lines)
+
+
+def render_all(diagnostics: Iterable[Diagnostic], color: bool = False) -> str:
+    """All diagnostics in reading order, a line end behind each."""
+    return "".join(render(d, color) + "\n" for d in sort_diagnostics(diagnostics))
+
+
+def _place(span: Span) -> str:
+    return f"{span.source.path}:{span.line}:{span.column}"
+
+
+_WIDEST = 160
+
+
+def _excerpt(span: Span) -> tuple[tuple[str, str], str]:
+    """The source line with its number, the carets, and the white space that leads up to them.
+
+    Tabs stay tabs in the lead so that the caret stands under its character in any terminal; a very
+    long line is cut to the part around the span.
+    """
+    text = "".join(c if c == "\t" or c.isprintable() else "�" for c in span.source.line(span.line))
+    start = span.column - 1
+    end = span.end_column - 1 if span.end_line == span.line else len(text)
+    if len(text) > _WIDEST:
+        cut = max(0, min(start - _WIDEST // 4, len(text) - _WIDEST))
+        text = text[cut : cut + _WIDEST]
+        start, end = start - cut, min(end - cut, _WIDEST)
+    lead = "".join(c if c == "\t" else " " for c in text[:start])
+    number = f"{span.line:5} | "
+    width = max(1, end - start)
+    return (number + text, "^" * width), " " * (len(number) - 2) + "| " + lead

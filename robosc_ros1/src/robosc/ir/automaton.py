@@ -1,0 +1,162 @@
+"""The plant: what every backend works on (SEMANTICS section 1).
+
+A state is a tuple of small integers, one per :class:`Axis`: an index into the axis's values. An axis
+is a component's location, the phase of a service or action, or a synthesis variable. Axes stand in
+model order: per component its location, then its variables, then the phases of its communications.
+
+An event changes the state through its *phase* (a service or action goes idle to busy or back) and
+through its *participants*, the components that take part. Everything about one event in one state is
+told by :func:`robosc.ir.step.outcome`; engines compile the same facts into faster forms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from typing import TypeAlias
+
+from robosc.model.entities import Assignment, EventKind, Robot
+from robosc.model.expr import Expr
+from robosc.model.types import Type, Value
+from robosc.source import Span
+
+__all__ = [
+    "Axis", "AxisKind", "Edge", "Event", "Parameter", "Participant", "PhaseStep", "PlantState",
+    "Plant",
+]  # fmt: skip
+
+PlantState: TypeAlias = tuple[int, ...]
+
+
+class AxisKind(Enum):
+    LOCATION = "location"
+    PHASE = "phase"
+    VARIABLE = "variable"
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One dimension of the state.
+
+    ``name`` is the component's (location), the communication's key (phase) or ``Component.variable``.
+    ``values`` are the state names, ``("idle", "busy")``, or the variable's values in order.
+    ``marked`` are the indexes at which the axis is marked; None: all (a variable).
+    """
+
+    kind: AxisKind
+    name: str
+    values: tuple[Value, ...] | range
+    initial: int
+    marked: frozenset[int] | None = None
+
+    @property
+    def size(self) -> int:
+        return len(self.values)
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A part of an event's value that a synthesis variable or guard takes.
+
+    ``path`` is that of the ``ValueRef``; ``values`` are all it can be, in order. ``None`` stands last
+    for a path through an array, which may be shorter than the index: assignments that read it then
+    leave their variable, and guards that read it do not hold (LANGUAGE section 5).
+    """
+
+    path: tuple[str | int, ...]
+    type: Type
+    values: tuple[Value | None, ...] | range
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """One way in which a component takes part in an event: in location ``source``, if ``guard`` holds.
+
+    ``updates`` assign synthesis variables: (axis, right-hand side over the state before the event).
+    ``data`` assigns data-only variables, for the controller at run time. ``target`` is a location.
+    """
+
+    source: int
+    guard: Expr | None
+    updates: tuple[tuple[int, Expr], ...]
+    data: tuple[Assignment, ...]
+    target: int
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Participant:
+    """A component's part in an event. ``axis`` is its location.
+
+    In a state, the first edge from its location whose guard holds is taken. Where there is none, the
+    component stays as it is, or blocks the event if ``blocking`` (consent to a request, a tau).
+    """
+
+    component: str
+    axis: int
+    edges: tuple[Edge, ...]
+    blocking: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseStep:
+    """A service's or action's own automaton: possible in phase ``source``, leads to ``target``."""
+
+    axis: int
+    source: int
+    target: int
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One event; with parameters it stands for one event per combination of their values.
+
+    ``name`` is what users see (CLI.md): the communication, or for a tau the component. ``key`` is the
+    communication's key, or the component for a tau. ``index`` is a tau's number, else 0.
+    ``requirement`` is what the model's requirements allow (None: always): the conjunction for a
+    request; for a cancel, that one of them is violated, or FALSE if the action has none. It is no part
+    of the plant. ``requirements`` are the indexes in ``Robot.requirements`` that speak of it.
+    """
+
+    kind: EventKind
+    name: str
+    key: str
+    index: int
+    controllable: bool
+    parameters: tuple[Parameter, ...]
+    phase: PhaseStep | None
+    participants: tuple[Participant, ...]
+    requirement: Expr | None
+    requirements: tuple[int, ...]
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Plant:
+    """The uncontrolled system, its requirements beside it, and the model it came from.
+
+    ``invariants`` are the conditions of state requirements as they must hold (``never e`` is ``!e``),
+    each with its index in ``Robot.requirements``. Events stand in model order: per component and
+    communication request, response, feedback, error, cancel; a component's taus after its
+    communications.
+    """
+
+    robot: Robot
+    axes: tuple[Axis, ...]
+    events: tuple[Event, ...]
+    invariants: tuple[tuple[Expr, int], ...]
+
+    @cached_property
+    def axis_index(self) -> dict[tuple[AxisKind, str], int]:
+        return {(axis.kind, axis.name): i for i, axis in enumerate(self.axes)}
+
+    @property
+    def initial(self) -> PlantState:
+        return tuple(axis.initial for axis in self.axes)
+
+    def is_marked(self, state: PlantState) -> bool:
+        return all(
+            axis.marked is None or value in axis.marked
+            for axis, value in zip(self.axes, state, strict=True)
+        )

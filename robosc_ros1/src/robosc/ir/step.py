@@ -1,0 +1,119 @@
+"""The meaning of one event in one state: the reference that engines and generated code follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from enum import Enum
+from itertools import product
+from typing import TypeAlias
+
+from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant, PlantState
+from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.model.types import Value
+
+__all__ = ["Outcome", "Values", "Verdict", "holds", "outcome", "valuations"]
+
+Values: TypeAlias = tuple[Value | None, ...]
+"""One value per parameter of an event."""
+
+
+class Verdict(Enum):
+    IMPOSSIBLE = "impossible"
+    """The plant cannot do the event in this state."""
+    OUT_OF_RANGE = "out of range"
+    """The event would take a variable out of its range: impossible for a controllable event; for an
+    uncontrollable one the state is to be avoided."""
+
+
+Outcome: TypeAlias = PlantState | Verdict
+
+
+def valuations(event: Event) -> Iterator[Values]:
+    """All combinations of the event's parameter values, the last parameter fastest."""
+    return product(*(parameter.values for parameter in event.parameters))
+
+
+def outcome(plant: Plant, event: Event, values: Values, state: PlantState) -> Outcome:
+    """Where an event leads in the plant, requirements apart."""
+    if event.phase is not None and state[event.phase.axis] != event.phase.source:
+        return Verdict.IMPOSSIBLE
+    lookup = _lookup(plant, event, values, state)
+    after = list(state)
+    if event.phase is not None:
+        after[event.phase.axis] = event.phase.target
+    inside = True
+    for participant in event.participants:
+        edge = _edge(participant, state, lookup)
+        if edge is not None:
+            inside = _take(plant, edge, participant, lookup, after) and inside
+        elif participant.blocking:
+            return Verdict.IMPOSSIBLE
+    return tuple(after) if inside else Verdict.OUT_OF_RANGE
+
+
+def holds(plant: Plant, condition: Expr, state: PlantState) -> bool:
+    """Whether a condition over the state (a requirement, a guard of the supervisor) is true."""
+    return _true(condition, _lookup(plant, None, (), state))
+
+
+def _edge(
+    participant: Participant, state: PlantState, lookup: Callable[[Leaf], Value | None]
+) -> Edge | None:
+    location = state[participant.axis]
+    for edge in participant.edges:
+        if edge.source == location and (edge.guard is None or _true(edge.guard, lookup)):
+            return edge
+    return None
+
+
+def _take(
+    plant: Plant,
+    edge: Edge,
+    participant: Participant,
+    lookup: Callable[[Leaf], Value | None],
+    after: list[int],
+) -> bool:
+    """Write an edge's effect into ``after``; False if a variable would leave its range."""
+    after[participant.axis] = edge.target
+    inside = True
+    for axis, expr in edge.updates:
+        try:
+            value = evaluate(expr, lookup)
+        except Undefined:
+            continue
+        values = plant.axes[axis].values
+        if value in values:
+            after[axis] = values.index(value)
+        else:
+            inside = False
+    return inside
+
+
+def _true(condition: Expr, lookup: Callable[[Leaf], Value | None]) -> bool:
+    try:
+        return evaluate(condition, lookup) is True
+    except Undefined:
+        return False
+
+
+def _lookup(
+    plant: Plant, event: Event | None, values: Values, state: PlantState
+) -> Callable[[Leaf], Value | None]:
+    index = plant.axis_index
+    taken = {p.path: v for p, v in zip(event.parameters, values, strict=True)} if event else {}
+
+    def look(leaf: Leaf) -> Value | None:
+        match leaf:
+            case VariableRef(component=component, variable=name):
+                axis = index[AxisKind.VARIABLE, f"{component}.{name}"]
+                return plant.axes[axis].values[state[axis]]
+            case StateRef(component=component, state=name):
+                axis = index[AxisKind.LOCATION, component]
+                return plant.axes[axis].values[state[axis]] == name
+            case PhaseRef(communication=key):
+                return state[index[AxisKind.PHASE, key]] == 1
+            case ValueRef(path=path):
+                return taken[path]
+
+    return look

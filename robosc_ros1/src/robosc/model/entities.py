@@ -1,0 +1,235 @@
+"""The resolved, typed model of one robot: names mean things, and every type is known.
+
+Libraries are gone: an imported component stands here like a local one, its identifiers prefixed. A
+communication is referred to by its *key* ``Component.communication``, everywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from typing import Literal, TypeAlias
+
+from robosc.model.expr import Expr
+from robosc.model.types import NoneType, Type, Value
+from robosc.source import Span
+
+__all__ = [
+    "Assignment", "Behaviour", "Binding", "Communication", "Component", "Data", "DataObject",
+    "EventKind", "Kind", "Provide", "Requirement", "ResultTransition", "Robot", "State", "Tau",
+    "Variable",
+]  # fmt: skip
+
+
+def _span() -> Span:
+    return field(compare=False, repr=False, kw_only=True)  # type: ignore[no-any-return]
+
+
+class Kind(Enum):
+    """The four sorts of communication, seen from the component (LANGUAGE section 2)."""
+
+    INCOMING = "incoming message"
+    OUTGOING = "outgoing message"
+    SERVICE = "service"
+    ACTION = "action"
+
+
+class EventKind(Enum):
+    REQUEST = "request"
+    RESPONSE = "response"
+    FEEDBACK = "feedback"
+    ERROR = "error"
+    CANCEL = "cancel"
+    TAU = "tau"
+
+
+@dataclass(frozen=True, slots=True)
+class Binding:
+    """The ROS interface that carries a communication.
+
+    ``package``/``type`` name it as the target's tools do, without folder: ``std_msgs``/``Bool``,
+    ``actionlib``/``TestAction`` (an action's ``type`` is what stands before ``.action``).
+    ``request_field``, ``response_field``, ``feedback_field`` name the one data field through which a
+    basic type, or an enum from one, travels; None for objects, ``none`` and where the definition is
+    not installed. A message has its field in ``request_field`` (incoming) or ``response_field``
+    (outgoing). ``found`` tells whether the real definition was there to check against.
+    """
+
+    package: str
+    type: str
+    found: bool
+    request_field: str | None = None
+    response_field: str | None = None
+    feedback_field: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Communication:
+    """A message, service or action of a component.
+
+    ``request`` is what the controller sends (``none`` for an outgoing message), ``response`` what
+    comes back (for an outgoing message: what it carries), ``feedback`` an action's.
+    ``identifier`` is the topic or name as written, prefix joined; the bare name if there is none.
+    """
+
+    name: str
+    component: str
+    kind: Kind
+    identifier: str
+    request: Type
+    response: Type
+    feedback: Type
+    binding: Binding
+    span: Span = _span()
+
+    @property
+    def key(self) -> str:
+        return f"{self.component}.{self.name}"
+
+    @property
+    def has_phase(self) -> bool:
+        """Services and actions are idle or busy."""
+        return self.kind in (Kind.SERVICE, Kind.ACTION)
+
+    def value_type(self, event: EventKind) -> Type:
+        """The type of the value that an uncontrollable event of this communication carries."""
+        match event:
+            case EventKind.RESPONSE:
+                return self.response
+            case EventKind.FEEDBACK:
+                return self.feedback
+        return NoneType()
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A component's variable. ``in_state`` is False for data-only ones (LANGUAGE section 4)."""
+
+    name: str
+    component: str
+    type: Type
+    initial: Value
+    in_state: bool
+    span: Span = _span()
+
+    @property
+    def key(self) -> str:
+        return f"{self.component}.{self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    variable: str
+    value: Expr
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ResultTransition:
+    """Reaction to an event of a communication (by key); ``goto`` None stays in the state."""
+
+    event: EventKind
+    communication: str
+    guard: Expr | None
+    assignments: tuple[Assignment, ...]
+    goto: str | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class Tau:
+    """An own, controllable step. ``index`` counts the component's taus from 1 in source order."""
+
+    index: int
+    guard: Expr | None
+    goto: str | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    name: str
+    initial: bool
+    marked: bool
+    transitions: tuple[ResultTransition, ...]
+    taus: tuple[Tau, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class Behaviour:
+    """An automaton; its own ``transitions`` and ``taus`` exist in every state."""
+
+    variables: tuple[Variable, ...]
+    states: tuple[State, ...]
+    transitions: tuple[ResultTransition, ...]
+    taus: tuple[Tau, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    name: str
+    communications: tuple[Communication, ...]
+    behaviour: Behaviour | None
+    library: str | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """``text`` is the requirement as written, white space folded, for messages and comments."""
+
+    kind: Literal["needs", "disables", "never", "always"]
+    communications: tuple[str, ...]
+    condition: Expr
+    text: str
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class DataObject:
+    """Values for named fields; fields that are not named keep their defaults."""
+
+    fields: tuple[tuple[str, Data], ...]
+
+
+Data: TypeAlias = DataObject | Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Provide:
+    communication: str
+    data: Data
+    condition: Expr | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True)
+class Robot:
+    """The whole model; everything in source order, components of imports at their import."""
+
+    name: str
+    components: tuple[Component, ...]
+    requirements: tuple[Requirement, ...]
+    provides: tuple[Provide, ...]
+    span: Span = _span()
+
+    @cached_property
+    def communications(self) -> dict[str, Communication]:
+        """All communications by key, in model order."""
+        return {c.key: c for component in self.components for c in component.communications}
+
+    @cached_property
+    def display_names(self) -> dict[str, str]:
+        """Key to what users see: the bare name, ``Component.name`` only where that is ambiguous."""
+        count: dict[str, int] = {}
+        for communication in self.communications.values():
+            count[communication.name] = count.get(communication.name, 0) + 1
+        return {
+            key: c.name if count[c.name] == 1 else key for key, c in self.communications.items()
+        }
+
+    def component(self, name: str) -> Component:
+        return next(c for c in self.components if c.name == name)

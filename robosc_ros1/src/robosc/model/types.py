@@ -1,0 +1,125 @@
+"""The types of the language, resolved (LANGUAGE section 4).
+
+Values of the language are plain Python values: bool, int, float and str; an enum value is the str of
+its name. ``None`` stands for "no value".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from robosc.model.expr import Expr
+
+__all__ = [
+    "ArrayType", "BooleanType", "DoubleType", "EnumRule", "EnumType", "IntegerType", "NoneType",
+    "ObjectType", "StringType", "Type", "Value", "domain", "is_number",
+]  # fmt: skip
+
+Value: TypeAlias = bool | int | float | str
+
+
+@dataclass(frozen=True, slots=True)
+class NoneType:
+    def __str__(self) -> str:
+        return "none"
+
+
+@dataclass(frozen=True, slots=True)
+class BooleanType:
+    def __str__(self) -> str:
+        return "boolean"
+
+
+@dataclass(frozen=True, slots=True)
+class StringType:
+    def __str__(self) -> str:
+        return "string"
+
+
+@dataclass(frozen=True, slots=True)
+class DoubleType:
+    def __str__(self) -> str:
+        return "double"
+
+
+@dataclass(frozen=True, slots=True)
+class IntegerType:
+    """``integer`` without bounds, or ``integer(low..high)``, both bounds inclusive."""
+
+    bounds: tuple[int, int] | None = None
+
+    def __str__(self) -> str:
+        return "integer" if self.bounds is None else f"integer({self.bounds[0]}..{self.bounds[1]})"
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayType:
+    element: Type
+
+    def __str__(self) -> str:
+        return f"array({self.element})"
+
+
+@dataclass(frozen=True, slots=True)
+class EnumRule:
+    """``condition -> value``: ``condition`` reads the incoming value as a ``ValueRef``."""
+
+    condition: Expr
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class EnumType:
+    """A finite type that converts what comes in; rules are tried in order, then ``default``.
+
+    Two enums are the same type when name and origin (the robot or library that declares them) are.
+    ``values`` are in order of first appearance.
+    """
+
+    name: str
+    origin: str
+    source: Type = field(compare=False)
+    values: tuple[str, ...] = field(compare=False)
+    default: str = field(compare=False)
+    rules: tuple[EnumRule, ...] = field(compare=False, repr=False)
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectType:
+    """Named fields of a ROS message, service or action that the model uses, in declared order."""
+
+    name: str
+    origin: str
+    properties: tuple[tuple[str, Type], ...] = field(compare=False)
+
+    def __str__(self) -> str:
+        return self.name
+
+    def property(self, name: str) -> Type | None:
+        return dict(self.properties).get(name)
+
+
+Type: TypeAlias = (
+    NoneType | BooleanType | StringType | DoubleType | IntegerType | ArrayType | EnumType | ObjectType
+)
+
+
+def is_number(type_: Type) -> bool:
+    return isinstance(type_, IntegerType | DoubleType)
+
+
+def domain(type_: Type) -> tuple[Value, ...] | range | None:
+    """The values of a finite type in their order (false before true), None for all others."""
+    match type_:
+        case BooleanType():
+            return (False, True)
+        case IntegerType(bounds=(low, high)):
+            return range(low, high + 1)
+        case EnumType(values=values):
+            return values
+    return None

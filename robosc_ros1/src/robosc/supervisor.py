@@ -1,0 +1,79 @@
+"""The result of synthesis: one guard per controllable event, sizes, and reasons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from robosc.errors import Diagnostic
+from robosc.ir.automaton import Event, Plant
+from robosc.model.expr import Expr
+from robosc.model.types import Value
+
+__all__ = ["Explanation", "Guard", "Status", "Step", "Supervisor"]
+
+Status: TypeAlias = Literal["as required", "restricted", "never"]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One event of a trace with its parameter values, in the order of ``event.parameters``.
+
+    For a tau ``values`` is one string, ``"from->to"``.
+    """
+
+    event: Event
+    values: tuple[Value | None, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """When a controllable event is allowed.
+
+    In every state of the controlled system in which the plant can do the event, it is enabled exactly
+    where ``expr`` holds; elsewhere ``expr`` means nothing (that freedom keeps it short).
+    ``required`` is what the requirements alone say (TRUE without any).
+    """
+
+    event: Event
+    expr: Expr
+    required: Expr
+    status: Status
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """Why synthesis forbids more than the requirements do; ``event`` None: the supervisor is empty.
+
+    ``trace`` leads from the initial state to the one that must be avoided; ``reason`` and ``remedy``
+    are sentences; ``diagnostic`` is the same as a warning at its place in the model.
+    """
+
+    event: Event | None
+    reason: str
+    trace: tuple[Step, ...]
+    remedy: str | None
+    diagnostic: Diagnostic
+
+
+@dataclass(frozen=True)
+class Supervisor:
+    """The maximally permissive, safe, controllable and nonblocking restriction of a plant.
+
+    Counts are of reachable states: ``plant_states`` without requirements, ``controlled_states`` and
+    ``controlled_transitions`` (state-event-value triples, self-loops included) under control.
+    ``properties`` are the controller properties by name; ``seconds`` is the synthesis alone.
+    ``empty``: not even the initial state can be kept; then all guards are FALSE and counts 0.
+    """
+
+    plant: Plant
+    engine: str
+    seconds: float
+    plant_states: int
+    controlled_states: int
+    controlled_transitions: int
+    guards: tuple[Guard, ...]
+    explanations: tuple[Explanation, ...]
+    properties: tuple[tuple[str, bool], ...]
+    diagnostics: tuple[Diagnostic, ...] = ()
+    empty: bool = False

@@ -1,0 +1,333 @@
+"""The syntax tree: what the user wrote, frozen, each node with its span.
+
+Names are plain strings without the ``^`` escape. Spans take no part in equality, so two trees are
+equal when they say the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+from robosc.source import Span
+
+__all__ = [
+    "Access", "ActionNode", "ArrayTypeNode", "AssignmentNode", "BasicTypeNode", "BehaviourNode",
+    "BinaryNode", "CommunicationNode", "ComponentNode", "DataFieldNode", "DataNode", "DataObjectNode",
+    "EnumNode", "EnumRuleNode", "ExprNode", "FileNode", "ImportNode", "InterfaceNode", "LiteralNode",
+    "MessageNode", "Name", "NamedTypeNode", "ObjectNode", "PropertyNode", "ProvideNode",
+    "DeclarationNode", "RequirementNode", "ResultTransitionNode", "ServiceNode", "StateNode", "StringNode",
+    "TauNode", "TypeNode",
+    "UnaryNode", "VariableNode",
+]  # fmt: skip
+
+
+def _span() -> Span:
+    return field(compare=False, repr=False, kw_only=True)  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """An identifier at its place (without the escape ``^``)."""
+
+    text: str
+    span: Span = _span()
+
+
+# --- expressions ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class LiteralNode:
+    """``true``, ``42``, ``4.25`` or ``"text"``; int, float, bool or str by how it was written."""
+
+    value: bool | int | float | str
+    span: Span = _span()
+
+    def __eq__(self, other: object) -> bool:
+        # 1, 1.0 and True are three literals, not one.
+        return (
+            isinstance(other, LiteralNode)
+            and type(self.value) is type(other.value)
+            and self.value == other.value
+        )
+
+    def __hash__(self) -> int:
+        return hash((type(self.value), self.value))
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """``a.b[0].c``: a name (``value`` included) and what follows it, members as Name, indexes as int."""
+
+    root: Name
+    path: tuple[Name | int, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class UnaryNode:
+    operator: Literal["!", "-"]
+    operand: ExprNode
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class BinaryNode:
+    """``operator`` is one of ``=> or and = != < <= > >= + - * /``."""
+
+    operator: str
+    left: ExprNode
+    right: ExprNode
+    operator_span: Span = _span()
+    span: Span = _span()
+
+
+ExprNode: TypeAlias = LiteralNode | Access | UnaryNode | BinaryNode
+
+
+# --- types ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class BasicTypeNode:
+    """``string``, ``boolean``, ``double``, ``none`` or ``integer``; bounds only for the last."""
+
+    name: Literal["string", "boolean", "double", "none", "integer"]
+    bounds: tuple[int, int] | None = None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayTypeNode:
+    element: TypeNode
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class NamedTypeNode:
+    name: Name
+    span: Span = _span()
+
+
+TypeNode: TypeAlias = BasicTypeNode | ArrayTypeNode | NamedTypeNode
+
+
+# --- data types and interfaces -------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyNode:
+    name: Name
+    type: TypeNode
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectNode:
+    name: Name
+    properties: tuple[PropertyNode, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class EnumRuleNode:
+    """``condition -> value``; the ``default`` rule has no condition."""
+
+    condition: ExprNode | None
+    value: Name
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class EnumNode:
+    name: Name
+    source: TypeNode
+    rules: tuple[EnumRuleNode, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceNode:
+    """``interface name use type from package``."""
+
+    name: Name
+    type: Name
+    package: Name
+    span: Span = _span()
+
+
+# --- communications ------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class StringNode:
+    text: str
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class MessageNode:
+    direction: Literal["incoming", "outgoing"]
+    name: Name
+    identifier: StringNode | None
+    type: TypeNode
+    links: Name | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceNode:
+    name: Name
+    identifier: StringNode | None
+    request: TypeNode
+    response: TypeNode
+    links: Name | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ActionNode:
+    name: Name
+    identifier: StringNode | None
+    request: TypeNode
+    response: TypeNode
+    feedback: TypeNode
+    links: Name | None
+    span: Span = _span()
+
+
+CommunicationNode: TypeAlias = MessageNode | ServiceNode | ActionNode
+
+
+# --- behaviour -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class VariableNode:
+    name: Name
+    type: TypeNode
+    initial: ExprNode | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class AssignmentNode:
+    target: Access
+    value: ExprNode
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ResultTransitionNode:
+    """``on <event> from|to <communication> if … do … goto …``; the communication may be qualified."""
+
+    event: Literal["request", "response", "feedback", "error", "cancel"]
+    event_span: Span = field(compare=False, repr=False)
+    communication: Access
+    guard: ExprNode | None
+    assignments: tuple[AssignmentNode, ...]
+    goto: Name | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class TauNode:
+    """``transition if … goto …``."""
+
+    guard: ExprNode | None
+    goto: Name | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class StateNode:
+    name: Name
+    initial: bool
+    marked: bool
+    transitions: tuple[ResultTransitionNode | TauNode, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class BehaviourNode:
+    """Items in source order: the order of taus matters."""
+
+    items: tuple[VariableNode | StateNode | ResultTransitionNode | TauNode, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ComponentNode:
+    name: Name
+    items: tuple[CommunicationNode | BehaviourNode, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ImportNode:
+    """``component name from library import component with prefix: "…"``."""
+
+    name: Name
+    library: Name
+    component: Name
+    prefix: StringNode | None
+    span: Span = _span()
+
+
+# --- requirements and data -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class RequirementNode:
+    """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications)."""
+
+    kind: Literal["needs", "disables", "never", "always"]
+    communications: tuple[Access, ...]
+    condition: ExprNode
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class DataFieldNode:
+    name: Name
+    value: DataNode
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class DataObjectNode:
+    fields: tuple[DataFieldNode, ...]
+    span: Span = _span()
+
+
+DataNode: TypeAlias = DataObjectNode | ExprNode
+
+
+@dataclass(frozen=True, slots=True)
+class ProvideNode:
+    communication: Access
+    data: DataNode
+    condition: ExprNode | None
+    span: Span = _span()
+
+
+DeclarationNode: TypeAlias = (
+    ComponentNode
+    | ImportNode
+    | RequirementNode
+    | ProvideNode
+    | ObjectNode
+    | EnumNode
+    | InterfaceNode
+)
+
+
+@dataclass(frozen=True, slots=True)
+class FileNode:
+    """A whole file: one robot or one library, its declarations in source order."""
+
+    kind: Literal["robot", "library"]
+    name: Name
+    declarations: tuple[DeclarationNode, ...]
+    span: Span = _span()
