@@ -30,8 +30,8 @@ class Step:
 class Guard:
     """When a controllable event is allowed.
 
-    In every state of the controlled system in which the plant can do the event, it is enabled exactly
-    where ``expr`` holds; elsewhere ``expr`` means nothing (that freedom keeps it short).
+    In every state of the controlled system in which the plant can do the event, it is enabled
+    exactly where ``expr`` holds; elsewhere ``expr`` means nothing (that freedom keeps it short).
     ``required`` is what the requirements alone say (TRUE without any).
     """
 
@@ -45,8 +45,8 @@ class Guard:
 class Explanation:
     """Why synthesis forbids more than the requirements do; ``event`` None: the supervisor is empty.
 
-    ``trace`` leads from the initial state to the one that must be avoided; ``reason`` and ``remedy``
-    are sentences; ``diagnostic`` is the same as a warning at its place in the model.
+    ``trace`` leads from the initial state to the one that must be avoided; ``reason`` and
+    ``remedy`` are sentences; ``diagnostic`` is the same as a warning at its place in the model.
     """
 
     event: Event | None

@@ -1,16 +1,18 @@
 """The plant: what every backend works on (SEMANTICS section 1).
 
-A state is a tuple of small integers, one per :class:`Axis`: an index into the axis's values. An axis
-is a component's location, the phase of a service or action, or a synthesis variable. Axes stand in
-model order: per component its location, then its variables, then the phases of its communications.
+A state is a tuple of small integers, one per :class:`Axis`: an index into the axis's values. An
+axis is a component's location, the phase of a service or action, or a synthesis variable. Axes
+stand in model order: per component its location, then its variables, then the phases of its
+communications.
 
 An event changes the state through its *phase* (a service or action goes idle to busy or back) and
-through its *participants*, the components that take part. Everything about one event in one state is
-told by :func:`robosc.ir.step.outcome`; engines compile the same facts into faster forms.
+through its *participants*, the components that take part. Everything about one event in one state
+is told by :func:`robosc.ir.step.outcome`; engines compile the same facts into faster forms.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -39,14 +41,15 @@ class AxisKind(Enum):
 class Axis:
     """One dimension of the state.
 
-    ``name`` is the component's (location), the communication's key (phase) or ``Component.variable``.
-    ``values`` are the state names, ``("idle", "busy")``, or the variable's values in order.
-    ``marked`` are the indexes at which the axis is marked; None: all (a variable).
+    ``name`` is the component's (location), the communication's key (phase) or
+    ``Component.variable``. ``values`` are the state names, ``("idle", "busy")``, or the variable's
+    values in order: a tuple, or a range for an integer. ``marked`` are the indexes at which the
+    axis is marked; None: all (a variable).
     """
 
     kind: AxisKind
     name: str
-    values: tuple[Value, ...] | range
+    values: Sequence[Value]
     initial: int
     marked: frozenset[int] | None = None
 
@@ -59,19 +62,20 @@ class Axis:
 class Parameter:
     """A part of an event's value that a synthesis variable or guard takes.
 
-    ``path`` is that of the ``ValueRef``; ``values`` are all it can be, in order. ``None`` stands last
-    for a path through an array, which may be shorter than the index: assignments that read it then
-    leave their variable, and guards that read it do not hold (LANGUAGE section 5).
+    ``path`` is that of the ``ValueRef``; ``values`` are all it can be, in order. ``None`` stands
+    last for a path through an array, which may be shorter than the index: assignments that read it
+    then leave their variable, and guards that read it do not hold (LANGUAGE section 5).
     """
 
     path: tuple[str | int, ...]
     type: Type
-    values: tuple[Value | None, ...] | range
+    values: Sequence[Value | None]
 
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """One way in which a component takes part in an event: in location ``source``, if ``guard`` holds.
+    """One way in which a component takes part in an event: in location ``source``, if ``guard``
+    holds.
 
     ``updates`` assign synthesis variables: (axis, right-hand side over the state before the event).
     ``data`` assigns data-only variables, for the controller at run time. ``target`` is a location.
@@ -89,8 +93,9 @@ class Edge:
 class Participant:
     """A component's part in an event. ``axis`` is its location.
 
-    In a state, the first edge from its location whose guard holds is taken. Where there is none, the
-    component stays as it is, or blocks the event if ``blocking`` (consent to a request, a tau).
+    In a state, the first edge from its location whose guard holds is taken. Where there is none,
+    the component stays as it is, or blocks the event if ``blocking`` (consent to a request, a
+    tau).
     """
 
     component: str
@@ -112,11 +117,11 @@ class PhaseStep:
 class Event:
     """One event; with parameters it stands for one event per combination of their values.
 
-    ``name`` is what users see (CLI.md): the communication, or for a tau the component. ``key`` is the
-    communication's key, or the component for a tau. ``index`` is a tau's number, else 0.
+    ``name`` is what users see (CLI.md): the communication, or for a tau the component. ``key`` is
+    the communication's key, or the component for a tau. ``index`` is a tau's number, else 0.
     ``requirement`` is what the model's requirements allow (None: always): the conjunction for a
-    request; for a cancel, that one of them is violated, or FALSE if the action has none. It is no part
-    of the plant. ``requirements`` are the indexes in ``Robot.requirements`` that speak of it.
+    request; for a cancel, that one of them is violated, or FALSE if the action has none. It is no
+    part of the plant. ``requirements`` are the indexes in ``Robot.requirements`` that speak of it.
     """
 
     kind: EventKind
@@ -136,10 +141,10 @@ class Event:
 class Plant:
     """The uncontrolled system, its requirements beside it, and the model it came from.
 
-    ``invariants`` are the conditions of state requirements as they must hold (``never e`` is ``!e``),
-    each with its index in ``Robot.requirements``. Events stand in model order: per component and
-    communication request, response, feedback, error, cancel; a component's taus after its
-    communications.
+    ``invariants`` are the conditions of state requirements as they must hold (``never e`` is
+    ``!e``), each with its index in ``Robot.requirements``. Events stand in model order: per
+    component and communication request, response, feedback, error, cancel; a component's taus
+    after its communications.
     """
 
     robot: Robot

@@ -1,8 +1,8 @@
 """What can be done with a resolved expression: build, evaluate, print as DSL text or as Python.
 
 ``and``, ``or`` and ``=>`` look at their right side only when the left does not decide. That matters
-for undefined parts alone (an array index past the end, LANGUAGE section 5): a part that is not looked
-at does no harm, any other makes the whole expression undefined.
+for undefined parts alone (an array index past the end, LANGUAGE section 5): a part that is not
+looked at does no harm, any other makes the whole expression undefined.
 """
 
 from __future__ import annotations
@@ -148,8 +148,9 @@ def to_dsl(expr: Expr, robot: Robot) -> str:
 
     def leaf(node: Leaf) -> str:
         match node:
-            case VariableRef(component=component, variable=name) | StateRef(
-                component=component, state=name
+            case (
+                VariableRef(component=component, variable=name)
+                | StateRef(component=component, state=name)
             ):
                 return f"{_escape(component)}.{_escape(name)}"
             case PhaseRef(communication=key):
@@ -225,8 +226,9 @@ def to_python(
 ) -> str:
     """The expression as Python source; ``leaf`` and ``literal`` spell the parts.
 
-    Division reads ``divide(a, b)``: the caller's namespace must hold a function like :func:`divide`.
-    Spellings that are not one operand (``a == b``) must bring their own parentheses.
+    Division reads ``divide(a, b)``: the caller's namespace must hold a function like
+    :func:`divide`. Spellings that are not one operand (``a == b``) must bring their own
+    parentheses.
     """
 
     def text(node: Expr) -> tuple[str, int]:
@@ -255,4 +257,3 @@ def to_python(
         return inner if level >= least else f"({inner})"
 
     return text(expr)[0]
-

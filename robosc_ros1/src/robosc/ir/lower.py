@@ -154,9 +154,7 @@ class _Context:
         if kind not in (EventKind.REQUEST, EventKind.CANCEL):
             return None, ()
         found = {i: r for i, r in enumerate(self.robot.requirements) if key in r.communications}
-        kept = [
-            r.condition if r.kind == "needs" else negation(r.condition) for r in found.values()
-        ]
+        kept = [r.condition if r.kind == "needs" else negation(r.condition) for r in found.values()]
         if kind is EventKind.CANCEL:
             # Cancelling is for goals that a requirement speaks against now, and for no others.
             return disjunction(negation(condition) for condition in kept), tuple(found)
@@ -186,7 +184,9 @@ class _Context:
             else:
                 updates.append((axis, assignment.value))
         target = self._target(component, location, transition.goto)
-        return Edge(location, transition.guard, tuple(updates), tuple(data), target, transition.span)
+        return Edge(
+            location, transition.guard, tuple(updates), tuple(data), target, transition.span
+        )
 
     def _target(self, component: Component, location: int, goto: str | None) -> int:
         if goto is None:
@@ -203,7 +203,12 @@ class _Context:
         for tau, locations in sorted(taus, key=lambda item: item[0].index):
             edges = tuple(
                 Edge(
-                    location, tau.guard, (), (), self._target(component, location, tau.goto), tau.span
+                    location,
+                    tau.guard,
+                    (),
+                    (),
+                    self._target(component, location, tau.goto),
+                    tau.span,
                 )
                 for location in locations
             )

@@ -50,9 +50,9 @@ class Binding:
 
     ``package``/``type`` name it as the target's tools do, without folder: ``std_msgs``/``Bool``,
     ``actionlib``/``TestAction`` (an action's ``type`` is what stands before ``.action``).
-    ``request_field``, ``response_field``, ``feedback_field`` name the one data field through which a
-    basic type, or an enum from one, travels; None for objects, ``none`` and where the definition is
-    not installed. A message has its field in ``request_field`` (incoming) or ``response_field``
+    ``request_field``, ``response_field``, ``feedback_field`` name the one data field through which
+    a basic type, or an enum from one, travels; None for objects, ``none`` and where the definition
+    is not installed. A message has its field in ``request_field`` (incoming) or ``response_field``
     (outgoing). ``found`` tells whether the real definition was there to check against.
     """
 

@@ -1,11 +1,12 @@
 """The types of the language, resolved (LANGUAGE section 4).
 
-Values of the language are plain Python values: bool, int, float and str; an enum value is the str of
-its name. ``None`` stands for "no value".
+Values of the language are plain Python values: bool, int, float and str; an enum value is the str
+of its name. ``None`` stands for "no value".
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -105,7 +106,14 @@ class ObjectType:
 
 
 Type: TypeAlias = (
-    NoneType | BooleanType | StringType | DoubleType | IntegerType | ArrayType | EnumType | ObjectType
+    NoneType
+    | BooleanType
+    | StringType
+    | DoubleType
+    | IntegerType
+    | ArrayType
+    | EnumType
+    | ObjectType
 )
 
 
@@ -113,8 +121,8 @@ def is_number(type_: Type) -> bool:
     return isinstance(type_, IntegerType | DoubleType)
 
 
-def domain(type_: Type) -> tuple[Value, ...] | range | None:
-    """The values of a finite type in their order (false before true), None for all others."""
+def domain(type_: Type) -> Sequence[Value] | None:
+    """The values of a finite type in order (false before true; a range for integers), else None."""
     match type_:
         case BooleanType():
             return (False, True)

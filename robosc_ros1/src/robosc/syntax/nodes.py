@@ -13,12 +13,11 @@ from robosc.source import Span
 
 __all__ = [
     "Access", "ActionNode", "ArrayTypeNode", "AssignmentNode", "BasicTypeNode", "BehaviourNode",
-    "BinaryNode", "CommunicationNode", "ComponentNode", "DataFieldNode", "DataNode", "DataObjectNode",
-    "EnumNode", "EnumRuleNode", "ExprNode", "FileNode", "ImportNode", "InterfaceNode", "LiteralNode",
-    "MessageNode", "Name", "NamedTypeNode", "ObjectNode", "PropertyNode", "ProvideNode",
-    "DeclarationNode", "RequirementNode", "ResultTransitionNode", "ServiceNode", "StateNode", "StringNode",
-    "TauNode", "TypeNode",
-    "UnaryNode", "VariableNode",
+    "BinaryNode", "CommunicationNode", "ComponentNode", "DataFieldNode", "DataNode",
+    "DataObjectNode", "DeclarationNode", "EnumNode", "EnumRuleNode", "ExprNode", "FileNode",
+    "ImportNode", "InterfaceNode", "LiteralNode", "MessageNode", "Name", "NamedTypeNode",
+    "ObjectNode", "PropertyNode", "ProvideNode", "RequirementNode", "ResultTransitionNode",
+    "ServiceNode", "StateNode", "StringNode", "TauNode", "TypeNode", "UnaryNode", "VariableNode",
 ]  # fmt: skip
 
 
@@ -58,7 +57,7 @@ class LiteralNode:
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """``a.b[0].c``: a name (``value`` included) and what follows it, members as Name, indexes as int."""
+    """``a.b[0].c``: a name (``value`` included), then members as Name and indexes as int."""
 
     root: Name
     path: tuple[Name | int, ...]
@@ -220,7 +219,7 @@ class AssignmentNode:
 
 @dataclass(frozen=True, slots=True)
 class ResultTransitionNode:
-    """``on <event> from|to <communication> if … do … goto …``; the communication may be qualified."""
+    """``on <event> from|to <communication> if … do … goto …``; the name may be qualified."""
 
     event: Literal["request", "response", "feedback", "error", "cancel"]
     event_span: Span = field(compare=False, repr=False)
