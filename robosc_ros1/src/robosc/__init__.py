@@ -1,0 +1,23 @@
+"""robosc: from a RoboSC model to a supervisor that is proven, and to a ROS node that runs it.
+
+The functions below are the whole public interface; each is loaded on first use, so that importing
+``robosc`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from robosc.pipeline import check, generate, load, synthesize
+
+__version__ = "0.1.0"
+__all__ = ["check", "generate", "load", "synthesize"]
+
+
+def __getattr__(name: str) -> object:
+    if name in __all__:
+        from robosc import pipeline
+
+        return getattr(pipeline, name)
+    raise AttributeError(f"module 'robosc' has no attribute {name!r}")

@@ -1,0 +1,45 @@
+"""Serves catkin (devel and install space) and a plain ``pip install .`` alike.
+
+What is said in package.xml is read from there. The templates go to ``share/robosc/templates`` of the
+prefix, which :mod:`robosc.resources` finds in every layout; package data would not do, because
+catkin refuses packages that lie in two folders.
+"""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+ROOT = Path(__file__).resolve().parent
+SOURCES = "robosc_ros1/src"
+TEMPLATES = "robosc_ros1/templates"
+
+package = ElementTree.parse(ROOT / "package.xml").getroot()
+
+
+def text(tag: str) -> str:
+    return " ".join(package.findtext(tag, "").split())
+
+
+def template_files() -> "list[tuple[str, list[str]]]":
+    folders = {}
+    for file in sorted((ROOT / TEMPLATES).rglob("*")):
+        if file.is_file() and "__pycache__" not in file.parts:
+            target = Path("share/robosc/templates", file.parent.relative_to(ROOT / TEMPLATES))
+            folders.setdefault(target.as_posix(), []).append(file.relative_to(ROOT).as_posix())
+    return sorted(folders.items())
+
+
+setup(
+    name=text("name"),
+    version=text("version"),
+    description=text("description"),
+    license=text("license"),
+    python_requires=">=3.11",
+    install_requires=["jinja2>=3.1", "networkx>=2.8", "numpy>=1.24", "pyparsing>=3.0.9"],
+    extras_require={"ros": ["catkin_pkg", "rospkg"]},
+    packages=find_packages(str(ROOT / SOURCES)),
+    package_dir={"": SOURCES},
+    data_files=template_files(),
+    scripts=["robosc_ros1/scripts/robosc"],
+)
