@@ -1,0 +1,148 @@
+"""Expressions: what they mean, and that their DSL and Python texts mean the same."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robosc.ir.expr import (
+    Undefined,
+    conjunction,
+    disjunction,
+    divide,
+    evaluate,
+    negation,
+    to_dsl,
+    to_python,
+)
+from robosc.model.entities import Robot
+from robosc.model.expr import FALSE, TRUE, Binary, Literal, Unary, ValueRef, VariableRef
+from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
+from robosc.source import Source, Span
+
+BOOL, INT, DOUBLE = BooleanType(), IntegerType(), DoubleType()
+ROBOT = Robot("R", (), (), (), span=Span(Source("r.rscd", ""), 0, 0))
+VALUES = {"p": True, "q": False, "i": 3, "j": -2, "x": 0.5}
+NUMBERS = st.sampled_from(
+    [VariableRef("C", "i", INT), VariableRef("C", "j", INT), VariableRef("C", "x", DOUBLE)]
+) | st.sampled_from([0, 1, -4, 2.5, -0.0]).map(
+    lambda v: Literal(v, INT if isinstance(v, int) else DOUBLE)
+)
+BOOLEANS = st.sampled_from(
+    [TRUE, FALSE, VariableRef("C", "p", BOOL), VariableRef("C", "q", BOOL)]
+)
+
+
+def numbers(depth: int):
+    if depth == 0:
+        return NUMBERS
+    below = numbers(depth - 1)
+    return (
+        NUMBERS
+        | st.builds(lambda e: Unary("-", e, e.type), below)
+        | st.builds(lambda o, a, b: Binary(o, a, b, DOUBLE), st.sampled_from("+-*/"), below, below)
+    )
+
+
+def booleans(depth: int):
+    if depth == 0:
+        return BOOLEANS
+    below = booleans(depth - 1)
+    return (
+        BOOLEANS
+        | st.builds(lambda e: Unary("!", e, BOOL), below)
+        | st.builds(
+            lambda o, a, b: Binary(o, a, b, BOOL),
+            st.sampled_from(["and", "or", "=>", "=", "!="]),
+            below,
+            below,
+        )
+        | st.builds(
+            lambda o, a, b: Binary(o, a, b, BOOL),
+            st.sampled_from(["<", "<=", ">", ">=", "=", "!="]),
+            numbers(depth - 1),
+            numbers(depth - 1),
+        )
+    )
+
+
+def lookup(leaf):
+    return VALUES[leaf.variable]
+
+
+@settings(derandomize=True, deadline=None, max_examples=500)
+@given(booleans(4))
+def test_python_text_means_the_expression(expr):
+    source = to_python(expr, lambda leaf: f"v[{leaf.variable!r}]")
+    assert eval(source, {"divide": divide, "v": VALUES}) is evaluate(expr, lookup)
+
+
+@settings(derandomize=True, deadline=None, max_examples=500)
+@given(booleans(3))
+def test_negation_is_the_opposite(expr):
+    assert evaluate(negation(expr), lookup) is (not evaluate(expr, lookup))
+
+
+@settings(derandomize=True, deadline=None, max_examples=200)
+@given(st.lists(booleans(2), max_size=4))
+def test_chains_mean_all_and_any(parts):
+    assert evaluate(conjunction(parts), lookup) is all(evaluate(p, lookup) for p in parts)
+    assert evaluate(disjunction(parts), lookup) is any(evaluate(p, lookup) for p in parts)
+
+
+def variable(name, type_=BOOL):
+    return VariableRef("C", name, type_)
+
+
+@pytest.mark.parametrize(
+    ("expr", "text"),
+    [
+        (
+            Binary("=>", Binary("=>", variable("p"), variable("q"), BOOL), variable("p"), BOOL),
+            "(C.p => C.q) => C.p",
+        ),
+        (
+            Binary("=>", variable("p"), Binary("=>", variable("q"), variable("p"), BOOL), BOOL),
+            "C.p => C.q => C.p",
+        ),
+        (Unary("!", Binary("=", variable("p"), variable("q"), BOOL), BOOL), "!(C.p = C.q)"),
+        (
+            Binary("-", variable("i", INT), Binary("-", Literal(1, INT), Literal(-2, INT), INT), INT),
+            "C.i - (1 - -2)",
+        ),
+        (Literal('a "b"\n\\', StringType()), '"a \\"b\\"\\n\\\\"'),
+        (Literal(1e16, DOUBLE), "1E16"),
+        (VariableRef("and", "value", BOOL), "^and.^value"),
+        (ValueRef(("items", 0, "x"), INT), "value.items[0].x"),
+    ],
+)
+def test_dsl_text_has_only_the_brackets_it_needs(expr, text):
+    assert to_dsl(expr, ROBOT) == text
+
+
+def test_division_never_fails():
+    assert divide(1, 0) == math.inf
+    assert divide(-1, 0) == -math.inf
+    assert divide(1, -0.0) == -math.inf
+    assert math.isnan(divide(0, 0))
+    assert math.isnan(divide(math.nan, 0))
+    assert divide(7, 2) == 3.5
+    assert math.isnan(divide(10**400, 3))
+
+
+def test_undefined_parts_count_only_where_they_are_looked_at():
+    missing = ValueRef(("items", 0), BOOL)
+
+    def look(leaf):
+        return None if isinstance(leaf, ValueRef) else VALUES[leaf.variable]
+
+    assert evaluate(Binary("or", variable("p"), missing, BOOL), look) is True
+    assert evaluate(Binary("and", variable("q"), missing, BOOL), look) is False
+    assert evaluate(Binary("=>", variable("q"), missing, BOOL), look) is True
+    with pytest.raises(Undefined):
+        evaluate(Binary("or", variable("q"), missing, BOOL), look)
+    with pytest.raises(Undefined):
+        evaluate(Unary("!", missing, BOOL), look)
