@@ -1,0 +1,676 @@
+"""A second reading of the semantics, slow and plain: what the engines are compared with.
+
+It starts from the resolved model (``robosc.model``) and shares no code with ``robosc.ir`` or the
+engines. A state is a tuple of plain values, one per *slot*: ``("at", component)``,
+``("var", "Component.variable")``, ``("phase", communication)``. Everything else is dictionaries,
+sets and loops that say what the language's documents say, in their order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+from robosc.model.entities import (
+    Communication,
+    Component,
+    EventKind,
+    Kind,
+    ResultTransition,
+    Robot,
+    State,
+    Variable,
+)
+from robosc.model.expr import (
+    Binary,
+    Expr,
+    Literal,
+    PhaseRef,
+    StateRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    walk,
+)
+from robosc.model.types import ArrayType, BooleanType, EnumType, IntegerType, ObjectType, Type
+
+OracleState = tuple[Any, ...]
+Path = tuple[str | int, ...]
+
+KINDS = {
+    Kind.OUTGOING: (EventKind.RESPONSE,),
+    Kind.INCOMING: (EventKind.REQUEST,),
+    Kind.SERVICE: (EventKind.REQUEST, EventKind.RESPONSE, EventKind.ERROR),
+    Kind.ACTION: (
+        EventKind.REQUEST,
+        EventKind.RESPONSE,
+        EventKind.FEEDBACK,
+        EventKind.ERROR,
+        EventKind.CANCEL,
+    ),
+}
+CONTROLLABLE = (EventKind.REQUEST, EventKind.CANCEL, EventKind.TAU)
+
+
+class UndefinedValue(Exception):
+    """An array was shorter than an index that an expression uses."""
+
+
+class OutOfRange(Exception):
+    """An assignment leaves the range of its variable."""
+
+
+class Impossible(Exception):
+    """The plant cannot do the event in this state."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """``key`` is the communication's, or the component of a tau (``index`` counts from 1)."""
+
+    kind: EventKind
+    key: str
+    index: int = 0
+
+    @property
+    def controllable(self) -> bool:
+        return self.kind in CONTROLLABLE
+
+
+@dataclass(frozen=True)
+class Occurrence:
+    """One event with one value: ``values`` are the taken parts of it, in order."""
+
+    event: Event
+    values: tuple[tuple[Path, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class Transition:
+    source: OracleState
+    occurrence: Occurrence
+    target: OracleState
+
+
+def evaluate(expr: Expr, read: Any) -> Any:
+    """The value of an expression; ``read`` gives that of a reference, or raises UndefinedValue."""
+    match expr:
+        case Literal(value=value):
+            return value
+        case VariableRef() | StateRef() | PhaseRef() | ValueRef():
+            return read(expr)
+        case Unary(operator="!", operand=operand):
+            return not evaluate(operand, read)
+        case Unary(operator="-", operand=operand):
+            return -evaluate(operand, read)
+        case Binary(operator="and", left=left, right=right):
+            return evaluate(left, read) and evaluate(right, read)
+        case Binary(operator="or", left=left, right=right):
+            return evaluate(left, read) or evaluate(right, read)
+        case Binary(operator="=>", left=left, right=right):
+            return not evaluate(left, read) or evaluate(right, read)
+        case Binary(operator=operator, left=left, right=right):
+            return apply(operator, evaluate(left, read), evaluate(right, read))
+    raise TypeError(expr)
+
+
+def apply(operator: str, left: Any, right: Any) -> Any:
+    match operator:
+        case "=":
+            return left == right
+        case "!=":
+            return left != right
+        case "<":
+            return left < right
+        case "<=":
+            return left <= right
+        case ">":
+            return left > right
+        case ">=":
+            return left >= right
+        case "+":
+            return left + right
+        case "-":
+            return left - right
+        case "*":
+            return left * right
+        case "/":
+            return divide(float(left), float(right))
+    raise ValueError(operator)
+
+
+def divide(left: float, right: float) -> float:
+    """IEEE 754 division."""
+    if right != 0:
+        return left / right
+    if left == 0 or math.isnan(left):
+        return math.nan
+    return math.copysign(math.inf, left) * math.copysign(1.0, right)
+
+
+def values_of(type_: Type, path: Path) -> list[Any]:
+    """All values at a path of an incoming value; None last where an array may be too short."""
+    through_array = False
+    for step in path:
+        match type_:
+            case ObjectType():
+                assert isinstance(step, str)
+                found = type_.property(step)
+                assert found is not None
+                type_ = found
+            case ArrayType(element=element):
+                through_array = True
+                type_ = element
+            case _:
+                raise TypeError(f"{step} of {type_}")
+    match type_:
+        case BooleanType():
+            values: list[Any] = [False, True]
+        case IntegerType(bounds=(low, high)):
+            values = list(range(low, high + 1))
+        case EnumType(values=names):
+            values = list(names)
+        case _:
+            raise TypeError(f"{type_} is not finite")
+    return [*values, None] if through_array else values
+
+
+class Oracle:
+    """The plant of a robot, and its supervisor, by exhaustive search."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.automata: list[Component] = [c for c in robot.components if c.behaviour is not None]
+        self.synthesis_variables = self._synthesis_variables()
+        self.slots: list[tuple[str, str]] = []
+        for component in robot.components:
+            if component.behaviour is not None:
+                self.slots.append(("at", component.name))
+                for variable in component.behaviour.variables:
+                    if variable.key in self.synthesis_variables:
+                        self.slots.append(("var", variable.key))
+            for communication in component.communications:
+                if communication.has_phase:
+                    self.slots.append(("phase", communication.key))
+        self._found: dict[OracleState, list[tuple[Occurrence, OracleState]]] = {}
+        self.where = {slot: i for i, slot in enumerate(self.slots)}
+
+    # --- what takes part ---------------------------------------------------------------------
+
+    @cached_property
+    def variables(self) -> dict[str, Variable]:
+        return {v.key: v for c in self.automata for v in c.behaviour.variables}  # type: ignore[union-attr]
+
+    @cached_property
+    def all_transitions(self) -> list[tuple[str, ResultTransition]]:
+        """Every result transition with its component, as written."""
+        found = []
+        for component in self.automata:
+            behaviour = component.behaviour
+            assert behaviour is not None
+            written = list(behaviour.transitions)
+            for state in behaviour.states:
+                written.extend(state.transitions)
+            found.extend((component.name, transition) for transition in written)
+        return found
+
+    def _synthesis_variables(self) -> set[str]:
+        """Read by a guard, a requirement or a provide condition, or on the way to such a one."""
+        robot = self.robot
+        conditions: list[Expr] = [r.condition for r in robot.requirements]
+        conditions += [p.condition for p in robot.provides if p.condition is not None]
+        conditions += [t.guard for _, t in self.all_transitions if t.guard is not None]
+        for component in self.automata:
+            behaviour = component.behaviour
+            assert behaviour is not None
+            taus = list(behaviour.taus)
+            for state in behaviour.states:
+                taus.extend(state.taus)
+            conditions += [tau.guard for tau in taus if tau.guard is not None]
+        found = {read for condition in conditions for read in _variables_in(condition)}
+        while True:
+            more = set(found)
+            for name, transition in self.all_transitions:
+                for assignment in transition.assignments:
+                    if f"{name}.{assignment.variable}" in found:
+                        more |= _variables_in(assignment.value)
+            if more == found:
+                return found
+            found = more
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """In model order: each component's communications, then its taus."""
+        events = []
+        for component in self.robot.components:
+            for communication in component.communications:
+                events += [Event(kind, communication.key) for kind in KINDS[communication.kind]]
+            if component.behaviour is not None:
+                taus = list(component.behaviour.taus)
+                for state in component.behaviour.states:
+                    taus.extend(state.taus)
+                for tau in sorted(taus, key=lambda tau: tau.index):
+                    events.append(Event(EventKind.TAU, component.name, tau.index))
+        return events
+
+    def occurrences(self, event: Event) -> list[Occurrence]:
+        """The event once per value that some synthesis variable or guard takes."""
+        paths: list[Path] = []
+        for component in self.automata:
+            for transition in self._effective(component, event):
+                read: list[Expr] = [] if transition.guard is None else [transition.guard]
+                read += [
+                    assignment.value
+                    for assignment in transition.assignments
+                    if f"{component.name}.{assignment.variable}" in self.synthesis_variables
+                ]
+                for expr in read:
+                    for part in walk(expr):
+                        if isinstance(part, ValueRef) and part.path not in paths:
+                            paths.append(part.path)
+        if not paths:
+            return [Occurrence(event)]
+        type_ = self.robot.communications[event.key].value_type(event.kind)
+        choices = [[(path, value) for value in values_of(type_, path)] for path in paths]
+        return [Occurrence(event, values) for values in product(*choices) if _possible(values)]
+
+    def _effective(self, component: Component, event: Event) -> list[ResultTransition]:
+        """Transitions for the event that exist in at least one state of the component."""
+        assert component.behaviour is not None
+        found: list[ResultTransition] = []
+        for state in component.behaviour.states:
+            for transition in self._transitions_in(component, state, event):
+                if not any(transition is other for other in found):
+                    found.append(transition)
+        return found
+
+    def _transitions_in(
+        self, component: Component, state: State, event: Event
+    ) -> list[ResultTransition]:
+        """State level wins over automaton level for the same event."""
+
+        def is_for(transition: ResultTransition) -> bool:
+            return transition.event is event.kind and transition.communication == event.key
+
+        assert component.behaviour is not None
+        own = [t for t in state.transitions if is_for(t)]
+        return own or [t for t in component.behaviour.transitions if is_for(t)]
+
+    # --- the plant ---------------------------------------------------------------------------
+
+    @cached_property
+    def initial(self) -> OracleState:
+        values: list[Any] = []
+        for what, name in self.slots:
+            if what == "at":
+                behaviour = self.robot.component(name).behaviour
+                assert behaviour is not None
+                values.append(next(s.name for s in behaviour.states if s.initial))
+            elif what == "var":
+                values.append(self.variables[name].initial)
+            else:
+                values.append("idle")
+        return tuple(values)
+
+    def get(self, state: OracleState, what: str, name: str) -> Any:
+        return state[self.where[what, name]]
+
+    def holds(self, expr: Expr, state: OracleState, occurrence: Occurrence | None = None) -> bool:
+        """Whether a condition holds; an undefined one does not."""
+        try:
+            return bool(self.value(expr, state, occurrence))
+        except UndefinedValue:
+            return False
+
+    def value(self, expr: Expr, state: OracleState, occurrence: Occurrence | None = None) -> Any:
+        def read(part: Expr) -> Any:
+            match part:
+                case VariableRef(component=component, variable=variable):
+                    return self.get(state, "var", f"{component}.{variable}")
+                case StateRef(component=component, state=name):
+                    return self.get(state, "at", component) == name
+                case PhaseRef(communication=key):
+                    return self.get(state, "phase", key) == "busy"
+                case ValueRef(path=path):
+                    assert occurrence is not None
+                    found = dict(occurrence.values)[path]
+                    if found is None:
+                        raise UndefinedValue
+                    return found
+            raise TypeError(part)
+
+        return evaluate(expr, read)
+
+    def step(self, state: OracleState, occurrence: Occurrence) -> OracleState:
+        """The state after an occurrence; raises Impossible or OutOfRange."""
+        after = dict(zip(self.slots, state, strict=True))
+        event = occurrence.event
+        if event.kind is EventKind.TAU:
+            self._step_tau(state, event, after)
+        else:
+            self._step_phase(state, event, after)
+            for component in self.automata:
+                self._step_component(component, state, occurrence, after)
+        return tuple(after[slot] for slot in self.slots)
+
+    def _step_tau(self, state: OracleState, event: Event, after: dict[Any, Any]) -> None:
+        behaviour = self.robot.component(event.key).behaviour
+        assert behaviour is not None
+        here = self.get(state, "at", event.key)
+        present = next(s for s in behaviour.states if s.name == here)
+        for tau in (*behaviour.taus, *present.taus):
+            if tau.index == event.index and (tau.guard is None or self.holds(tau.guard, state)):
+                if tau.goto is not None:
+                    after["at", event.key] = tau.goto
+                return
+        raise Impossible
+
+    def _step_phase(self, state: OracleState, event: Event, after: dict[Any, Any]) -> None:
+        if not self.robot.communications[event.key].has_phase:
+            return
+        phase = self.get(state, "phase", event.key)
+        if phase != ("idle" if event.kind is EventKind.REQUEST else "busy"):
+            raise Impossible
+        busy = event.kind in (EventKind.REQUEST, EventKind.FEEDBACK)
+        after["phase", event.key] = "busy" if busy else "idle"
+
+    def _step_component(
+        self,
+        component: Component,
+        state: OracleState,
+        occurrence: Occurrence,
+        after: dict[Any, Any],
+    ) -> None:
+        behaviour = component.behaviour
+        assert behaviour is not None
+        event = occurrence.event
+        here = self.get(state, "at", component.name)
+        present = next(s for s in behaviour.states if s.name == here)
+        taken = [
+            transition
+            for transition in self._transitions_in(component, present, event)
+            if transition.guard is None or self.holds(transition.guard, state, occurrence)
+        ]
+        if not taken:
+            mentions = any(
+                name == component.name
+                and transition.event is EventKind.REQUEST
+                and transition.communication == event.key
+                for name, transition in self.all_transitions
+            )
+            if event.kind is EventKind.REQUEST and mentions:
+                raise Impossible
+            return
+        (transition,) = taken  # the guards of one state's transitions exclude each other
+        if transition.goto is not None:
+            after["at", component.name] = transition.goto
+        for assignment in transition.assignments:
+            key = f"{component.name}.{assignment.variable}"
+            if key not in self.synthesis_variables:
+                continue
+            try:
+                value = self.value(assignment.value, state, occurrence)
+            except UndefinedValue:
+                continue
+            match self.variables[key].type:
+                case IntegerType(bounds=(low, high)):
+                    if not low <= value <= high:
+                        raise OutOfRange
+            after["var", key] = value
+
+    def marked(self, state: OracleState) -> bool:
+        for (what, name), value in zip(self.slots, state, strict=True):
+            if what == "phase" and value != "idle":
+                return False
+            if what == "at":
+                behaviour = self.robot.component(name).behaviour
+                assert behaviour is not None
+                if not next(s for s in behaviour.states if s.name == value).marked:
+                    return False
+        return True
+
+    @cached_property
+    def plant(self) -> tuple[list[OracleState], list[Transition]]:
+        """Everything that can be reached without any requirement."""
+        return self._explore(lambda state, event: True)
+
+    def _explore(self, allowed: Any) -> tuple[list[OracleState], list[Transition]]:
+        states = {self.initial: None}
+        transitions = []
+        queue = deque([self.initial])
+        while queue:
+            state = queue.popleft()
+            for occurrence, target in self.successors(state):
+                if not allowed(state, occurrence.event):
+                    continue
+                transitions.append(Transition(state, occurrence, target))
+                if target not in states:
+                    states[target] = None
+                    queue.append(target)
+        return list(states), transitions
+
+    @cached_property
+    def _all_occurrences(self) -> list[Occurrence]:
+        return [o for event in self.events for o in self.occurrences(event)]
+
+    def successors(self, state: OracleState) -> list[tuple[Occurrence, OracleState]]:
+        if state in self._found:
+            return self._found[state]
+        found = self._found[state] = []
+        for occurrence in self._all_occurrences:
+            with suppress(Impossible, OutOfRange):
+                found.append((occurrence, self.step(state, occurrence)))
+        return found
+
+    # --- requirements and supervisor ---------------------------------------------------------
+
+    def required(self, state: OracleState, event: Event) -> bool:
+        """What the requirements on communications say about an event in a state."""
+        if event.kind not in (EventKind.REQUEST, EventKind.CANCEL):
+            return True
+        kept = []
+        for requirement in self.robot.requirements:
+            if event.key in requirement.communications:
+                condition = self.holds(requirement.condition, state)
+                kept.append(condition if requirement.kind == "needs" else not condition)
+        return all(kept) if event.kind is EventKind.REQUEST else not all(kept)
+
+    def unsafe(self, state: OracleState) -> bool:
+        """A state requirement fails, or an uncontrollable event would leave a range."""
+        for requirement in self.robot.requirements:
+            if requirement.kind == "never" and self.holds(requirement.condition, state):
+                return True
+            if requirement.kind == "always" and not self.holds(requirement.condition, state):
+                return True
+        for occurrence in self._all_occurrences:
+            if occurrence.event.controllable:
+                continue
+            try:
+                self.step(state, occurrence)
+            except OutOfRange:
+                return True
+            except Impossible:
+                pass
+        return False
+
+    @cached_property
+    def kept(self) -> set[OracleState]:
+        """The greatest set of states that is safe, controllable and nonblocking in itself.
+
+        The largest set X of plant states without unsafe ones such that uncontrollable events stay
+        in X and each state of X reaches a marked one of X, through X, by allowed events.
+        """
+        states, transitions = self.plant
+        allowed = [t for t in transitions if self.required(t.source, t.occurrence.event)]
+        keep = {state for state in states if not self.unsafe(state)}
+        while True:
+            smaller = set(keep)
+            for t in transitions:
+                if not t.occurrence.event.controllable and t.target not in keep:
+                    smaller.discard(t.source)
+            reaching = {state for state in keep if self.marked(state)}
+            while True:
+                more = {
+                    t.source
+                    for t in allowed
+                    if t.source in keep and t.target in reaching and t.source not in reaching
+                }
+                if not more:
+                    break
+                reaching |= more
+            smaller &= reaching
+            if smaller == keep:
+                return keep
+            keep = smaller
+
+    @property
+    def empty(self) -> bool:
+        return self.initial not in self.kept
+
+    @cached_property
+    def controlled(self) -> tuple[list[OracleState], list[Transition]]:
+        """What can be reached under the supervisor; nothing at all if it is empty."""
+        if self.empty:
+            return [], []
+        states = {self.initial: None}
+        transitions = []
+        queue = deque([self.initial])
+        while queue:
+            state = queue.popleft()
+            for occurrence, target in self.successors(state):
+                if occurrence.event.controllable and not (
+                    self.required(state, occurrence.event) and target in self.kept
+                ):
+                    continue
+                transitions.append(Transition(state, occurrence, target))
+                if target not in states:
+                    states[target] = None
+                    queue.append(target)
+        return list(states), transitions
+
+    def possible(self, state: OracleState) -> set[Event]:
+        """Controllable events that the plant can do."""
+        return {o.event for o, _ in self.successors(state) if o.event.controllable}
+
+    def enabled(self, state: OracleState) -> set[Event]:
+        """Controllable events that the supervisor allows."""
+        return {
+            occurrence.event
+            for occurrence, target in self.successors(state)
+            if occurrence.event.controllable
+            and self.required(state, occurrence.event)
+            and target in self.kept
+        }
+
+    def status(self, event: Event) -> str:
+        """How the supervisor's guard of an event compares with its requirements."""
+        states, _ = self.controlled
+        if not any(event in self.enabled(state) for state in states):
+            return "never"
+        for state in states:
+            asked_for = event in self.possible(state) and self.required(state, event)
+            if asked_for and event not in self.enabled(state):
+                return "restricted"
+        return "as required"
+
+    # --- documents ---------------------------------------------------------------------------
+
+    def document(self, plant: bool = False) -> dict[str, Any]:
+        """The transition system in the shape of ``explore --json``."""
+        states, transitions = self.plant if plant else self.controlled
+        number = {state: i for i, state in enumerate(states)}
+        return {
+            "version": 1,
+            "robot": self.robot.name,
+            "initial": 0,
+            "states": [self._state_document(number[s], s) for s in states],
+            "transitions": [
+                {
+                    "source": number[t.source],
+                    "event": self.event_document(t.source, t.occurrence),
+                    "controllable": t.occurrence.event.controllable,
+                    "target": number[t.target],
+                }
+                for t in transitions
+            ],
+        }
+
+    def _state_document(self, number: int, state: OracleState) -> dict[str, Any]:
+        def those(what: str) -> dict[str, Any]:
+            return {n: v for (w, n), v in zip(self.slots, state, strict=True) if w == what}
+
+        return {
+            "id": number,
+            "components": those("at"),
+            "variables": those("var"),
+            "communications": those("phase"),
+            "marked": self.marked(state),
+        }
+
+    def event_document(self, state: OracleState, occurrence: Occurrence) -> dict[str, Any]:
+        event = occurrence.event
+        if event.kind is EventKind.TAU:
+            here = self.get(state, "at", event.key)
+            after = dict(zip(self.slots, self.step(state, occurrence), strict=True))
+            there = after["at", event.key]
+            return {
+                "kind": "tau",
+                "name": event.key,
+                "value": f"{here}->{there}",
+                "index": event.index,
+            }
+        value: Any = None
+        if occurrence.values:
+            if [path for path, _ in occurrence.values] == [()]:
+                value = occurrence.values[0][1]
+            else:
+                value = {path_text(path): v for path, v in occurrence.values}
+        return {"kind": event.kind.value, "name": self.name(event), "value": value}
+
+    def name(self, event: Event) -> str:
+        """The bare name of a communication, qualified only where several have it."""
+        if event.kind is EventKind.TAU:
+            return event.key
+        communications: list[Communication] = list(self.robot.communications.values())
+        bare = event.key.split(".")[1]
+        same = [c for c in communications if c.name == bare]
+        return bare if len(same) == 1 else event.key
+
+
+def _variables_in(expr: Expr) -> set[str]:
+    return {f"{p.component}.{p.variable}" for p in walk(expr) if isinstance(p, VariableRef)}
+
+
+def _possible(values: tuple[tuple[Path, Any], ...]) -> bool:
+    """Whether the missing parts fit together: what lies behind a missing index is missing, too.
+
+    Where ``a[1]`` is there, so is ``a[0]``; ``a[0].x`` and ``a[0].y`` are there both or not at all.
+    """
+    for path, value in values:
+        for other_path, other in values:
+            if value is None and other is not None and _needs(other_path, path):
+                return False
+    return True
+
+
+def _needs(there: Path, missing: Path) -> bool:
+    """Whether a part at ``there`` can only be there if the one at ``missing`` is, too."""
+    for depth, step in enumerate(missing):
+        later = missing[depth + 1 :]
+        if isinstance(step, int) and not any(isinstance(s, int) for s in later):
+            same_array = len(there) > depth and there[:depth] == missing[:depth]
+            return same_array and isinstance(there[depth], int) and there[depth] >= step
+    return False
+
+
+def path_text(path: Path) -> str:
+    """``position.x``, ``items[0].kind``."""
+    text = ""
+    for step in path:
+        text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else step
+    return text
