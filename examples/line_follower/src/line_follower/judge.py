@@ -1,0 +1,133 @@
+"""Judges a line follower by what is said on its topics alone. No ROS, and nothing of robosc.
+
+Messages of different topics reach a listener in no certain order, and a command that was right when
+it was sent may arrive after the news that makes it wrong. So a command that arrives at time t counts
+as right if there was a moment between t - tolerance and t + tolerance at which it was allowed; it is
+judged when that time has passed.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+__all__ = ["CLEAR", "RULES", "Judge"]
+
+CLEAR = 0.35
+"""Metres from which the way counts as free."""
+
+RULES = {
+    "move needs a free way": "moved although something stands in front",
+    "move needs an idle grabber": "moved while grabbing",
+    "stop needs a reason": "stopped although the way is free and nothing is grabbed",
+    "grab needs an obstacle": "grabbed although the way is free",
+    "grab needs a halted robot": "grabbed while moving",
+    "light shows the line": "light switched against what the line detector says",
+    "light is switched to change it": "light switched to what it shows already",
+    "nothing is touched": "ran into an obstacle",
+}
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What the topics have said up to one moment; None: nothing yet."""
+
+    obstructed: bool | None = None
+    grabbing: bool = False
+    line: bool | None = None
+    moving: bool | None = None
+
+    def but(self, **changes: bool) -> Moment:
+        return Moment(**{**self.__dict__, **changes})
+
+
+@dataclass(frozen=True)
+class _Open:
+    """A command that waits for its judgement."""
+
+    time: float
+    rule: str
+    allowed: Callable[[Moment], bool]
+
+
+@dataclass
+class Judge:
+    """Tell it what arrives, and when (any steady clock); it counts violations of each rule."""
+
+    tolerance: float
+    violations: dict[str, int] = field(default_factory=lambda: dict.fromkeys(RULES, 0))
+    first: dict[str, float] = field(default_factory=dict)
+    commands: int = 0
+    _history: deque[tuple[float, Moment]] = field(default_factory=lambda: deque([(0.0, Moment())]))
+    _open: deque[_Open] = field(default_factory=deque)
+    _light: bool | None = None
+
+    # --- what arrives ------------------------------------------------------------------------
+
+    def distance(self, now: float, metres: float) -> None:
+        self._note(now, obstructed=not metres >= CLEAR)
+
+    def line(self, now: float, seen: bool) -> None:
+        self._note(now, line=seen)
+
+    def velocity(self, now: float, speed: float, turn: float) -> None:
+        moving = speed != 0.0 or turn != 0.0
+        if moving:
+            self._command(now, "move needs a free way", lambda m: m.obstructed is not True)
+            self._command(now, "move needs an idle grabber", lambda m: not m.grabbing)
+        else:
+            # Before the first measurement the way is not known to be free, and stopping is right.
+            self._command(now, "stop needs a reason", lambda m: m.obstructed is not False or m.grabbing)
+        self._note(now, moving=moving)
+
+    def grab(self, now: float) -> None:
+        # Judged by the moments before the goal: it is itself what makes the robot grab.
+        self._command(now, "grab needs an obstacle", lambda m: m.obstructed is True)
+        self._command(now, "grab needs a halted robot", lambda m: m.moving is False)
+        self._note(now, grabbing=True)
+
+    def grab_ended(self, now: float) -> None:
+        self._note(now, grabbing=False)
+
+    def light(self, now: float, on: bool) -> None:
+        self._command(now, "light shows the line", lambda m: (m.line is not True) == on)
+        if self._light == on:
+            self._violate(now, "light is switched to change it")
+        self._light = on
+
+    def bump(self, now: float) -> None:
+        self._violate(now, "nothing is touched")
+
+    # --- judgement ---------------------------------------------------------------------------
+
+    def settle(self, now: float) -> None:
+        """Judge the commands whose time has come; forget what no open command needs any more."""
+        while self._open and self._open[0].time + self.tolerance < now:
+            case = self._open.popleft()
+            if not any(case.allowed(moment) for moment in self._around(case.time)):
+                self._violate(case.time, case.rule)
+        oldest = (self._open[0].time if self._open else now) - self.tolerance
+        while len(self._history) > 1 and self._history[1][0] < oldest:
+            self._history.popleft()
+
+    def _around(self, time: float) -> Iterator[Moment]:
+        """All moments that lasted at some time within the tolerance around a time."""
+        ends = [start for start, _ in self._history][1:] + [float("inf")]
+        for (start, moment), end in zip(self._history, ends):
+            if end >= time - self.tolerance and start <= time + self.tolerance:
+                yield moment
+
+    def _note(self, now: float, **changes: bool) -> None:
+        before = self._history[-1][1]
+        after = before.but(**changes)
+        if after != before:
+            self._history.append((now, after))
+
+    def _command(self, now: float, rule: str, allowed: Callable[[Moment], bool]) -> None:
+        self.commands += 1
+        self._open.append(_Open(now, rule, allowed))
+
+    def _violate(self, time: float, rule: str) -> None:
+        self.violations[rule] += 1
+        self.first.setdefault(rule, time)
