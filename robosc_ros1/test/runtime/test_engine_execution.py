@@ -1,0 +1,336 @@
+"""How the engine executes a controller: order, pace, calls, mismatches, safe stop."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
+
+from robosc.runtime.engine import Engine
+from robosc.runtime.settings import Settings
+
+
+class Played:
+    """An engine whose clock and inputs the test moves."""
+
+    def __init__(self, **settings: object) -> None:
+        self.port = PlayedPort()
+        self.controller = LampController()
+        self.engine = Engine(
+            self.controller,
+            self.port,
+            Settings(**settings),
+            steady=lambda: self.port.time,  # type: ignore[arg-type]
+        )
+
+    def begin(self) -> list[str]:
+        self.engine.begin()
+        self.engine.cycle()
+        return self.port.take()
+
+    def see(self, value: float) -> list[str]:
+        self.engine.post(SENSOR, "response", value)
+        self.engine.cycle()
+        return self.port.take()
+
+    def end(self, key: str, kind: str = "response", payload: object = None) -> list[str]:
+        self.engine.report(key, self.port.tokens[key], kind, payload)
+        self.engine.cycle()
+        return self.port.take()
+
+    def wait(self, seconds: float) -> list[str]:
+        """Let time pass as the engine's thread would: waking whenever the engine asks to."""
+        end = self.port.time + seconds
+        while True:
+            patience = self.engine.patience()
+            if patience is None or self.port.time + patience > end:
+                break
+            self.port.time += patience
+            self.engine.cycle()
+        self.port.time = end
+        return self.port.take()
+
+    def counter(self, name: str) -> int:
+        return self.engine.journal.counters[name]
+
+
+def test_what_is_allowed_at_first_is_sent_at_once() -> None:
+    assert Played().begin() == [HALT, LAMP, ARM]
+
+
+def test_an_edge_is_served_at_once_and_repeated_at_the_rate() -> None:
+    played = Played(rate=10.0)
+    played.begin()
+    played.port.time += 0.03
+    assert played.see(50)[:1] == [GO]
+    assert played.see(60) == []
+    assert played.wait(0.0999) == []
+    assert played.wait(0.0002) == [GO]
+    assert len(played.wait(1.0)) == 10
+
+
+def test_data_are_those_of_the_moment_of_sending() -> None:
+    played = Played()
+    played.begin()
+    played.engine.post(SENSOR, "response", 20)
+    played.engine.post(SENSOR, "response", 50)
+    played.engine.cycle()
+    assert (GO, {"data": 5.0}) in played.port.sent
+
+
+def test_a_guard_that_falls_and_rises_within_one_batch_is_an_edge() -> None:
+    played = Played()
+    played.begin()
+    played.see(50)
+    played.engine.post(SENSOR, "response", 5)
+    played.engine.post(SENSOR, "response", 50)
+    played.engine.cycle()
+    assert played.port.take() == [GO]
+
+
+def test_a_command_that_stops_being_allowed_before_its_turn_is_not_sent() -> None:
+    played = Played()
+    played.begin()
+    played.engine.post(SENSOR, "response", 50)
+    played.engine.post(SENSOR, "response", 5)
+    played.engine.cycle()
+    assert GO not in played.port.take()
+
+
+def test_a_service_that_completes_is_called_again_at_the_rate_not_at_once() -> None:
+    played = Played(rate=10.0)
+    played.begin()
+    played.port.time = 0.01
+    assert LAMP not in played.end(LAMP)
+    assert LAMP not in played.wait(0.08)
+    assert LAMP in played.wait(0.02)
+
+
+def test_a_long_call_is_followed_on_the_next_beat() -> None:
+    played = Played(rate=10.0)
+    played.begin()
+    played.wait(3.03)
+    assert played.end(LAMP) == []
+    assert LAMP not in played.wait(0.069)
+    assert LAMP in played.wait(0.002)
+
+
+def test_an_action_that_mirrors_its_phase_is_not_started_again_at_once() -> None:
+    played = Played(rate=10.0)
+    played.begin()
+    played.port.time = 0.01
+    assert played.end(ARM) == []
+    assert ARM not in played.wait(0.08)
+    assert ARM in played.wait(0.02)
+
+
+def test_a_cancel_leaves_at_once_and_later_results_are_dropped() -> None:
+    played = Played()
+    played.begin()
+    token = played.port.tokens[ARM]
+    played.see(50)
+    assert played.port.cancelled == [(ARM, token)]
+    assert played.controller.arm == "idle"
+    played.engine.report(ARM, token, "response", None)
+    played.engine.cycle()
+    assert played.counter("late") == 1
+    assert played.counter("mismatches") == 0
+
+
+def test_a_request_ends_once_however_often_it_is_answered() -> None:
+    played = Played()
+    played.begin()
+    token = played.port.tokens[LAMP]
+    for kind in ("response", "response", "error"):
+        played.engine.report(LAMP, token, kind, "x")
+    played.engine.cycle()
+    assert played.counter("late") == 2
+    assert played.counter("errors") == 0
+
+
+def test_a_call_without_answer_becomes_one_error_at_its_deadline() -> None:
+    played = Played(timeout={LAMP: 2.0})
+    played.begin()
+    token = played.port.tokens[LAMP]
+    played.wait(1.99)
+    assert played.counter("errors") == 0
+    played.wait(0.02)
+    assert played.counter("errors") == 1
+    assert (LAMP, token) in played.port.abandoned
+
+
+def test_an_accepted_goal_has_its_own_deadline() -> None:
+    played = Played(timeout={ARM: 2.0}, goal_timeout={ARM: 30.0}, server_lost_after=1e9)
+    played.begin()
+    played.engine.report(ARM, played.port.tokens[ARM], "accepted")
+    played.engine.cycle()
+    played.wait(29.0)
+    assert played.controller.arm_busy
+    played.wait(1.1)
+    assert [e.detail for e in played.engine.journal.take() if e.name == "reach"][1] == (
+        "deadline exceeded"
+    )
+
+
+def test_a_silent_server_is_lost() -> None:
+    played = Played(server_lost_after=5.0)
+    played.begin()
+    played.engine.report(ARM, played.port.tokens[ARM], "accepted")
+    played.port.silent = 0.2
+    played.wait(20.0)
+    assert played.counter("errors") == 3  # the lamp alone, which nobody answers
+    played.port.silent = 6.0
+    played.wait(5.0)
+    lost = [e for e in played.engine.journal.take() if e.name == "reach" and e.kind == "error"]
+    assert lost[0].detail is not None
+    assert lost[0].detail.startswith("server lost")
+
+
+def test_values_out_of_range_are_mismatches_and_change_nothing() -> None:
+    played = Played()
+    played.begin()
+    assert played.see(500) == []
+    assert played.counter("mismatches") == 1
+    assert played.controller.variables()["Motor.speed"] == 0.0
+
+
+def test_messages_that_are_not_what_the_model_says_are_mismatches() -> None:
+    played = Played()
+    played.begin()
+    played.engine.post(SENSOR, "response", "far")
+    played.engine.cycle()
+    assert played.counter("mismatches") == 1
+    assert played.engine.stopped is None
+
+
+def test_an_unusable_response_ends_its_request_as_an_error() -> None:
+    played = Played()
+    played.begin()
+    played.end(LAMP, payload="nonsense")
+    assert (played.counter("mismatches"), played.counter("errors")) == (1, 1)
+    assert not played.controller.lamp_busy
+
+
+def test_the_policy_stop_makes_a_safe_stop_of_a_mismatch() -> None:
+    played = Played(on_mismatch="stop", stop_command=HALT, exit_on_stop=True)
+    played.begin()
+    played.see(50)
+    token = played.port.tokens[ARM]
+    assert played.see(500) == [HALT]
+    assert played.engine.stopped == "mismatch: range is 500, outside 0..100"
+    assert (ARM, token) in played.port.cancelled
+    assert played.port.exits == [1]
+    assert played.wait(10.0) == []
+    assert played.see(5) == []
+
+
+def test_a_cycle_of_own_steps_is_a_safe_stop() -> None:
+    played = Played()
+    played.controller.spin = 1000
+    played.begin()
+    assert played.engine.stopped is not None
+    assert "never end" in played.engine.stopped
+
+
+def test_an_unforeseen_exception_is_a_safe_stop() -> None:
+    played = Played()
+    played.controller.can_go = lambda: 1 / 0  # type: ignore[method-assign]
+    played.engine = Engine(played.controller, played.port)
+    played.begin()
+    assert played.engine.stopped is not None
+    assert "ZeroDivisionError" in played.engine.stopped
+
+
+def test_a_command_that_cannot_be_sent_changes_nothing_and_is_tried_again_at_the_rate() -> None:
+    played = Played(rate=10.0)
+    played.port.broken = {LAMP}
+    played.begin()
+    assert not played.controller.lamp_busy
+    played.wait(0.95)
+    assert played.counter("failed") == 10
+    assert played.engine.stopped is None
+
+
+@pytest.mark.parametrize(
+    ("order", "expected"),
+    [("rotate", [HALT, LAMP, HALT, LAMP]), ("declared", [HALT, LAMP, HALT, LAMP])],
+)
+def test_due_commands_are_sent_once_each_in_order(order: str, expected: list[str]) -> None:
+    played = Played(order=order)
+    played.port.broken = set()
+    sent = [key for key in played.begin() if key != ARM]
+    played.end(LAMP)
+    sent += [key for key in played.wait(0.1) if key != ARM]
+    assert sent == expected
+
+
+def test_the_command_sent_last_goes_to_the_end() -> None:
+    played = Played(order="rotate")
+    played.begin()
+    played.see(50)
+    played.port.time += 0.05
+    played.see(5)  # halt and reach by an edge: now the lamp was sent longest ago
+    played.end(LAMP)
+    played.port.time += 1.0
+    played.engine.cycle()
+    assert played.port.take() == [LAMP, HALT]
+
+
+def test_random_order_is_reproducible() -> None:
+    def run(seed: int) -> list[str]:
+        played = Played(order="random", seed=seed)
+        sent = played.begin()
+        for _ in range(20):
+            sent += played.end(LAMP)
+            sent += played.wait(0.1)
+        return sent
+
+    assert run(1) == run(1)
+    assert len({tuple(run(seed)) for seed in range(5)}) > 1
+
+
+def test_time_that_jumps_back_does_not_stop_the_pace() -> None:
+    played = Played(rate=10.0)
+    played.port.time = 1000.0
+    played.begin()
+    played.port.time = 3.0
+    assert HALT in played.wait(0.11)
+
+
+def test_closing_cancels_goals_and_sends_the_stop_command() -> None:
+    played = Played(stop_command=HALT)
+    played.engine.close()
+    thread = threading.Thread(target=played.engine.run)
+    thread.start()
+    thread.join(10)
+    assert not thread.is_alive()
+    assert played.port.take()[-1] == HALT
+
+
+def test_inputs_wake_the_engine() -> None:
+    played = Played()
+    sent = threading.Event()
+    send = played.port.send
+
+    def note(key: str, data: object) -> None:
+        send(key, data)
+        if key == GO:
+            sent.set()
+
+    played.port.send = note  # type: ignore[method-assign]
+    thread = threading.Thread(target=played.engine.run, daemon=True)
+    thread.start()
+    played.engine.post(SENSOR, "response", 50)
+    assert sent.wait(10)
+    played.engine.close()
+    thread.join(10)
+    assert not thread.is_alive()
+
+
+def test_the_snapshot_is_not_touched_by_later_events() -> None:
+    played = Played()
+    played.begin()
+    snapshot = played.engine.snapshot()
+    played.see(50)
+    assert snapshot["controller"].variables()["Sensor.clear"] is False
