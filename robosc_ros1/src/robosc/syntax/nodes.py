@@ -32,6 +32,11 @@ class Name:
     text: str
     span: Span = _span()
 
+    @property
+    def escaped(self) -> bool:
+        """Was it written with ``^``? Tells a variable called ``value`` from the keyword."""
+        return self.span.text.startswith("^")
+
 
 # --- expressions ---------------------------------------------------------------------------------
 
@@ -324,9 +329,14 @@ DeclarationNode: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class FileNode:
-    """A whole file: one robot or one library, its declarations in source order."""
+    """A whole file: one robot or one library, its declarations in source order.
+
+    ``broken`` holds every word in the declarations that were skipped for their faults: a name that
+    is unknown but among them was probably declared there, and calling it unknown would be noise.
+    """
 
     kind: Literal["robot", "library"]
     name: Name
     declarations: tuple[DeclarationNode, ...]
+    broken: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
     span: Span = _span()

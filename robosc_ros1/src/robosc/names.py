@@ -1,0 +1,71 @@
+"""What may be a name: identifiers of the language, and graph and package names of ROS.
+
+ROS names follow http://wiki.ros.org/Names for ROS 1 and the stricter rules of
+https://design.ros2.org/articles/topic_and_service_names.html for ROS 2; package names follow REP 144.
+"""
+
+from __future__ import annotations
+
+import re
+
+__all__ = [
+    "BASIC_TYPES", "IDENTIFIER", "RESERVED", "escape", "is_identifier", "package_name",
+    "ros_name_fault", "snake_case",
+]  # fmt: skip
+
+IDENTIFIER = r"[A-Za-z_][A-Za-z0-9_]*"
+"""An identifier as a regular expression, without the escape ``^``."""
+
+RESERVED = frozenset({"value", "true", "false", "and", "or"})
+"""Words that are never a name unless escaped; all other keywords depend on where they stand."""
+
+BASIC_TYPES = frozenset({"string", "boolean", "double", "none", "integer", "array"})
+"""Words that, unescaped, are always the built-in type where a type is expected."""
+
+_IDENTIFIER = re.compile(IDENTIFIER, re.ASCII)
+
+
+def is_identifier(text: str) -> bool:
+    return _IDENTIFIER.fullmatch(text) is not None
+
+
+def escape(name: str) -> str:
+    """How a name is written where any name may stand."""
+    return f"^{name}" if name in RESERVED else name
+
+
+def snake_case(name: str) -> str:
+    """``LineFollower2D`` → ``line_follower2_d``, ``HTTPServer`` → ``http_server``."""
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name)
+    return re.sub(r"_{2,}", "_", words).strip("_").lower()
+
+
+def package_name(name: str) -> str:
+    """The name as a ROS package name (REP 144): lower case, begins with a letter, no ``__``."""
+    snake = snake_case(name)
+    return snake if snake[:1].isalpha() else f"robot_{snake}".rstrip("_")
+
+
+def ros_name_fault(name: str) -> str | None:
+    """Why ROS does not allow ``name`` for a topic, service or action; None if it does.
+
+    Accepted are relative (``a/b``), absolute (``/a/b``) and private (``~a``) names that are valid in
+    ROS 1 and ROS 2 alike, so that one model serves both.
+    """
+    if not name:
+        return "it is empty"
+    if name in ("/", "~", "~/"):
+        return "it names no topic"
+    rest = name[2:] if name.startswith("~/") else name[1:] if name[0] in "/~" else name
+    if bad := re.search(r"[^A-Za-z0-9_/]", rest):
+        return f"{bad.group()!r} is not allowed: only letters, digits, '_' and '/' are"
+    if rest.endswith("/"):
+        return "it ends with '/'"
+    for part in rest.split("/"):
+        if not part:
+            return "it contains '//'"
+        if part[0].isdigit():
+            return f"the part {part!r} begins with a digit"
+        if "__" in part:
+            return f"the part {part!r} contains '__'"
+    return None

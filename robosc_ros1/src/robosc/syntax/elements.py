@@ -1,0 +1,231 @@
+"""What the grammar is made of beyond pyparsing's own elements, and the text that they read.
+
+pyparsing hands the text to every element. Ours is a :class:`ModelText`: it carries the source and
+collects the faults, so that the grammar itself is built once and holds no state.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+from pyparsing import (
+    ParseBaseException,
+    ParseElementEnhance,
+    ParseException,
+    ParserElement,
+    ParseSyntaxException,
+    Token,
+)
+
+from robosc.errors import Diagnostic, Note, Severity
+from robosc.source import Source, Span
+from robosc.syntax.nodes import FileNode
+from robosc.syntax.scan import Scan
+
+__all__ = ["Build", "Built", "Fault", "ModelText", "Nested", "Terminal", "skip_space", "text_of"]
+
+MAX_FAULTS = 100
+"""After so many errors a file gets one more that says so; a binary file would have a million."""
+
+_SPACE = re.compile(r"[ \t\r\n]*")
+_LEXEME = re.compile(r"\^?\w+|\d+(?:\.\d+)?|\"[^\"\n]*\"?|'[^'\n]*'?|[=!<>:]=|=>|->|\.\.|.", re.ASCII)
+_WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_ADVICE = {
+    "==": "write '=' to compare",
+    "and": "write '^and' if this is a name",
+    "or": "write '^or' if this is a name",
+    "true": "write '^true' if this is a name",
+    "false": "write '^false' if this is a name",
+    "value": "write '^value' if this is a name",
+    ".": "write '0.5', not '.5'",
+}
+
+
+class Fault(ParseSyntaxException):
+    """A fault that needs more than "expected …": its own code, extent or hint."""
+
+    def __init__(
+        self,
+        text: str,
+        start: int,
+        message: str,
+        *,
+        end: int | None = None,
+        code: str = "syntax",
+        hint: str | None = None,
+    ) -> None:
+        super().__init__(text, start, message)
+        self.end = end
+        self.code = code
+        self.hint = hint
+
+
+class ModelText(str):
+    """The scanned text of one source, and what one parse finds in it.
+
+    ``item_start`` is where the declaration begins that is being read; ``depth`` counts the levels
+    of the construct that nests just now; ``settled`` is a place whose fault is already told: what
+    goes wrong exactly there is its consequence. ``reopened`` tells that a block was continued behind
+    its closing brace, so that the braces no longer count. ``broken`` collects the words of everything that
+    was skipped: names that later stages must not call unknown.
+    """
+
+    source: Source
+    scan: Scan
+    diagnostics: list[Diagnostic]
+    broken: set[str]
+    lexical: list[int]
+    tree: FileNode | None
+    item_start: int
+    depth: int
+    settled: int
+    reopened: bool
+    body_end: int
+
+    @classmethod
+    def of(cls, source: Source, scan: Scan) -> ModelText:
+        self = cls(scan.text)
+        self.source = source
+        self.scan = scan
+        self.diagnostics = list(scan.diagnostics)
+        self.broken = set()
+        self.lexical = [d.span.start for d in scan.diagnostics]
+        self.tree = None
+        self.item_start = self.depth = 0
+        self.settled = -1
+        self.reopened = False
+        self.body_end = len(scan.text.rstrip())
+        return self
+
+    def report(
+        self,
+        code: str,
+        message: str,
+        start: int,
+        end: int | None = None,
+        hint: str | None = None,
+        notes: tuple[Note, ...] = (),
+    ) -> None:
+        """Add an error; without ``end`` it spans the lexeme at ``start``."""
+        start = skip_space(self, start)
+        if start >= self.body_end:
+            # The file ends too early: point right behind its last character.
+            start = end = self.body_end
+            message += ", but the file ends here"
+        elif end is None:
+            lexeme = _LEXEME.match(self, start)
+            end = lexeme.end() if lexeme else start + 1
+        span = Span(self.source, start, end)
+        self.diagnostics.append(Diagnostic(Severity.ERROR, code, message, span, hint, notes))
+
+    def report_fault(self, start: int, resume: int, fault: ParseBaseException) -> None:
+        """Add what went wrong in the declaration that begins at ``start``.
+
+        Nothing is added where a lexical fault in ``start..resume`` explains it, or, at the end of
+        the file, a comment that was never closed.
+        """
+        self.broken.update(_WORD.findall(self[start:resume]))
+        at = skip_space(self, fault.loc)
+        if self.has_lexical_fault(start, max(resume, at + 1)):
+            return
+        if at >= self.body_end:
+            if self.scan.open_end or self.settled >= self.body_end:
+                return
+            self.settled = self.body_end
+        message = fault.msg[:1].lower() + fault.msg[1:]
+        if isinstance(fault, Fault):
+            self.report(fault.code, message, at, fault.end, fault.hint)
+        else:
+            lexeme = _LEXEME.match(self, at)
+            hint = _ADVICE.get(lexeme.group()) if lexeme else None
+            self.report("syntax", message, at, hint=hint)
+
+    def has_lexical_fault(self, start: int, end: int) -> bool:
+        index = bisect_left(self.lexical, start)
+        return index < len(self.lexical) and self.lexical[index] < end
+
+    def span(self, start: int, end: int) -> Span:
+        return Span(self.source, start, end)
+
+
+Build: TypeAlias = Callable[[ModelText, int, int, list[Any]], Any]
+"""Makes a node from the text, its extent, and the values of its parts."""
+
+
+def text_of(instring: str) -> ModelText:
+    assert isinstance(instring, ModelText)
+    return instring
+
+
+def skip_space(text: str, loc: int) -> int:
+    match = _SPACE.match(text, loc)
+    return match.end() if match else loc
+
+
+class Terminal(Token):
+    """One token, given as a regular expression.
+
+    ``build`` makes its value from the matched text and its extent; without it the token leaves
+    nothing behind, as keywords and punctuation do.
+    """
+
+    def __init__(
+        self,
+        pattern: str,
+        expected: str,
+        build: Callable[[ModelText, int, int, str], Any] | None = None,
+    ) -> None:
+        super().__init__()
+        self._match = re.compile(pattern, re.ASCII).match
+        self._expected = expected
+        self._build = build
+        self.errmsg = f"expected {expected}"
+        self.mayIndexError = False
+
+    def _generateDefaultName(self) -> str:
+        return self._expected
+
+    def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
+        match = self._match(instring, loc)
+        if match is None:
+            raise ParseException(instring, loc, self.errmsg, self)
+        end = match.end()
+        if self._build is None:
+            return end, []
+        return end, [self._build(text_of(instring), loc, end, match.group())]
+
+
+class Built(ParseElementEnhance):
+    """A rule whose parts become one node."""
+
+    def __init__(self, expr: ParserElement, build: Build) -> None:
+        super().__init__(expr)
+        self._build = build
+        self.mayIndexError = False
+
+    def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
+        end, parts = self.expr._parse(instring, loc, do_actions, False)
+        return end, [self._build(text_of(instring), loc, end, list(parts))]
+
+
+class Nested(ParseElementEnhance):
+    """A rule that contains itself, down to a limit: the text must not exhaust the stack."""
+
+    def __init__(self, expr: ParserElement, limit: int, what: str) -> None:
+        super().__init__(expr)
+        self._limit = limit
+        self._what = what
+
+    def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
+        text = text_of(instring)
+        if text.depth >= self._limit:
+            message = f"{self._what} nested more than {self._limit} deep"
+            raise Fault(text, loc, message, code="too-deep")
+        text.depth += 1
+        try:
+            return self.expr._parse(instring, loc, do_actions, False)
+        finally:
+            text.depth -= 1
