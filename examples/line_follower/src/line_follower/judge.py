@@ -1,9 +1,9 @@
 """Judges a line follower by what is said on its topics alone. No ROS, and nothing of robosc.
 
-Messages of different topics reach a listener in no certain order, and a command that was right when
-it was sent may arrive after the news that makes it wrong. So a command that arrives at time t counts
-as right if there was a moment between t - tolerance and t + tolerance at which it was allowed; it is
-judged when that time has passed.
+Messages of different topics reach a listener in no certain order, and a command that was right
+when it was sent may arrive after the news that makes it wrong. So a command that arrives at time t
+counts as right if there was a moment between t - tolerance and t + tolerance at which it was
+allowed; it is judged when that time has passed.
 """
 
 from __future__ import annotations
@@ -78,7 +78,9 @@ class Judge:
             self._command(now, "move needs an idle grabber", lambda m: not m.grabbing)
         else:
             # Before the first measurement the way is not known to be free, and stopping is right.
-            self._command(now, "stop needs a reason", lambda m: m.obstructed is not False or m.grabbing)
+            self._command(
+                now, "stop needs a reason", lambda m: m.obstructed is not False or m.grabbing
+            )
         self._note(now, moving=moving)
 
     def grab(self, now: float) -> None:
@@ -113,8 +115,9 @@ class Judge:
 
     def _around(self, time: float) -> Iterator[Moment]:
         """All moments that lasted at some time within the tolerance around a time."""
-        ends = [start for start, _ in self._history][1:] + [float("inf")]
-        for (start, moment), end in zip(self._history, ends):
+        starts = [start for start, _ in self._history]
+        ends = [*starts[1:], float("inf")]
+        for (start, moment), end in zip(self._history, ends, strict=True):
             if end >= time - self.tolerance and start <= time + self.tolerance:
                 yield moment
 

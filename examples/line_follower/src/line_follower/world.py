@@ -39,7 +39,7 @@ class Pose:
 
 
 class Track:
-    """A closed line through points, as a Catmull-Rom spline, with gaps (intervals of arc length)."""
+    """A closed line through points (Catmull-Rom spline) with gaps (intervals of arc length)."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Track:
             pieces = max(1, int(math.dist(corners[1], corners[2]) / step))
             self.points.extend(_spline(corners, k / pieces) for k in range(pieces))
         self.lengths = [0.0]
-        for a, b in zip(self.points, self.points[1:] + self.points[:1]):
+        for a, b in zip(self.points, self.points[1:] + self.points[:1], strict=True):
             self.lengths.append(self.lengths[-1] + math.dist(a, b))
         self.length = self.lengths[-1]
 
@@ -83,7 +83,8 @@ def _spline(corners: list[tuple[float, float]], t: float) -> tuple[float, float]
             2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * (b - c) + d - a) * t**3
         )
 
-    return tuple(blend(*axis) for axis in zip(*corners))
+    x, y = (blend(*axis) for axis in zip(*corners, strict=True))
+    return x, y
 
 
 def standard_track() -> Track:
@@ -175,7 +176,7 @@ class World:
         return min(FAR, max(0.0, math.hypot(dx, dy) - BUMPER - OBSTACLE_RADIUS))
 
     def correction(self) -> float | None:
-        """Where the line lies, in percent of the sensor's half width, left positive; None: nowhere."""
+        """Where the line lies, in percent of the sensor's half width, left positive, if at all."""
         if self.track.in_gap(self._arc):
             return None
         x, y = self._sensor()

@@ -1,0 +1,241 @@
+"""Helpers for tests that need ROS 1: a workspace to build in, and a roscore of one's own.
+
+How to use them
+---------------
+Ask for fixtures (they live in ``conftest.py`` beside this file, so every test folder has them); a
+test that does is skipped, saying why, where ROS is not installed::
+
+    def test_something(make_workspace, roscore):
+        workspace = make_workspace()      # an empty catkin workspace in a temporary folder
+        workspace.add(generated_package)  # links a package (a folder with package.xml) into src/
+        workspace.build()                 # catkin_make; on failure its output is the message
+        workspace.run("rostest", "my_controller", "controller.test")      # devel space sourced
+        with workspace.start("rosrun", "my_controller", "my_controller", master=roscore) as node:
+            ...                               # node is a Popen; it is ended in the end
+        workspace.run("rosservice", "list", master=roscore)
+
+``roscore`` is a master on a free port, one for each test. ``example_workspace`` is built once per
+session: robosc itself, robot_common, the line follower and its generated controller.
+
+``rostest`` starts its own master (and takes no ``master=``). ROS logs go to ``log`` of the workspace.
+Nothing of the caller's ROS setup (sourced workspaces, ROS_MASTER_URI) leaks into a workspace.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from xmlrpc.client import ServerProxy
+
+__all__ = [
+    "EXAMPLES", "REPOSITORY", "SOURCES", "Completed", "Master", "Workspace", "await_condition",
+    "free_port", "master", "missing_ros", "plain_environment",
+    "run_robosc",
+]  # fmt: skip
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+SOURCES = REPOSITORY / "robosc_ros1" / "src"
+EXAMPLES = REPOSITORY / "examples"
+PYTHON = Path("/usr/bin/python3") if Path("/usr/bin/python3").is_file() else Path(sys.executable)
+
+Completed = subprocess.CompletedProcess[str]
+
+_ROS_VARIABLES = ("ROS_", "CMAKE_PREFIX_PATH", "PYTHONPATH", "PYTHONHOME", "ROSLISP_")
+
+
+def missing_ros() -> str | None:
+    """Why tests with ROS cannot run here; None if they can."""
+    missing = [t for t in ("roscore", "catkin_make", "rosrun", "rostest") if not shutil.which(t)]
+    if missing:
+        return f"ROS 1 is not installed ({', '.join(missing)} not found; ./dev setup installs it)"
+    probe = subprocess.run([PYTHON, "-c", "import rospy, actionlib"], capture_output=True)
+    return None if probe.returncode == 0 else f"{PYTHON} cannot import rospy and actionlib"
+
+
+def plain_environment(**extra: str) -> dict[str, str]:
+    """The caller's environment without its ROS setup, and with the Python that sees rospy first."""
+    env = {k: v for k, v in os.environ.items() if not k.startswith(_ROS_VARIABLES)}
+    env["PATH"] = f"{PYTHON.parent}{os.pathsep}{env.get('PATH', os.defpath)}"
+    # Where ROS is not under /usr, its setup is what makes it found at all.
+    if not Path("/usr/share/catkin").is_dir():
+        env |= {k: v for k, v in os.environ.items() if k.startswith(_ROS_VARIABLES)}
+    return env | {"ROS_HOSTNAME": "localhost", "PYTHONDONTWRITEBYTECODE": "1"} | extra
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def await_condition(condition, what: str, seconds: float = 30.0):  # type: ignore[no-untyped-def]
+    """Wait until ``condition()`` is true; what it returned, or an AssertionError if never."""
+    end = time.monotonic() + seconds
+    while True:
+        found = condition()
+        if found:
+            return found
+        if time.monotonic() > end:
+            raise AssertionError(f"waited {seconds:g} s in vain for {what}")
+        time.sleep(0.02)
+
+
+def run_robosc(
+    arguments: Sequence[str], folder: Path, environment: Mapping[str, str] = MappingProxyType({})
+) -> Completed:
+    """``python3 -m robosc …`` of this interpreter and checkout, in a folder."""
+    env = os.environ | {"PYTHONPATH": str(SOURCES), "PYTHONDONTWRITEBYTECODE": "1"} | environment
+    return subprocess.run(
+        [sys.executable, "-m", "robosc", *arguments],
+        cwd=folder,
+        env=env,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+@dataclass(frozen=True)
+class Master:
+    """A running ROS master with rosout and a parameter server."""
+
+    port: int
+
+    @property
+    def uri(self) -> str:
+        return f"http://localhost:{self.port}"
+
+    @property
+    def environment(self) -> dict[str, str]:
+        return {"ROS_MASTER_URI": self.uri, "ROS_HOSTNAME": "localhost"}
+
+    def answers(self) -> bool:
+        try:
+            code, _, _ = ServerProxy(self.uri).getPid("/ros_support")  # type: ignore[misc]
+        except OSError:
+            return False
+        return code == 1
+
+
+@contextlib.contextmanager
+def master(folder: Path) -> Iterator[Master]:
+    """A roscore on a free port, logs in ``folder``; ended with all that it started."""
+    running = Master(free_port())
+    env = plain_environment(**running.environment, ROS_HOME=str(folder), ROS_LOG_DIR=str(folder))
+    command = ["roscore", "-p", str(running.port)]
+    with _process(command, env, folder / "roscore.log") as process:
+        await_condition(
+            lambda: process.poll() is not None or running.answers(), f"a master on {running.uri}"
+        )
+        assert process.poll() is None, (folder / "roscore.log").read_text(encoding="utf-8")
+        yield running
+
+
+@contextlib.contextmanager
+def _process(
+    command: list[str], env: Mapping[str, str], log: Path
+) -> Iterator[subprocess.Popen[bytes]]:
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            command, env=env, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
+        )
+        try:
+            yield process
+        finally:
+            _end(process)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    for how, seconds in ((signal.SIGINT, 15), (signal.SIGTERM, 5), (signal.SIGKILL, 5)):
+        if process.poll() is not None:
+            return
+        process.send_signal(how)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(seconds)
+
+
+class Workspace:
+    """A catkin workspace in a folder of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        (folder / "src").mkdir(parents=True)
+        (folder / "log").mkdir()
+        self._sourced: dict[Path, dict[str, str]] = {}
+        self._started = 0
+
+    def add(self, package: Path, name: str | None = None) -> None:
+        """Link a package into ``src``."""
+        (self.folder / "src" / (name or package.name)).symlink_to(package.resolve())
+
+    def build(self, *arguments: str) -> str:
+        """catkin_make with arguments (``install``, ``run_tests`` …); its output."""
+        command = ["catkin_make", "-C", str(self.folder), f"-DPYTHON_EXECUTABLE={PYTHON}"]
+        done = self._run([*command, *arguments], plain_environment(**self._places()), 600)
+        self._sourced.clear()
+        assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+        return done.stdout
+
+    def environment(self, space: str = "devel", master: Master | None = None) -> dict[str, str]:
+        """That of a shell that has sourced the workspace's ``devel`` or ``install`` space."""
+        setup = self.folder / space / "setup.sh"
+        if setup not in self._sourced:
+            # Bash tells setup.sh where it lies; sh would have to be told.
+            done = subprocess.run(
+                ["bash", "-c", 'source "${0%.sh}.bash" && env -0', str(setup)],
+                env=plain_environment(**self._places()),
+                capture_output=True,
+                text=True,
+                check=True,
+            )
+            pairs = (line.partition("=") for line in done.stdout.split("\0") if line)
+            self._sourced[setup] = {name: value for name, _, value in pairs}
+        return self._sourced[setup] | (master.environment if master else {})
+
+    def run(
+        self,
+        *command: str,
+        space: str = "devel",
+        master: Master | None = None,
+        check: bool = True,
+        timeout: float = 240.0,
+    ) -> Completed:
+        """Run a command in the sourced workspace; with ``check`` a failure shows its output."""
+        done = self._run(list(command), self.environment(space, master), timeout)
+        if check:
+            shown = " ".join(command)
+            assert done.returncode == 0, f"{shown}: {done.returncode}\n{done.stdout}\n{done.stderr}"
+        return done
+
+    @contextlib.contextmanager
+    def start(
+        self, *command: str, space: str = "devel", master: Master | None = None
+    ) -> Iterator[subprocess.Popen[bytes]]:
+        """Run a command in the background; it is interrupted (SIGINT) in the end.
+
+        What it prints is in ``process.log`` (a Path).
+        """
+        self._started += 1
+        log = self.folder / "log" / f"started-{self._started}.log"
+        with _process(list(command), self.environment(space, master), log) as process:
+            process.log = log  # type: ignore[attr-defined]
+            yield process
+
+    def _places(self) -> dict[str, str]:
+        return {"ROS_HOME": str(self.folder / "log"), "ROS_LOG_DIR": str(self.folder / "log")}
+
+    def _run(self, command: list[str], env: Mapping[str, str], timeout: float) -> Completed:
+        return subprocess.run(
+            command, cwd=self.folder, env=env, capture_output=True, text=True, timeout=timeout
+        )
