@@ -17,7 +17,7 @@ test that does is skipped, saying why, where ROS is not installed::
 ``roscore`` is a master on a free port, one for each test. ``example_workspace`` is built once per
 session: robosc itself, robot_common, the line follower and its generated controller.
 
-``rostest`` starts its own master (and takes no ``master=``). ROS logs go to ``log`` of the workspace.
+``rostest`` starts its own master (and takes no ``master=``). ROS logs go to the folder ``log``.
 Nothing of the caller's ROS setup (sourced workspaces, ROS_MASTER_URI) leaks into a workspace.
 """
 

@@ -1,0 +1,134 @@
+"""Who may import whom: the flow goes one way, and each library has its place.
+
+The imports are read from the source, those inside functions included.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from ros_support import SOURCES
+
+ORDER = (
+    "source", "errors", "codes", "names", "resources", "syntax", "model", "ir", "supervisor", "synthesis",
+    "emit", "pipeline", "documents", "cli", "__main__",
+)  # fmt: skip
+"""Each imports only what stands left of it, and within itself."""
+
+THIRD_PARTY = {
+    "pyparsing": ("syntax",),
+    "numpy": ("synthesis",),
+    "dd": ("synthesis",),
+    "oxidd": ("synthesis",),
+    "networkx": ("synthesis", "documents"),
+    "jinja2": ("emit.engine",),
+    "rospkg": ("model.rosmsg", "emit"),
+    "genmsg": ("model.rosmsg", "emit"),
+    "genpy": ("model.rosmsg", "emit"),
+    "catkin_pkg": ("model.rosmsg", "emit"),
+}
+"""Library to the modules that may import it."""
+
+ENVIRONMENT = ("cli", "model.rosmsg")
+"""Only these look at environment variables."""
+
+PACKAGE = SOURCES / "robosc"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+
+def module_name(file: Path) -> str:
+    """``model.types`` for robosc/model/types.py; a package's __init__ is the package."""
+    parts = file.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(file: Path) -> Iterator[tuple[int, str]]:
+    """Line and full name of each module that a file imports."""
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield node.lineno, alias.name
+        elif isinstance(node, ast.ImportFrom) and node.level:
+            package = ("robosc", *file.parent.relative_to(PACKAGE).parts)
+            base = package[: len(package) - node.level + 1]
+            yield node.lineno, ".".join((*base, *filter(None, [node.module])))
+        elif isinstance(node, ast.ImportFrom):
+            module = node.module or ""
+            if module == "robosc":  # from robosc import pipeline
+                yield from ((node.lineno, f"robosc.{alias.name}") for alias in node.names)
+            else:
+                yield node.lineno, module
+
+
+def within(name: str, places: tuple[str, ...]) -> bool:
+    return any(name == place or name.startswith(place + ".") for place in places)
+
+
+@pytest.mark.parametrize("file", MODULES, ids=lambda file: module_name(file) or "robosc")
+def test_module_imports_only_what_it_may(file: Path) -> None:
+    importer = module_name(file)
+    faults = [
+        f"{file.name}:{line} imports {imported}"
+        for line, imported in imports(file)
+        if not allowed(importer, imported)
+    ]
+    assert not faults
+
+
+def allowed(importer: str, imported: str) -> bool:
+    library = imported.split(".")[0]
+    if library == "robosc":
+        return allowed_inside(importer, imported.removeprefix("robosc").removeprefix("."))
+    if library in sys.stdlib_module_names:
+        return True
+    return library in THIRD_PARTY and within(importer, THIRD_PARTY[library])
+
+
+def allowed_inside(importer: str, imported: str) -> bool:
+    layer, target = importer.split(".")[0], imported.split(".")[0]
+    if layer == "runtime" or target == "runtime":
+        return layer == target
+    if layer == "":  # the façade
+        return target == "pipeline"
+    if target not in ORDER or layer not in ORDER:
+        return False
+    return ORDER.index(target) <= ORDER.index(layer)
+
+
+def test_environment_is_read_in_few_places() -> None:
+    readers = {
+        module_name(file)
+        for file in MODULES
+        for node in ast.walk(ast.parse(file.read_bytes()))
+        if isinstance(node, ast.Attribute) and node.attr in {"environ", "getenv", "expandvars"}
+    }
+    assert readers <= set(ENVIRONMENT)
+
+
+def test_runtime_needs_nothing_but_python() -> None:
+    """It runs inside generated packages, on robots where robosc was never installed."""
+    for file in sorted((PACKAGE / "runtime").rglob("*.py")):
+        outside = {
+            name.split(".")[0] for _, name in imports(file) if not name.startswith("robosc.runtime")
+        }
+        assert outside <= set(sys.stdlib_module_names), file.name
+
+
+@pytest.mark.parametrize(
+    ("importer", "imported", "verdict"),
+    [
+        ("model.resolve", "robosc.syntax.nodes", True),
+        ("syntax.parser", "robosc.model.types", False),
+        ("synthesis.dense", "numpy", True),
+        ("ir.lower", "numpy", False),
+        ("emit.ros1", "jinja2", False),
+        ("runtime.engine", "robosc.errors", False),
+        ("emit.ros1", "rospy", False),
+    ],
+)
+def test_the_rules_tell_right_from_wrong(importer: str, imported: str, verdict: bool) -> None:
+    assert allowed(importer, imported) is verdict
