@@ -1,0 +1,477 @@
+"""The inside of components: variables, states and transitions, resolved and typed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from robosc.errors import Note
+from robosc.model.communications import EVENTS_OF, resolve_communication
+from robosc.model.entities import (
+    Assignment,
+    Behaviour,
+    EventKind,
+    Kind,
+    ResultTransition,
+    State,
+    Tau,
+    Variable,
+)
+from robosc.model.expr import Expr
+from robosc.model.expressions import ANY, BOOLEAN, Incoming, Typer, is_value, no_value, wants
+from robosc.model.report import Report, listing
+from robosc.model.types import DoubleType, EnumType, Type, Value
+from robosc.model.values import check_range, coerce, default_value, fold
+from robosc.model.world import CommunicationInfo, Instance, Names
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    Access,
+    AssignmentNode,
+    BehaviourNode,
+    ExprNode,
+    Name,
+    ResultTransitionNode,
+    StateNode,
+    TauNode,
+    VariableNode,
+)
+
+__all__ = ["BehaviourResolver"]
+
+Transitions = tuple[tuple[ResultTransition, ...], tuple[Tau, ...]]
+
+
+class BehaviourResolver:
+    """Resolves the behaviour of one component; ``whole`` turns False at the first error."""
+
+    def __init__(self, instance: Instance, names: Names, report: Report) -> None:
+        self._instance = instance
+        self._names = names
+        self._report = report
+        self._taus = 0
+        self.whole = True
+
+    def resolve(self, node: BehaviourNode) -> Behaviour:
+        """The behaviour, as far as it is sound: parts with errors are left out."""
+        variables = [v for v in map(self._variable, self._own_variables()) if v is not None]
+        states: list[State] = []
+        nodes: list[ResultTransitionNode] = []
+        results: list[ResultTransition] = []
+        taus: list[Tau] = []
+        for item in node.items:
+            match item:
+                case StateNode():
+                    state = self._state(item)
+                    if self._instance.states.get(item.name.text) is item:
+                        states.append(state)
+                case ResultTransitionNode():
+                    nodes.append(item)
+                    result = self._result(item)
+                    if result is not None:
+                        results.append(result)
+                case TauNode():
+                    taus.append(self._tau(item))
+        self._check_events(nodes, results, None)
+        behaviour = Behaviour(
+            tuple(variables), tuple(states), tuple(results), tuple(taus), span=node.span
+        )
+        self._check_states(node, behaviour)
+        return behaviour
+
+    # --- variables -------------------------------------------------------------------------------
+
+    def _own_variables(self) -> Iterable[VariableNode]:
+        return self._instance.variable_nodes.values()
+
+    def _variable(self, node: VariableNode) -> Variable | None:
+        type_ = self._instance.variables[node.name.text]
+        if type_ is None:
+            self.whole = False
+            return None
+        initial = self._initial(node, type_)
+        if initial is None:
+            self.whole = False
+            return None
+        name = self._instance.name
+        return Variable(node.name.text, name, type_, initial, False, span=node.span)
+
+    def _initial(self, node: VariableNode, type_: Type) -> Value | None:
+        if node.initial is None:
+            return default_value(type_)
+        typer = Typer(
+            self._report,
+            self._instance.types,
+            None,
+            no_value("an initial value cannot depend on what comes in"),
+        )
+        place = f"variable '{node.name.text}'"
+        if isinstance(node.initial, Access) and self._reads_something(node.initial, type_):
+            return None
+        expr = typer.check(node.initial, wants(type_), place)
+        if expr is None:
+            return None
+        value = fold(expr)
+        if value is None:
+            self._report.add(
+                "initial-not-constant",
+                node.initial.span,
+                f"the initial value of '{node.name.text}' must be a finite constant",
+            )
+            return None
+        check_range(expr, type_, f"'{node.name.text}'", self._report)
+        return float(value) if isinstance(type_, DoubleType) else value
+
+    def _reads_something(self, access: Access, type_: Type) -> bool:
+        """Report an initial value that names a variable or state."""
+        own = self._instance
+        name = access.root.text
+        if isinstance(type_, EnumType) and name in type_.values and not access.path:
+            return False
+        component = self._names.component(name) if access.path else own
+        if component is None:
+            return False
+        last = access.path[-1] if access.path else access.root
+        text = last.text if isinstance(last, Name) else ""
+        if text not in component.variables and text not in component.states:
+            return False
+        self._report.add(
+            "initial-not-constant",
+            access.span,
+            "an initial value must be a constant, it cannot read a variable or state",
+        )
+        return True
+
+    # --- states and transitions ------------------------------------------------------------------
+
+    def _state(self, node: StateNode) -> State:
+        nodes: list[ResultTransitionNode] = []
+        results: list[ResultTransition] = []
+        taus: list[Tau] = []
+        for item in node.transitions:
+            if isinstance(item, TauNode):
+                taus.append(self._tau(item))
+                continue
+            nodes.append(item)
+            result = self._result(item)
+            if result is not None:
+                results.append(result)
+        self._check_events(nodes, results, node)
+        return State(
+            node.name.text, node.initial, node.marked, tuple(results), tuple(taus), span=node.span
+        )
+
+    def _tau(self, node: TauNode) -> Tau:
+        self._taus += 1
+        incoming = no_value("nothing comes in when a component moves by itself")
+        guard = self._guard(node.guard, incoming)
+        return Tau(self._taus, guard, self._goto(node.goto), span=node.span)
+
+    def _result(self, node: ResultTransitionNode) -> ResultTransition | None:
+        info = resolve_communication(
+            node.communication, self._names, self._instance.types.scope, self._report
+        )
+        incoming = Incoming(None, known=False) if info is None else _incoming(node.event, info)
+        guard = self._guard(node.guard, incoming)
+        assignments = self._assignments(node.assignments, incoming)
+        goto = self._goto(node.goto)
+        if info is None:
+            self.whole = False
+            return None
+        event = EventKind(node.event)
+        if event not in EVENTS_OF[info.kind]:
+            events = listing(e.value for e in EVENTS_OF[info.kind])
+            article = "a" if info.kind is Kind.SERVICE else "an"
+            self._report.add(
+                "event-not-available",
+                node.event_span,
+                f"{info.kind.value} '{info.name}' has no {event.value}",
+                f"{article} {info.kind.value} has: {events}",
+            )
+            self.whole = False
+            return None
+        return ResultTransition(event, info.key, guard, assignments, goto, span=node.span)
+
+    def _typer(self, incoming: Incoming) -> Typer:
+        return Typer(self._report, self._instance.types, self._names, incoming)
+
+    def _guard(self, node: ExprNode | None, incoming: Incoming) -> Expr | None:
+        if node is None:
+            return None
+        guard = self._typer(incoming).check(node, BOOLEAN, "a guard")
+        if guard is None:
+            self.whole = False
+        return guard
+
+    def _goto(self, name: Name | None) -> str | None:
+        if name is None:
+            return None
+        if name.text in self._instance.states:
+            return name.text
+        self.whole = False
+        scope = self._instance.types.scope
+        if not scope.is_lost(name.text):
+            self._report.add(
+                "unknown-state",
+                name.span,
+                f"{self._instance.name} has no state '{name.text}'",
+                self._report.suggest(name.text, self._instance.states, "its states"),
+            )
+        return None
+
+    # --- assignments -----------------------------------------------------------------------------
+
+    def _assignments(
+        self, nodes: Sequence[AssignmentNode], incoming: Incoming
+    ) -> tuple[Assignment, ...]:
+        found: list[Assignment] = []
+        seen: dict[str, Span] = {}
+        for node in nodes:
+            target = self._target(node.target)
+            if target is not None and target in seen:
+                self._report.add(
+                    "duplicate-assignment",
+                    node.target.span,
+                    f"'{target}' is assigned twice at the same time",
+                    "assignments of one transition happen at once",
+                    [Note("the first one is here", seen[target])],
+                )
+                self.whole = False
+            elif target is not None:
+                seen[target] = node.target.span
+            assignment = self._assignment(node, target, incoming)
+            if assignment is None:
+                self.whole = False
+            else:
+                found.append(assignment)
+        return tuple(found)
+
+    def _assignment(
+        self, node: AssignmentNode, target: str | None, incoming: Incoming
+    ) -> Assignment | None:
+        type_ = self._instance.variables.get(target) if target is not None else None
+        typer = self._typer(incoming)
+        if target is None or type_ is None:
+            # The value is still looked at; only its type cannot be held against the variable.
+            if not (isinstance(node.value, Access) and not is_value(node.value)):
+                typer.check(node.value, ANY, "an assignment")
+            return None
+        value = typer.check(node.value, wants(type_), f"variable '{target}'")
+        if value is None:
+            return None
+        check_range(value, type_, f"'{target}'", self._report)
+        return Assignment(target, coerce(value, type_), span=node.span)
+
+    def _target(self, access: Access) -> str | None:
+        """The own variable that is assigned; None after an error."""
+        own, root = self._instance, access.root.text
+        if is_value(access):
+            self._not_assignable(access, "'value' is what came in")
+        elif not access.path:
+            if root in own.variables:
+                return root
+            self._unknown_target(access)
+        elif len(access.path) == 1 and isinstance(member := access.path[0], Name):
+            component = self._names.component(root)
+            if component is own and member.text in own.variables:
+                return member.text
+            self._foreign_target(access, component, member)
+        else:
+            self._not_assignable(access, "variables have no parts")
+        return None
+
+    def _not_assignable(self, access: Access, why: str) -> None:
+        variables = listing(self._instance.variables)
+        self._report.add(
+            "not-assignable",
+            access.span,
+            f"only variables can be assigned: {why}",
+            f"{self._instance.name} has the variables: {variables}" if variables else None,
+        )
+
+    def _unknown_target(self, access: Access) -> None:
+        own, name = self._instance, access.root.text
+        if own.types.scope.is_lost(name):
+            return
+        if name in own.states:
+            self._not_assignable(access, f"'{name}' is a state; use goto")
+        elif self._names.component(name) is not None:
+            self._not_assignable(access, f"'{name}' is a component")
+        elif name in own.communications:
+            self._not_assignable(access, f"'{name}' is a communication")
+        else:
+            self._report.add(
+                "unknown-name",
+                access.span,
+                f"{own.name} has no variable '{name}'",
+                self._report.suggest(name, own.variables, "its variables"),
+            )
+
+    def _foreign_target(self, access: Access, component: Instance | None, member: Name) -> None:
+        root = access.root.text
+        scope = self._instance.types.scope
+        if component is None:
+            if self._names.is_broken(root) or scope.is_lost(root):
+                return
+            known = list(self._names.components)
+            self._report.add(
+                "unknown-name",
+                access.root.span,
+                f"there is no component '{root}'",
+                self._report.suggest(root, known),
+            )
+        elif member.text in component.variables:
+            self._report.add(
+                "foreign-assignment",
+                access.span,
+                f"{self._instance.name} cannot assign a variable of {component.name}",
+                f"let {component.name} react to the same event",
+            )
+        elif member.text in component.states:
+            self._not_assignable(access, f"'{access.span.text}' is a state")
+        elif not scope.is_lost(member.text):
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"{root} has no variable '{member.text}'",
+                self._report.suggest(member.text, component.variables, "its variables"),
+            )
+
+    # --- rules about one automaton ---------------------------------------------------------------
+
+    def _check_events(
+        self,
+        nodes: Sequence[ResultTransitionNode],
+        results: Sequence[ResultTransition],
+        state: StateNode | None,
+    ) -> None:
+        """Two transitions for one event need guards that exclude each other."""
+        node_at = {n.span.start: n for n in nodes}
+        seen: dict[tuple[EventKind, str], list[ResultTransitionNode]] = {}
+        for result in results:
+            node = node_at[result.span.start]
+            earlier = seen.setdefault((result.event, result.communication), [])
+            clash = next((e for e in earlier if e.guard is None or node.guard is None), None)
+            if clash is not None:
+                where = f"in state '{state.name.text}'" if state else "for every state"
+                self._report.add(
+                    "duplicate-transition",
+                    node.event_span,
+                    f"there is a transition for '{node.event}' of"
+                    f" '{node.communication.span.text}' {where} already",
+                    "join them, or give each an 'if' that excludes the other",
+                    [Note("the first one is here", clash.event_span)],
+                )
+            earlier.append(node)
+
+    def _check_states(self, node: BehaviourNode, behaviour: Behaviour) -> None:
+        if self._instance.types.scope.is_damaged(node.span):
+            self.whole = False
+            return
+        initial = [s for s in self._instance.states.values() if s.initial]
+        self._check_initial(node, initial)
+        self._check_hiding(behaviour)
+        if initial and self.whole:
+            _check_reach(self._instance, behaviour, initial[0].name.text, self._report)
+
+    def _check_initial(self, node: BehaviourNode, initial: list[StateNode]) -> None:
+        name = self._instance.name
+        for state in initial[1:]:
+            self._report.add(
+                "several-initial-states",
+                state.name.span,
+                f"{name} has an initial state already",
+                f"remove 'initial' from '{state.name.text}' or from '{initial[0].name.text}'",
+                [Note("the first one is here", initial[0].name.span)],
+            )
+        if not initial:
+            states = list(self._instance.states)
+            self._report.add(
+                "no-initial-state",
+                self._instance.node.name.span,
+                f"{name} has behaviour but no initial state",
+                f"write: initial state {states[0]}"
+                if states
+                else "add: initial marked state idle {}",
+            )
+
+    def _check_hiding(self, behaviour: Behaviour) -> None:
+        common = {(t.event, t.communication): t for t in behaviour.transitions}
+        for state in behaviour.states:
+            seen = set()
+            for transition in state.transitions:
+                key = (transition.event, transition.communication)
+                if key not in common or key in seen:
+                    continue
+                seen.add(key)
+                name = transition.communication.rpartition(".")[2]
+                self._report.add(
+                    "hidden-transition",
+                    _first_line(transition.span),
+                    f"in state '{state.name}' this hides the transition for '{transition.event.value}'"
+                    f" of '{name}' that exists for every state",
+                    None,
+                    [Note("the hidden one is here", common[key].span)],
+                )
+
+
+def _first_line(span: Span) -> Span:
+    text = span.text.split("\n", 1)[0]
+    return Span(span.source, span.start, span.start + len(text.rstrip()))
+
+
+def _check_reach(instance: Instance, behaviour: Behaviour, initial: str, report: Report) -> None:
+    """States that cannot be reached, and reachable ones that no marked state follows."""
+    steps = {state.name: _successors(state, behaviour) for state in behaviour.states}
+    reached = _closure([initial], steps)
+    for name, state in instance.states.items():
+        if name not in reached:
+            report.add(
+                "unreachable-state",
+                state.name.span,
+                f"no transition leads {instance.name} to state '{name}'",
+            )
+    back: dict[str, set[str]] = {name: set() for name in steps}
+    for source, targets in steps.items():
+        for target in targets:
+            back[target].add(source)
+    marked = [s.name for s in behaviour.states if s.marked]
+    coming_home = _closure(marked, back)
+    lost = [name for name in steps if name in reached and name not in coming_home]
+    if not lost:
+        return
+    message = (
+        f"from state '{lost[0]}' of {instance.name} no marked state can be reached"
+        if marked
+        else f"{instance.name} has no marked state"
+    )
+    hint = (
+        "cut off: " + listing(lost)
+        if marked
+        else "mark the states in which its work is done: marked state"
+    )
+    report.add("no-marked-reachable", instance.states[lost[0]].name.span, message, hint)
+
+
+def _successors(state: State, behaviour: Behaviour) -> set[str]:
+    own = {(t.event, t.communication) for t in state.transitions}
+    common = (t for t in behaviour.transitions if (t.event, t.communication) not in own)
+    targets = [t.goto for t in (*state.transitions, *common)]
+    targets += [t.goto for t in (*state.taus, *behaviour.taus)]
+    return {t for t in targets if t is not None}
+
+
+def _closure(start: Iterable[str], steps: dict[str, set[str]]) -> set[str]:
+    found = set(start)
+    work = list(found)
+    while work:
+        for target in steps[work.pop()] - found:
+            found.add(target)
+            work.append(target)
+    return found
+
+
+def _incoming(event: str, info: CommunicationInfo) -> Incoming:
+    if event == "response":
+        return Incoming(info.response, known=info.response is not None)
+    if event == "feedback":
+        return Incoming(info.feedback, known=info.feedback is not None)
+    return no_value(f"'on {event}' brings no value")

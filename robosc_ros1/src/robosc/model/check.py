@@ -1,0 +1,327 @@
+"""Rules that look at the whole model: finite types, unused names, shared topics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+from robosc.errors import Note
+from robosc.model.datatypes import Universe
+from robosc.model.entities import (
+    Assignment,
+    Behaviour,
+    Communication,
+    Component,
+    Data,
+    DataObject,
+    Kind,
+    Provide,
+    Requirement,
+    ResultTransition,
+)
+from robosc.model.expr import Binary, Expr, Literal, ValueRef, VariableRef, walk
+from robosc.model.report import Report
+from robosc.model.scope import FileScope
+from robosc.model.types import EnumType, IntegerType, Type, domain
+from robosc.model.values import describe
+from robosc.model.world import Assembly, Instance
+from robosc.source import Span
+from robosc.syntax.nodes import Name
+
+__all__ = ["Model", "check_case", "check_topics", "check_unused", "settle_state"]
+
+
+@dataclass(frozen=True)
+class Model:
+    """The entities of one file as far as they are sound."""
+
+    components: tuple[Component, ...]
+    requirements: tuple[Requirement, ...]
+    provides: tuple[Provide, ...]
+
+
+# --- which variables belong to the state ---------------------------------------------------------
+
+
+def settle_state(model: Model, assembly: Assembly, report: Report) -> Model:
+    """Find the variables that synthesis has to know, and check that they are finite.
+
+    A variable belongs to the state if a guard, a requirement or a provide condition reads it, or the
+    right-hand side of an assignment to one that does.
+    """
+    readers = _state_readers(model)
+    declared = {v.key: v for c in model.components if c.behaviour for v in c.behaviour.variables}
+    for key, reader in readers.items():
+        variable = declared.get(key)
+        if variable is not None and domain(variable.type) is None:
+            _not_finite(assembly.instances[variable.component], variable.name, reader, report)
+    _check_values(model, readers, report)
+    components = tuple(_with_state(c, readers) for c in model.components)
+    return replace(model, components=components)
+
+
+def _with_state(component: Component, readers: dict[str, Span]) -> Component:
+    behaviour = component.behaviour
+    if behaviour is None:
+        return component
+    variables = tuple(replace(v, in_state=v.key in readers) for v in behaviour.variables)
+    return replace(component, behaviour=replace(behaviour, variables=variables))
+
+
+def _state_readers(model: Model) -> dict[str, Span]:
+    """The variables of the state by key, each with the first place that makes it one."""
+    readers: dict[str, Span] = {}
+    sources: dict[str, list[VariableRef]] = {}
+    for component, assignment in _assignments(model):
+        refs = [r for r in walk(assignment.value) if isinstance(r, VariableRef)]
+        sources.setdefault(f"{component.name}.{assignment.variable}", []).extend(refs)
+    work = [r for e in _deciding(model) for r in walk(e) if isinstance(r, VariableRef)]
+    work.reverse()
+    while work:
+        ref = work.pop()
+        key = f"{ref.component}.{ref.variable}"
+        if key not in readers and ref.span is not None:
+            readers[key] = ref.span
+            work.extend(sources.get(key, ()))
+    return readers
+
+
+def _deciding(model: Model) -> Iterator[Expr]:
+    """The expressions that decide about events."""
+    for component in model.components:
+        if component.behaviour is not None:
+            yield from _guards(component.behaviour)
+    for requirement in model.requirements:
+        yield requirement.condition
+    for provide in model.provides:
+        if provide.condition is not None:
+            yield provide.condition
+
+
+def _guards(behaviour: Behaviour) -> Iterator[Expr]:
+    for transition in _results(behaviour):
+        if transition.guard is not None:
+            yield transition.guard
+    for taus in (behaviour.taus, *(s.taus for s in behaviour.states)):
+        yield from (t.guard for t in taus if t.guard is not None)
+
+
+def _results(behaviour: Behaviour) -> Iterator[ResultTransition]:
+    yield from behaviour.transitions
+    for state in behaviour.states:
+        yield from state.transitions
+
+
+def _assignments(model: Model) -> Iterator[tuple[Component, Assignment]]:
+    for component in model.components:
+        if component.behaviour is not None:
+            for transition in _results(component.behaviour):
+                for assignment in transition.assignments:
+                    yield component, assignment
+
+
+def _not_finite(instance: Instance, name: str, reader: Span, report: Report) -> None:
+    node = instance.variable_nodes[name]
+    type_ = instance.variables[name]
+    assert type_ is not None
+    message = f"variable '{name}' takes part in decisions, so it cannot be {describe(type_)}"
+    if instance.imported is None:
+        note = Note(f"{instance.name}.{name} is read here", reader)
+        report.add("not-finite", node.type.span, message, _finite_hint(type_), [note])
+    else:
+        note = Note("it is declared here, in a library", node.type.span)
+        report.add("not-finite", reader, message, _finite_hint(type_), [note])
+
+
+def _finite_hint(type_: Type) -> str:
+    if isinstance(type_, IntegerType):
+        return "give it a range, integer(0..9), or convert it by an enum"
+    return f"convert it: datatype enum NAME from {type_} to {{ … default -> … }}"
+
+
+def _check_values(model: Model, readers: dict[str, Span], report: Report) -> None:
+    """What comes in must be finite where a guard or a variable of the state takes it."""
+    for component in model.components:
+        if component.behaviour is None:
+            continue
+        for transition in _results(component.behaviour):
+            if transition.guard is not None:
+                _check_incoming(transition.guard, "a guard", report)
+            for assignment in transition.assignments:
+                if f"{component.name}.{assignment.variable}" in readers:
+                    place = f"'{assignment.variable}', which takes part in decisions,"
+                    _check_incoming(assignment.value, place, report)
+
+
+def _check_incoming(expr: Expr, place: str, report: Report) -> None:
+    for part in walk(expr):
+        if isinstance(part, ValueRef) and domain(part.type) is None and part.span is not None:
+            report.add(
+                "not-finite",
+                part.span,
+                f"{place} cannot take {describe(part.type)} that comes in: it can be anything",
+                _finite_hint(part.type),
+            )
+
+
+# --- unused names --------------------------------------------------------------------------------
+
+
+def check_unused(
+    scope: FileScope, assembly: Assembly, model: Model, universe: Universe, report: Report
+) -> None:
+    """Names of this file that nothing uses. Only for a model without errors."""
+    for name, datatype in scope.datatypes.items():
+        if name not in scope.used_datatypes:
+            report.add("unused-datatype", datatype.name.span, f"datatype '{name}' is never used")
+    for name, interface in scope.interfaces.items():
+        if name not in scope.used_interfaces:
+            report.add("unused-interface", interface.name.span, f"interface '{name}' is never used")
+    expressions = list(_all_expressions(model))
+    _check_variables(assembly, expressions, report)
+    _check_enum_values(scope, model, expressions, universe, report)
+
+
+def _all_expressions(model: Model) -> Iterator[Expr]:
+    yield from _deciding(model)
+    for _, assignment in _assignments(model):
+        yield assignment.value
+    for provide in model.provides:
+        yield from _leaves(provide.data)
+
+
+def _leaves(data: Data) -> Iterator[Expr]:
+    if isinstance(data, DataObject):
+        for _, inner in data.fields:
+            yield from _leaves(inner)
+    else:
+        yield data
+
+
+def _check_variables(assembly: Assembly, expressions: Iterable[Expr], report: Report) -> None:
+    read = {
+        (part.component, part.variable)
+        for expr in expressions
+        for part in walk(expr)
+        if isinstance(part, VariableRef)
+    }
+    for instance in assembly.instances.values():
+        if instance.imported is not None:
+            continue
+        for name, node in instance.variable_nodes.items():
+            if (instance.name, name) not in read:
+                report.add(
+                    "unused-variable",
+                    node.name.span,
+                    f"variable '{name}' is never read",
+                    "only guards, requirements, provide statements and assignments read variables",
+                )
+
+
+def _check_enum_values(
+    scope: FileScope, model: Model, expressions: list[Expr], universe: Universe, report: Report
+) -> None:
+    """Values that no expression names; the default is what is left, it need not be named."""
+    named: set[tuple[str, str]] = set()
+    compared: set[str] = set()
+    for part in _parts(expressions):
+        match part:
+            case Literal(value=str() as value, type=EnumType(name=name, origin=origin)):
+                if origin == scope.origin:
+                    named.add((name, value))
+            case Binary(left=left, right=right) if isinstance(left.type, EnumType):
+                if not isinstance(left, Literal) and not isinstance(right, Literal):
+                    compared.add(left.type.name)
+    for component in model.components:
+        for variable in component.behaviour.variables if component.behaviour else ():
+            if isinstance(variable.type, EnumType):
+                named.add((variable.type.name, str(variable.initial)))
+    for name in scope.datatypes:
+        node = universe.nodes[scope.origin, name]
+        rules = getattr(node, "rules", ())
+        if name not in scope.used_datatypes or name in compared:
+            continue
+        seen = {rule.value.text for rule in rules if rule.condition is None}
+        for rule in rules:
+            value = rule.value.text
+            if value not in seen and (name, value) not in named:
+                report.add(
+                    "unused-enum-value", rule.value.span, f"nothing asks for the value '{value}'"
+                )
+            seen.add(value)
+
+
+def _parts(expressions: Iterable[Expr]) -> Iterator[Expr]:
+    for expr in expressions:
+        yield from walk(expr)
+
+
+# --- names and topics ----------------------------------------------------------------------------
+
+
+def check_case(scope: FileScope, assembly: Assembly, report: Report) -> None:
+    """Names of one kind that differ only in case."""
+    _similar((c.name for c in scope.components.values()), "components", report)
+    _similar((d.name for d in scope.datatypes.values()), "datatypes", report)
+    _similar((i.name for i in scope.interfaces.values()), "interfaces", report)
+    local = [i for i in assembly.instances.values() if i.imported is None]
+    communications = [c.node.name for i in local for c in i.communications.values()]
+    _similar(communications, "communications", report)
+    for instance in local:
+        _similar((s.name for s in instance.states.values()), "states", report)
+        _similar((v.name for v in instance.variable_nodes.values()), "variables", report)
+    for datatype in scope.datatypes.values():
+        rules = getattr(datatype, "rules", ())
+        _similar((r.value for r in rules), "enum values", report)
+        properties = getattr(datatype, "properties", ())
+        _similar((p.name for p in properties), "properties", report)
+
+
+def _similar(names: Iterable[Name], what: str, report: Report) -> None:
+    seen: dict[str, Name] = {}
+    for name in names:
+        first = seen.setdefault(name.text.casefold(), name)
+        if first.text != name.text:
+            report.add(
+                "names-differ-in-case",
+                name.span,
+                f"the {what} '{first.text}' and '{name.text}' differ only in case",
+                None,
+                [Note("the other one is here", first.span)],
+            )
+
+
+def check_topics(communications: Iterable[Communication], report: Report) -> None:
+    """Messages that share a topic: of different types, or sent by several components."""
+    first: dict[str, Communication] = {}
+    outgoing: dict[str, Communication] = {}
+    for message in communications:
+        if message.has_phase:
+            continue
+        other = first.setdefault(message.identifier, message)
+        types = [f"{m.binding.package}/{m.binding.type}" for m in (other, message)]
+        if types[0] != types[1]:
+            report.add(
+                "topic-types",
+                _place(message),
+                f"topic '{message.identifier}' carries {types[1]} here and {types[0]} elsewhere",
+                "ROS connects only publishers and subscribers of one type",
+                [Note("the other message is here", _place(other))],
+            )
+        if message.kind is Kind.OUTGOING:
+            sender = outgoing.setdefault(message.identifier, message)
+            if sender is not message and sender.component != message.component:
+                report.add(
+                    "topic-shared",
+                    _place(message),
+                    f"'{sender.key}' and '{message.key}' come in on one topic,"
+                    f" '{message.identifier}': each message counts as both",
+                    "use one communication, and let both components react to it",
+                    [Note("the other message is here", _place(sender))],
+                )
+
+
+def _place(message: Communication) -> Span:
+    """The head of the declaration: all of it may span several lines."""
+    text = message.span.text.split("\n", 1)[0]
+    return Span(message.span.source, message.span.start, message.span.start + len(text.rstrip()))

@@ -1,0 +1,101 @@
+"""Which communication a reference means, and which events it has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from robosc.model.entities import EventKind, Kind
+from robosc.model.report import Report
+from robosc.model.scope import FileScope
+from robosc.model.world import CommunicationInfo, Names
+from robosc.syntax.nodes import Access, Name
+
+__all__ = ["EVENTS_OF", "resolve_communication"]
+
+EVENTS_OF: Mapping[Kind, tuple[EventKind, ...]] = {
+    Kind.OUTGOING: (EventKind.RESPONSE,),
+    Kind.INCOMING: (EventKind.REQUEST,),
+    Kind.SERVICE: (EventKind.REQUEST, EventKind.RESPONSE, EventKind.ERROR),
+    Kind.ACTION: (
+        EventKind.REQUEST,
+        EventKind.RESPONSE,
+        EventKind.FEEDBACK,
+        EventKind.ERROR,
+        EventKind.CANCEL,
+    ),
+}
+
+
+def resolve_communication(
+    access: Access, names: Names, scope: FileScope, report: Report
+) -> CommunicationInfo | None:
+    """The communication that a bare or qualified name means; None after an error."""
+    match access.path:
+        case ():
+            return _bare(access, names, scope, report)
+        case (Name() as member,):
+            return _qualified(access, member, names, scope, report)
+    report.add(
+        "unknown-communication",
+        access.span,
+        "this is no communication",
+        "write its name, or Component.name",
+    )
+    return None
+
+
+def _bare(
+    access: Access, names: Names, scope: FileScope, report: Report
+) -> CommunicationInfo | None:
+    name = access.root.text
+    found = names.communications(name)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        local = [i for i in found if i.instance.imported is None]
+        if len(local) == len(found):
+            return found[0]  # two local ones: the duplicate name was reported
+        report.add(
+            "ambiguous-name",
+            access.span,
+            f"there are {len(found)} communications '{name}'",
+            "write " + " or ".join(i.key for i in found),
+        )
+        return None
+    # A component that could not be imported may well have brought it.
+    if scope.is_lost(name) or names.assembly.broken:
+        return None
+    component = names.component(name)
+    if component is not None:
+        message = f"'{name}' is a component, not a communication"
+        hint = report.suggest(name, [f"{name}.{c}" for c in component.communications], "it has")
+    else:
+        message = f"there is no communication '{name}'"
+        hint = report.suggest(name, names.communication_names())
+    report.add("unknown-communication", access.span, message, hint)
+    return None
+
+
+def _qualified(
+    access: Access, member: Name, names: Names, scope: FileScope, report: Report
+) -> CommunicationInfo | None:
+    root = access.root.text
+    component = names.component(root)
+    if component is None:
+        if not names.is_broken(root) and not scope.is_lost(root):
+            report.add(
+                "unknown-name",
+                access.root.span,
+                f"there is no component '{root}'",
+                report.suggest(root, names.components),
+            )
+        return None
+    found = component.communications.get(member.text)
+    if found is None and not scope.is_lost(member.text):
+        report.add(
+            "unknown-communication",
+            member.span,
+            f"{root} has no communication '{member.text}'",
+            report.suggest(member.text, component.communications, "it has"),
+        )
+    return found

@@ -1,0 +1,342 @@
+"""The outside of components: their communications, variables and states by name.
+
+All components of a file get their outside before any behaviour is resolved, so that declarations can
+refer forwards.
+"""
+
+from __future__ import annotations
+
+from robosc.errors import Note
+from robosc.model.datatypes import Universe
+from robosc.model.entities import Communication, Kind
+from robosc.model.report import Report
+from robosc.model.rosbind import Binder, Part
+from robosc.model.types import (
+    ArrayType,
+    EnumType,
+    NoneType,
+    ObjectType,
+    Type,
+)
+from robosc.model.values import is_basic
+from robosc.model.world import Assembly, CommunicationInfo, Instance
+from robosc.names import ros_name_fault
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    ActionNode,
+    BehaviourNode,
+    CommunicationNode,
+    InterfaceNode,
+    MessageNode,
+    ServiceNode,
+    StateNode,
+    StringNode,
+    TypeNode,
+    VariableNode,
+)
+
+__all__ = ["bind", "check_local_names", "declare", "join"]
+
+NONE = NoneType()
+
+
+def join(prefix: str, name: str) -> str:
+    """A ROS name below a prefix: ``/left`` and ``/cmd`` make ``/left/cmd``."""
+    return f"{prefix.rstrip('/')}/{name.lstrip('/')}" if prefix else name
+
+
+def declare(instance: Instance, report: Report) -> None:
+    """Fill the tables of an instance from its node."""
+    for item in instance.node.items:
+        if isinstance(item, BehaviourNode):
+            if instance.behaviour is not None:
+                report.add(
+                    "several-behaviours",
+                    _head(item, "behaviour"),
+                    f"component {instance.name} has a behaviour already",
+                    "put everything into one",
+                    [Note("the first one is here", _head(instance.behaviour, "behaviour"))],
+                )
+                continue
+            instance.behaviour = item
+            _declare_behaviour(instance, item, report)
+        else:
+            _declare_communication(instance, item, report)
+
+
+def _head(node: BehaviourNode, keyword: str) -> Span:
+    """The first word of a node that may span many lines."""
+    return Span(node.span.source, node.span.start, node.span.start + len(keyword))
+
+
+def _declare_behaviour(instance: Instance, node: BehaviourNode, report: Report) -> None:
+    for item in node.items:
+        match item:
+            case StateNode(name=name):
+                if name.text in instance.states:
+                    _duplicate("state", item, instance.states[name.text], instance, report)
+                else:
+                    instance.states[name.text] = item
+            case VariableNode(name=name):
+                if name.text in instance.variables:
+                    first = instance.variable_nodes[name.text]
+                    _duplicate("variable", item, first, instance, report)
+                else:
+                    instance.variables[name.text] = _variable_type(instance, item, report)
+                    instance.variable_nodes[name.text] = item
+    _check_states_and_variables(instance, report)
+
+
+def _check_states_and_variables(instance: Instance, report: Report) -> None:
+    for name, state in instance.states.items():
+        # Where types decide they may share a name; two booleans never can be told apart.
+        type_ = instance.variables.get(name)
+        if type_ is not None and str(type_) == "boolean":
+            variable = instance.variable_nodes[name]
+            report.add(
+                "duplicate-name",
+                max(state.name.span, variable.name.span, key=lambda s: s.start),
+                f"{instance.name} has a state and a boolean variable '{name}'",
+                "give one of them another name",
+            )
+
+
+def _duplicate(
+    what: str,
+    second: StateNode | VariableNode | CommunicationNode,
+    first: StateNode | VariableNode | CommunicationNode,
+    instance: Instance,
+    report: Report,
+) -> None:
+    report.add(
+        "duplicate-name",
+        second.name.span,
+        f"component {instance.name} has a {what} '{second.name.text}' already",
+        "give one of them another name",
+        [Note("the first one is here", first.name.span)],
+    )
+
+
+def _variable_type(instance: Instance, node: VariableNode, report: Report) -> Type | None:
+    type_ = instance.types.resolve(node.type)
+    if type_ is None or is_basic(type_) or isinstance(type_, EnumType):
+        return type_
+    report.add(
+        "variable-type",
+        node.type.span,
+        f"variable '{node.name.text}' cannot be {_with_article(type_)}",
+        "use string, boolean, integer, double or an enum that converts what you need",
+    )
+    return None
+
+
+def _with_article(type_: Type) -> str:
+    match type_:
+        case ArrayType():
+            return "an array"
+        case ObjectType():
+            return f"an object ({type_})"
+    return f"of type {type_}"
+
+
+# --- communications ------------------------------------------------------------------------------
+
+
+def _declare_communication(instance: Instance, node: CommunicationNode, report: Report) -> None:
+    name = node.name.text
+    if name in instance.communications:
+        first = instance.communications[name].node
+        _duplicate("communication", node, first, instance, report)
+        return
+    request: Type | None = NONE
+    response: Type | None = NONE
+    feedback: Type | None = NONE
+    match node:
+        case MessageNode(direction="incoming"):
+            kind = Kind.INCOMING
+            request = _carried(instance, node.type, report, sent=True)
+        case MessageNode():
+            kind = Kind.OUTGOING
+            response = _carried(instance, node.type, report)
+        case ServiceNode():
+            kind = Kind.SERVICE
+            request = _carried(instance, node.request, report, sent=True)
+            response = _carried(instance, node.response, report)
+        case ActionNode():
+            kind = Kind.ACTION
+            request = _carried(instance, node.request, report, sent=True)
+            response = _carried(instance, node.response, report)
+            feedback = _carried(instance, node.feedback, report)
+    instance.communications[name] = CommunicationInfo(
+        node, instance, kind, request, response, feedback
+    )
+
+
+def _carried(instance: Instance, node: TypeNode, report: Report, sent: bool = False) -> Type | None:
+    """A type as the data of a communication."""
+    type_ = instance.types.resolve(node)
+    if isinstance(type_, ArrayType):
+        report.add(
+            "array-not-allowed",
+            node.span,
+            "a communication does not carry an array directly",
+            "use an object that has the array as a property, or an enum from it",
+        )
+        return None
+    if sent and type_ is not None:
+        return _sendable(instance.types.universe, type_, node.span, report)
+    return type_
+
+
+def _sendable(universe: Universe, type_: Type, span: Span, report: Report) -> Type | None:
+    if isinstance(type_, EnumType):
+        report.add(
+            "enum-sent",
+            span,
+            f"{type_} cannot be sent: an enum only converts what comes in",
+            f"use the type that it converts from: {type_.source}",
+        )
+        return None
+    found = _enum_in(type_, type_.name) if isinstance(type_, ObjectType) else None
+    if found is not None:
+        path, enum = found
+        report.add(
+            "enum-sent",
+            span,
+            f"{type_} cannot be sent: {path} is the enum {enum}, which only converts what comes in",
+            f"declare an object for sending, with {enum.source} in its place",
+        )
+        return None
+    return type_
+
+
+def _enum_in(object_: ObjectType, path: str) -> tuple[str, EnumType] | None:
+    for name, type_ in object_.properties:
+        inner = type_
+        while isinstance(inner, ArrayType):
+            inner = inner.element
+        if isinstance(inner, EnumType):
+            return f"{path}.{name}", inner
+        if isinstance(inner, ObjectType):
+            found = _enum_in(inner, f"{path}.{name}")
+            if found is not None:
+                return found
+    return None
+
+
+def check_local_names(assembly: Assembly, report: Report) -> None:
+    """Names of communications are unique among the local components."""
+    for infos in assembly.by_name.values():
+        local = [i for i in infos if i.instance.imported is None]
+        for info in local[1:]:
+            report.add(
+                "duplicate-name",
+                info.node.name.span,
+                f"component {local[0].instance.name} has a communication '{info.name}' already",
+                "names of communications are unique in a robot; 'identifier:' can still be any",
+                [Note("the first one is here", local[0].node.name.span)],
+            )
+
+
+def bind(info: CommunicationInfo, binder: Binder, report: Report) -> None:
+    """Resolve identifier and interface of a communication and make it an entity."""
+    identifier = _identifier(info, report)
+    interface, known = _interface(info, report)
+    if info.request is None or info.response is None or info.feedback is None or not known:
+        return
+    binding = binder.bind(info.node, _parts(info), interface)
+    if binding is None or identifier is None:
+        return
+    info.entity = Communication(
+        info.name,
+        info.instance.name,
+        info.kind,
+        identifier,
+        info.request,
+        info.response,
+        info.feedback,
+        binding,
+        span=info.node.span,
+    )
+
+
+def _parts(info: CommunicationInfo) -> tuple[Part, ...]:
+    assert info.request is not None and info.response is not None and info.feedback is not None
+    match info.node:
+        case MessageNode(type=type_node):
+            sending = info.kind is Kind.INCOMING
+            return (Part(info.request if sending else info.response, type_node, sending),)
+        case ServiceNode(request=request, response=response):
+            return Part(info.request, request, True), Part(info.response, response, False)
+        case ActionNode(request=request, response=response, feedback=feedback):
+            return (
+                Part(info.request, request, True),
+                Part(info.response, response, False),
+                Part(info.feedback, feedback, False),
+            )
+
+
+def _interface(info: CommunicationInfo, report: Report) -> tuple[InterfaceNode | None, bool]:
+    """The linked interface, and whether the link is in order."""
+    links = info.node.links
+    if links is None:
+        return None, True
+    scope = info.instance.types.scope
+    scope.used_interfaces.add(links.text)
+    found = scope.interfaces.get(links.text)
+    if found is None:
+        if not scope.is_lost(links.text):
+            hint = report.suggest(links.text, scope.interfaces)
+            report.add(
+                "unknown-interface",
+                links.span,
+                f"there is no interface '{links.text}'",
+                hint or f"declare: interface {links.text} use TYPE from PACKAGE",
+            )
+        return None, False
+    return found, interface_is_legal(found)
+
+
+def interface_is_legal(node: InterfaceNode) -> bool:
+    return node.type.text[0].isalpha() and node.package.text[0].isalpha()
+
+
+def _identifier(info: CommunicationInfo, report: Report) -> str | None:
+    written: StringNode | None = info.node.identifier
+    name = written.text if written is not None else info.name
+    span = written.span if written is not None else info.node.name.span
+    fault = _name_fault(name)
+    if fault is not None:
+        hint = None if written is not None else 'add: identifier: "a_name_that_ros_allows",'
+        report.add("ros-name", span, f"ROS does not allow the name '{name}': {fault}", hint)
+        return None
+    return join(info.instance.prefix, name)
+
+
+def _name_fault(name: str) -> str | None:
+    fault = ros_name_fault(name)
+    if fault is None and name.startswith("_"):
+        return "it begins with '_'"
+    return fault
+
+
+def check_prefix(node: StringNode, report: Report) -> str:
+    """A usable prefix: the one written, or none after an error."""
+    text = node.text
+    stripped = text.rstrip("/")
+    fault = None if text in ("", "/") else _name_fault(stripped)
+    if fault is not None:
+        report.add("ros-name", node.span, f"ROS does not allow the prefix '{text}': {fault}")
+        return ""
+    return text
+
+
+def check_interfaces(nodes: dict[str, InterfaceNode], report: Report) -> None:
+    for node in nodes.values():
+        for name, what in ((node.type, "type"), (node.package, "package")):
+            if not name.text[0].isalpha():
+                report.add(
+                    "ros-name",
+                    name.span,
+                    f"ROS does not allow the {what} name '{name.text}': it begins with '_'",
+                )

@@ -1,0 +1,284 @@
+"""The data types of one file, resolved on demand and once.
+
+Enums exist first as *shells* that know name, values and default: that is all that expressions need,
+and it lets the rules of one enum name the values of another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+from robosc.model.expr import Expr
+from robosc.model.report import Report
+from robosc.model.scope import FileScope, report_duplicate
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumRule,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+    Type,
+)
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    ArrayTypeNode,
+    BasicTypeNode,
+    EnumNode,
+    ExprNode,
+    NamedTypeNode,
+    ObjectNode,
+    TypeNode,
+)
+
+__all__ = ["TypeTable", "Universe"]
+
+
+@dataclass
+class Universe:
+    """What all files of one run share: declarations by (origin, name), and unusable properties."""
+
+    nodes: dict[tuple[str, str], ObjectNode | EnumNode] = field(default_factory=dict)
+    unknown_properties: set[tuple[str, str, str]] = field(default_factory=set)
+
+    def property_span(self, object_: ObjectType, name: str) -> Span | None:
+        """Where an object's property is declared."""
+        node = self.nodes.get((object_.origin, object_.name))
+        if not isinstance(node, ObjectNode):
+            return None
+        return next((p.span for p in node.properties if p.name.text == name), None)
+
+    def enum_node(self, enum: EnumType) -> EnumNode | None:
+        node = self.nodes.get((enum.origin, enum.name))
+        return node if isinstance(node, EnumNode) else None
+
+
+ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
+
+
+class TypeTable:
+    """Types by name; ``None`` stands for a type whose declaration has an error.
+
+    ``condition`` types the condition of an enum rule over the incoming value's type.
+    """
+
+    def __init__(
+        self, scope: FileScope, universe: Universe, report: Report, condition: ConditionTyper
+    ) -> None:
+        self.scope = scope
+        self.universe = universe
+        self._report = report
+        self._condition = condition
+        self._types: dict[str, Type | None] = {}
+        self._open: list[str] = []
+        self._shells: dict[str, EnumType] = {}
+        self._by_value: dict[str, list[EnumType]] = {}
+        for name, node in scope.datatypes.items():
+            universe.nodes[scope.origin, name] = node
+            if isinstance(node, EnumNode):
+                self._add_shell(node)
+
+    def resolve_all(self) -> None:
+        for name in self.scope.datatypes:
+            self._named(name)
+
+    def enum(self, name: str) -> EnumType | None:
+        """The enum as expressions know it."""
+        return self._shells.get(name)
+
+    def enums_with(self, value: str) -> Iterable[EnumType]:
+        return self._by_value.get(value, ())
+
+    def enum_values(self) -> Iterable[str]:
+        return self._by_value
+
+    def full(self, shell: EnumType) -> EnumType:
+        """The enum with its rules, where they are known already."""
+        if shell.origin == self.scope.origin:
+            known = self._types.get(shell.name)
+            if isinstance(known, EnumType):
+                return known
+        return shell
+
+    def resolve(self, node: TypeNode) -> Type | None:
+        """The type that a node means, or None after an error that has been reported."""
+        match node:
+            case BasicTypeNode():
+                return self._basic(node)
+            case ArrayTypeNode(element=element):
+                inner = self.resolve(element)
+                if isinstance(inner, NoneType):
+                    self._report.add(
+                        "none-not-allowed", element.span, "an array cannot consist of none"
+                    )
+                    return None
+                return None if inner is None else ArrayType(inner)
+            case NamedTypeNode(name=name):
+                if name.text not in self.scope.datatypes:
+                    self._unknown(node)
+                    return None
+                if (
+                    name.text not in self._open
+                    or self._open[-1] != name.text
+                    or len(self._open) > 1
+                ):
+                    self.scope.used_datatypes.add(name.text)
+                return self._named(name.text, node)
+
+    def _unknown(self, node: NamedTypeNode) -> None:
+        if self.scope.is_lost(node.name.text):
+            return
+        basic = ("string", "boolean", "double", "integer", "none")
+        self._report.add(
+            "unknown-type",
+            node.name.span,
+            f"there is no datatype '{node.name.text}'",
+            self._report.suggest(node.name.text, [*self.scope.datatypes, *basic]),
+        )
+
+    def _basic(self, node: BasicTypeNode) -> Type | None:
+        match node.name:
+            case "string":
+                return StringType()
+            case "boolean":
+                return BooleanType()
+            case "double":
+                return DoubleType()
+            case "none":
+                return NoneType()
+        if node.bounds is not None and node.bounds[0] > node.bounds[1]:
+            low, high = node.bounds
+            self._report.add(
+                "empty-range",
+                node.span,
+                f"no integer is at least {low} and at most {high}",
+                f"write integer({high}..{low})",
+            )
+            return None
+        return IntegerType(node.bounds)
+
+    def _named(self, name: str, use: NamedTypeNode | None = None) -> Type | None:
+        if name in self._types:
+            return self._types[name]
+        if name in self._open:
+            cycle = [*self._open[self._open.index(name) :], name]
+            assert use is not None
+            self._report.add(
+                "recursive-datatype",
+                use.span,
+                f"{name} would contain itself: {' -> '.join(cycle)}",
+                "no ROS message can contain itself",
+            )
+            return None
+        self._open.append(name)
+        node = self.scope.datatypes[name]
+        found = self._object(node) if isinstance(node, ObjectNode) else self._enum(node)
+        self._open.pop()
+        self._types[name] = found
+        return found
+
+    def _object(self, node: ObjectNode) -> ObjectType:
+        seen: dict[str, Span] = {}
+        properties: list[tuple[str, Type]] = []
+        for prop in node.properties:
+            name = prop.name.text
+            if name in seen:
+                report_duplicate("property", prop.name, seen[name], self._report)
+                continue
+            seen[name] = prop.name.span
+            type_ = self.resolve(prop.type)
+            if isinstance(type_, NoneType):
+                self._report.add(
+                    "none-not-allowed",
+                    prop.type.span,
+                    f"property '{name}' cannot be of type none",
+                    "leave the property out",
+                )
+                type_ = None
+            if type_ is None:
+                self.universe.unknown_properties.add((self.scope.origin, node.name.text, name))
+            else:
+                properties.append((name, type_))
+        return ObjectType(node.name.text, self.scope.origin, tuple(properties))
+
+    def _add_shell(self, node: EnumNode) -> None:
+        values = tuple(dict.fromkeys(rule.value.text for rule in node.rules))
+        defaults = [rule.value.text for rule in node.rules if rule.condition is None]
+        default = defaults[0] if defaults else (values[0] if values else "")
+        name = node.name.text
+        shell = EnumType(name, self.scope.origin, NoneType(), values, default, ())
+        self._shells[name] = shell
+        for value in values:
+            self._by_value.setdefault(value, []).append(shell)
+
+    def _enum(self, node: EnumNode) -> EnumType | None:
+        source = self.resolve(node.source)
+        self._check_source(node, source)
+        self._check_values(node)
+        rules = []
+        whole = source is not None
+        for rule in node.rules:
+            if rule.condition is None:
+                continue
+            if source is None:
+                continue
+            condition = self._condition(self, rule.condition, source)
+            if condition is None:
+                whole = False
+            else:
+                rules.append(EnumRule(condition, rule.value.text))
+        if not whole or source is None:
+            return None
+        shell = self._shells[node.name.text]
+        return EnumType(shell.name, shell.origin, source, shell.values, shell.default, tuple(rules))
+
+    def _check_source(self, node: EnumNode, source: Type | None) -> None:
+        if isinstance(source, EnumType):
+            self._report.add(
+                "enum-source",
+                node.source.span,
+                f"{node.name.text} cannot convert from the enum {source.name}",
+                f"convert from what {source.name} converts: {source.source}",
+            )
+        elif isinstance(source, NoneType):
+            self._report.add(
+                "enum-source",
+                node.source.span,
+                f"{node.name.text} has nothing to convert from none",
+            )
+
+    def _check_values(self, node: EnumNode) -> None:
+        seen: dict[str, Span] = {}
+        default: Span | None = None
+        for rule in node.rules:
+            name = rule.value.text
+            if rule.condition is None:
+                if default is not None:
+                    self._report.add(
+                        "several-defaults",
+                        rule.span,
+                        f"{node.name.text} has a default already",
+                        "remove one of them",
+                    )
+                default = rule.span
+            elif name in seen:
+                self._report.add(
+                    "duplicate-name",
+                    rule.value.span,
+                    f"{node.name.text} has a rule for '{name}' already",
+                    "join the two conditions with 'or'",
+                )
+            else:
+                seen[name] = rule.value.span
+        if default is None and not self.scope.is_damaged(node.span):
+            value = node.rules[-1].value.text if node.rules else "other"
+            self._report.add(
+                "missing-default",
+                node.name.span,
+                f"{node.name.text} does not say what a value becomes that no rule matches",
+                f"add: default -> {value}",
+            )

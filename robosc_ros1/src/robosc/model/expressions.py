@@ -1,0 +1,537 @@
+"""Typing of expressions: what each name means, and whether the types fit.
+
+A name without ``value`` can have several meanings: bare, a variable or a state of the own component
+(in a behaviour) and a value of any enum of the file; as ``A.b``, a variable or state of component A
+and a value of enum A. Which one is meant is decided by the type that the place needs:
+
+- The place knows its type (an assigned variable, a property, ``and`` and conditions, arithmetic):
+  the meanings that fit that type remain. So an own state wins over an enum value of the same name
+  where a boolean is needed, and an enum value over the state where an enum is needed. Values of the
+  needed enum count even if the enum is out of sight (declared in the library of a component).
+- One side of ``=``/``!=`` is anything but a name: its type is what the other side needs.
+- Both sides are names: of all pairs of meanings those with one type remain; a pair of two constants
+  gives way to one that reads something.
+
+One meaning left: that one. None left: the types do not fit. Several left: ``ambiguous-name``, and
+the user writes ``Enum.value`` or ``Component.name``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from robosc.model.datatypes import TypeTable
+from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, ValueRef, VariableRef
+from robosc.model.report import Report
+from robosc.model.scope import is_escaped
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+    Type,
+    is_number,
+)
+from robosc.model.values import accepts, comparable, describe
+from robosc.model.world import Names
+from robosc.syntax.nodes import Access, BinaryNode, ExprNode, LiteralNode, Name, UnaryNode
+
+__all__ = ["ANY", "BOOLEAN", "Incoming", "Typer", "Want", "is_value", "no_value", "wants"]
+
+
+@dataclass(frozen=True)
+class Want:
+    """What a place needs: in words, as a test, and as a type where it is exactly one."""
+
+    text: str
+    accepts: Callable[[Type], bool]
+    type: Type | None = None
+
+
+ANY = Want("a value", lambda _: True)
+BOOLEAN = Want("a boolean", lambda t: isinstance(t, BooleanType), BooleanType())
+NUMBER = Want("a number", is_number)
+
+
+def wants(target: Type) -> Want:
+    """The needs of something declared as ``target``."""
+    return Want(describe(target), lambda given: accepts(target, given), target)
+
+
+@dataclass(frozen=True)
+class Incoming:
+    """What ``value`` means at a place: a type, or None with the reason why it means nothing.
+
+    ``known`` is False where its type has an error: then whatever reads it is silent.
+    """
+
+    type: Type | None
+    reason: str = ""
+    known: bool = True
+
+
+def no_value(reason: str) -> Incoming:
+    return Incoming(None, reason)
+
+
+def is_value(access: Access) -> bool:
+    return access.root.text == "value" and not is_escaped(access.root)
+
+
+class Typer:
+    """Types the expressions of one place; ``None`` is an expression with a reported error."""
+
+    def __init__(
+        self, report: Report, types: TypeTable, names: Names | None, incoming: Incoming
+    ) -> None:
+        self._report = report
+        self._types = types
+        self._names = names
+        self._incoming = incoming
+
+    def check(self, node: ExprNode, want: Want, place: str) -> Expr | None:
+        """The expression at a place (in words, for messages) that has needs."""
+        match node:
+            case Access() if not is_value(node):
+                return self._choose(node, want, place)
+            case Access():
+                found = self._value(node)
+            case LiteralNode():
+                found = _literal(node)
+            case UnaryNode():
+                found = self._unary(node)
+            case BinaryNode():
+                found = self._binary(node)
+        if found is not None and not want.accepts(found.type):
+            self._mismatch(node, found.type, want, place)
+            return None
+        return found
+
+    def _mismatch(self, node: ExprNode, given: Type, want: Want, place: str) -> None:
+        hint = None
+        if isinstance(want.type, IntegerType) and isinstance(given, DoubleType):
+            hint = "a double never becomes an integer by itself"
+        self._report.add(
+            "type-mismatch",
+            node.span,
+            f"{place} needs {want.text}, this is {describe(given)}",
+            hint,
+        )
+
+    # --- operators -------------------------------------------------------------------------------
+
+    def _unary(self, node: UnaryNode) -> Expr | None:
+        want = BOOLEAN if node.operator == "!" else NUMBER
+        operand = self.check(node.operand, want, f"'{node.operator}'")
+        if operand is None:
+            return None
+        if node.operator == "-" and isinstance(operand, Literal):
+            assert not isinstance(operand.value, str)
+            return Literal(-operand.value, operand.type, node.span)
+        type_ = IntegerType() if isinstance(operand.type, IntegerType) else operand.type
+        return Unary(node.operator, operand, type_, node.span)
+
+    def _binary(self, node: BinaryNode) -> Expr | None:
+        operator = node.operator
+        if operator in ("=", "!="):
+            return self._equality(node)
+        want = BOOLEAN if operator in ("and", "or", "=>") else NUMBER
+        left = self.check(node.left, want, f"'{operator}'")
+        right = self.check(node.right, want, f"'{operator}'")
+        if left is None or right is None:
+            return None
+        type_: Type = BooleanType()
+        if operator in ("+", "-", "*", "/"):
+            both_integer = not any(isinstance(e.type, DoubleType) for e in (left, right))
+            type_ = IntegerType() if both_integer and operator != "/" else DoubleType()
+        return Binary(operator, left, right, type_, node.span)
+
+    def _equality(self, node: BinaryNode) -> Expr | None:
+        open_left, open_right = _is_open(node.left), _is_open(node.right)
+        place = f"'{node.operator}'"
+        if open_left and open_right:
+            assert isinstance(node.left, Access) and isinstance(node.right, Access)
+            pair = self._pair(node, node.left, node.right)
+            if pair is None:
+                return None
+            left, right = pair
+            return Binary(node.operator, left, right, BooleanType(), node.span)
+        first, second = (node.right, node.left) if open_left else (node.left, node.right)
+        known = self.check(first, ANY, place)
+        if known is None:
+            self._silently(second, place)
+            return None
+        if not _may_be_compared(known.type):
+            self._report.add(
+                "type-mismatch",
+                first.span,
+                f"{place} cannot compare {describe(known.type)}",
+                "compare one of its parts"
+                if isinstance(known.type, ArrayType | ObjectType)
+                else None,
+            )
+            return None
+        other = self.check(second, _equal_to(known.type), "the other side of " + place)
+        if other is None:
+            return None
+        left, right = (other, known) if open_left else (known, other)
+        return Binary(node.operator, left, right, BooleanType(), node.span)
+
+    def _silently(self, node: ExprNode, place: str) -> None:
+        """Check what stands beside something with an error: only what is wrong in itself."""
+        if isinstance(node, Access) and not is_value(node):
+            meanings = self._meanings(node)
+            if meanings is not None and not meanings:
+                self._unknown(node, ANY)
+        else:
+            self.check(node, ANY, place)
+
+    def _pair(self, node: BinaryNode, left: Access, right: Access) -> tuple[Expr, Expr] | None:
+        """The meanings of two names that are compared with each other."""
+        first, second = self._meanings(left), self._meanings(right)
+        if first is None or second is None:
+            for known, access in ((first, left), (second, right)):
+                if known == []:
+                    self._unknown(access, ANY)
+            return None
+        known_types = [m.type for m in first], [m.type for m in second]
+        first = first + self._out_of_sight(left, known_types[1], first)
+        second = second + self._out_of_sight(right, known_types[0], second)
+        if not first or not second:
+            for mine, access, theirs in ((first, left, second), (second, right, first)):
+                if not mine:
+                    self._unknown(access, wants(theirs[0].type) if len(theirs) == 1 else ANY)
+            return None
+        pairs = [(a, b) for a in first for b in second if comparable(a.type, b.type)]
+        reading = [p for p in pairs if not all(isinstance(e, Literal) for e in p)]
+        pairs = reading or pairs
+        if len(pairs) == 1:
+            return self._settle(pairs[0][0]), self._settle(pairs[0][1])
+        if pairs:
+            ambiguous = right if len({id(b) for _, b in pairs}) > 1 else left
+            self._ambiguous(ambiguous, second if ambiguous is right else first)
+            return None
+        self._unequal(node, first, second)
+        return None
+
+    def _unequal(self, node: BinaryNode, first: list[Expr], second: list[Expr]) -> None:
+        wrong, given, other = node.right, second, first
+        if isinstance(first[0], Literal) and not isinstance(second[0], Literal):
+            wrong, given, other = node.left, first, second
+        hint = None
+        needed = next((m.type for m in other if isinstance(m.type, EnumType)), None)
+        if needed is not None and isinstance(wrong, Access):
+            name = _last_name(wrong)
+            hint = self._report.suggest(name, needed.values, f"{needed.name} has")
+        self._report.add(
+            "type-mismatch",
+            wrong.span,
+            f"'{node.operator}' compares two values of one type: this is "
+            f"{_alternatives(given)}, the other side is {_alternatives(other)}",
+            hint,
+        )
+
+    # --- names -----------------------------------------------------------------------------------
+
+    def _choose(self, access: Access, want: Want, place: str) -> Expr | None:
+        meanings = self._meanings(access)
+        if meanings is None:
+            return None
+        if want.type is not None:
+            meanings = meanings + self._out_of_sight(access, [want.type], meanings)
+        if not meanings:
+            self._unknown(access, want)
+            return None
+        fitting = [m for m in meanings if want.accepts(m.type)]
+        if len(fitting) == 1:
+            return self._settle(fitting[0])
+        if fitting:
+            self._ambiguous(access, fitting)
+        else:
+            hint = None
+            if isinstance(want.type, EnumType):
+                name = _last_name(access)
+                hint = self._report.suggest(name, want.type.values, f"{want.type.name} has")
+            self._report.add(
+                "type-mismatch",
+                access.span,
+                f"{place} needs {want.text}, this is {_alternatives(meanings)}",
+                hint,
+            )
+        return None
+
+    def _settle(self, meaning: Expr) -> Expr:
+        if isinstance(meaning, Literal) and isinstance(meaning.type, EnumType):
+            return replace(meaning, type=self._types.full(meaning.type))
+        return meaning
+
+    def _meanings(self, access: Access) -> list[Expr] | None:
+        """All that a name can mean; empty: nothing; None: an error was reported or is known."""
+        match access.path:
+            case ():
+                return self._bare(access)
+            case (Name() as member,):
+                return self._qualified(access, member)
+        part = access.path[1] if isinstance(access.path[0], Name) else access.path[0]
+        span = part.span if isinstance(part, Name) else access.span
+        self._report.add(
+            "unknown-member", span, "only 'value' has parts: variables are of basic types"
+        )
+        return None
+
+    def _bare(self, access: Access) -> list[Expr] | None:
+        name = access.root.text
+        found: list[Expr] = []
+        own = self._names.own if self._names else None
+        if own is not None:
+            if name in own.variables:
+                type_ = own.variables[name]
+                if type_ is None:
+                    return None
+                found.append(VariableRef(own.name, name, type_, access.span))
+            if name in own.states:
+                found.append(StateRef(own.name, name, access.span))
+        found.extend(Literal(name, e, access.span) for e in self._types.enums_with(name))
+        return found
+
+    def _qualified(self, access: Access, member: Name) -> list[Expr] | None:
+        root, name = access.root.text, member.text
+        found: list[Expr] = []
+        names = self._names
+        component = names.component(root) if names else None
+        if component is not None:
+            if name in component.variables:
+                type_ = component.variables[name]
+                if type_ is None:
+                    return None
+                found.append(VariableRef(component.name, name, type_, access.span))
+            if name in component.states:
+                found.append(StateRef(component.name, name, access.span))
+        enum = self._types.enum(root)
+        if enum is not None and name in enum.values:
+            found.append(Literal(name, enum, access.span))
+        if found:
+            return found
+        if (names and names.is_broken(root)) or self._types.scope.is_lost(name):
+            return None
+        if component is not None or enum is not None:
+            self._unknown_member(access, member)
+            return None
+        return []
+
+    def _out_of_sight(self, access: Access, types: list[Type], known: list[Expr]) -> list[Expr]:
+        """The name as a value of an enum that the other side, or the place, has brought along."""
+        name = _last_name(access)
+        seen = {m.type for m in known if isinstance(m, Literal)}
+        found: list[Expr] = []
+        for type_ in types:
+            if not isinstance(type_, EnumType) or name not in type_.values or type_ in seen:
+                continue
+            if access.path and access.root.text != type_.name:
+                continue
+            seen.add(type_)
+            found.append(Literal(name, type_, access.span))
+        return found
+
+    # --- errors about names ----------------------------------------------------------------------
+
+    def _unknown(self, access: Access, want: Want) -> None:
+        name = access.root.text
+        scope = self._types.scope
+        if scope.is_lost(name) or (access.path and scope.is_lost(_last_name(access))):
+            return
+        names = self._names
+        if access.path:
+            known = [*(names.components if names else ()), *scope.datatypes]
+            self._report.add(
+                "unknown-name",
+                access.root.span,
+                f"there is no component or enum '{name}'",
+                self._report.suggest(name, known),
+            )
+            return
+        if names is not None and (about := self._not_a_value(names, name)):
+            self._report.add("unknown-name", access.span, *about)
+            return
+        if isinstance(want.type, EnumType):
+            message = f"{want.type.name} has no value '{name}'"
+            candidates = list(want.type.values)
+            known_text = f"{want.type.name} has"
+        else:
+            own = names.own if names else None
+            message = f"nothing here is called '{name}'"
+            candidates = [*(own.members if own else ()), *self._types.enum_values()]
+            known_text = "there are"
+        hint = None
+        if names is not None:
+            hint = self._elsewhere(names, name)
+        hint = hint or self._report.suggest(name, candidates, known_text)
+        self._report.add("unknown-name", access.span, message, hint)
+
+    def _not_a_value(self, names: Names, name: str) -> tuple[str, str | None] | None:
+        component = names.component(name)
+        if component is not None:
+            members = [f"{name}.{m}" for m in component.members]
+            return (
+                f"'{name}' is a component and has no value of its own",
+                self._report.suggest(name, members, "write one of"),
+            )
+        if names.communications(name):
+            return (
+                f"'{name}' is a communication; conditions are about variables and states",
+                "keep what it brings in a variable of its component",
+            )
+        return None
+
+    def _elsewhere(self, names: Names, name: str) -> str | None:
+        owners = [c for c in names.components.values() if name in c.variables or name in c.states]
+        return f"did you mean '{owners[0].name}.{name}'?" if len(owners) == 1 else None
+
+    def _unknown_member(self, access: Access, member: Name) -> None:
+        root = access.root.text
+        component = self._names.component(root) if self._names else None
+        enum = self._types.enum(root)
+        if component is None:
+            assert enum is not None
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"{root} has no value '{member.text}'",
+                self._report.suggest(member.text, enum.values),
+            )
+        elif member.text in component.communications and not component.members:
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"'{member.text}' is a communication; conditions are about variables and states",
+                "keep what it brings in a variable of its component",
+            )
+        elif not self._types.scope.is_damaged(component.node.span):
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"{root} has no variable or state '{member.text}'",
+                self._report.suggest(member.text, component.members),
+            )
+
+    def _ambiguous(self, access: Access, meanings: list[Expr]) -> None:
+        self._report.add(
+            "ambiguous-name",
+            access.span,
+            f"'{access.span.text or _last_name(access)}' can mean several things here",
+            "write " + " or ".join(dict.fromkeys(_qualified_name(m) for m in meanings)),
+        )
+
+    # --- value -----------------------------------------------------------------------------------
+
+    def _value(self, access: Access) -> Expr | None:
+        incoming = self._incoming
+        if incoming.type is None:
+            if incoming.known:
+                self._report.add(
+                    "value-not-allowed", access.root.span, incoming.reason, _VALUE_PLACES
+                )
+            return None
+        if isinstance(incoming.type, NoneType):
+            self._report.add(
+                "value-not-allowed", access.root.span, "what comes in here carries no value"
+            )
+            return None
+        type_: Type | None = incoming.type
+        for part in access.path:
+            assert type_ is not None
+            type_ = self._part(access, type_, part)
+            if type_ is None:
+                return None
+        assert type_ is not None
+        path = tuple(p.text if isinstance(p, Name) else p for p in access.path)
+        return ValueRef(path, type_, access.span)
+
+    def _part(self, access: Access, type_: Type, part: Name | int) -> Type | None:
+        if isinstance(part, int):
+            if isinstance(type_, ArrayType):
+                return type_.element
+            self._report.add(
+                "unknown-member", access.span, f"{describe(type_)} has no element [{part}]"
+            )
+            return None
+        if isinstance(type_, ObjectType):
+            found = type_.property(part.text)
+            if found is not None:
+                return found
+            universe = self._types.universe
+            if (type_.origin, type_.name, part.text) not in universe.unknown_properties:
+                self._report.add(
+                    "unknown-member",
+                    part.span,
+                    f"{type_.name} has no property '{part.text}'",
+                    self._report.suggest(part.text, [n for n, _ in type_.properties]),
+                )
+            return None
+        hint = "take an element first: [0]" if isinstance(type_, ArrayType) else None
+        self._report.add(
+            "unknown-member",
+            part.span,
+            f"{describe(type_)} has no property '{part.text}'",
+            hint,
+        )
+        return None
+
+
+_VALUE_PLACES = "'value' may stand in enum rules and after 'on response' and 'on feedback'"
+
+
+def _literal(node: LiteralNode) -> Literal:
+    match node.value:
+        case bool():
+            return Literal(node.value, BooleanType(), node.span)
+        case int():
+            return Literal(node.value, IntegerType(), node.span)
+        case float():
+            return Literal(node.value, DoubleType(), node.span)
+    return Literal(node.value, StringType(), node.span)
+
+
+def _is_open(node: ExprNode) -> bool:
+    """Whether a side of a comparison is a name, so that the other side decides what it means."""
+    return isinstance(node, Access) and not is_value(node)
+
+
+def _may_be_compared(type_: Type) -> bool:
+    return comparable(type_, type_)
+
+
+def _equal_to(type_: Type) -> Want:
+    text = "a number" if is_number(type_) else describe(type_)
+    return Want(text, lambda given: comparable(type_, given), type_)
+
+
+def _last_name(access: Access) -> str:
+    last = access.path[-1] if access.path else access.root
+    return last.text if isinstance(last, Name) else access.root.text
+
+
+def _alternatives(meanings: list[Expr]) -> str:
+    return " or ".join(dict.fromkeys(_in_words(m) for m in meanings))
+
+
+def _in_words(meaning: Expr) -> str:
+    if isinstance(meaning, StateRef):
+        return "a state (a boolean)"
+    return describe(meaning.type)
+
+
+def _qualified_name(meaning: Expr) -> str:
+    match meaning:
+        case VariableRef(component=component, variable=name):
+            return f"{component}.{name}"
+        case StateRef(component=component, state=name):
+            return f"{component}.{name}"
+        case Literal(value=value, type=type_):
+            return f"{type_}.{value}"
+    return "value"

@@ -1,0 +1,81 @@
+"""Where libraries are found (LANGUAGE section 3).
+
+A library is known by the name in its file, whatever the file is called.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from robosc.errors import UsageError
+from robosc.names import IDENTIFIER
+from robosc.syntax.parser import read_source
+
+__all__ = ["LibraryFinder", "Search"]
+
+_SUFFIXES = (".rscd", ".rsc")
+_HEAD = re.compile(rf"(?:\s|//[^\n]*|/\*.*?\*/)*library\s+\^?({IDENTIFIER})", re.DOTALL | re.ASCII)
+
+
+@dataclass(frozen=True)
+class Search:
+    """The files that declare a library, different in content, and the folders that were searched."""
+
+    files: tuple[str, ...]
+    folders: tuple[str, ...]
+
+
+class LibraryFinder:
+    """Looks into each folder once. ``share_folders`` are those that ROS packages export."""
+
+    def __init__(
+        self, library_path: Sequence[str], share_folders: Callable[[], Sequence[Path]]
+    ) -> None:
+        self._library_path = tuple(library_path)
+        self._share_folders = share_folders
+        self._folders: dict[Path, dict[str, list[tuple[str, str]]]] = {}
+
+    def find(self, name: str, importer: str) -> Search:
+        """All files that declare the library, seen from the file that imports it."""
+        home = Path(importer).parent
+        folders = [
+            home,
+            home.parent / "shared" if home != Path() else Path("../shared"),
+            home.parent / "libraries" if home != Path() else Path("../libraries"),
+            *map(Path, self._library_path),
+            *self._share_folders(),
+        ]
+        found: dict[str, str] = {}
+        seen: set[Path] = set()
+        for folder in folders:
+            for file, text in self._index(folder).get(name, ()):
+                real = Path(file).resolve()
+                if real not in seen:
+                    seen.add(real)
+                    found.setdefault(text, file)
+        return Search(tuple(found.values()), tuple(dict.fromkeys(map(str, folders))))
+
+    def _index(self, folder: Path) -> dict[str, list[tuple[str, str]]]:
+        """The libraries of a folder by name: path and text of each."""
+        if folder not in self._folders:
+            index: dict[str, list[tuple[str, str]]] = {}
+            for file in _model_files(folder):
+                try:
+                    source, _ = read_source(str(file))
+                except UsageError:
+                    continue
+                match = _HEAD.match(source.text) if source is not None else None
+                if source is not None and match:
+                    index.setdefault(match[1], []).append((str(file), source.text))
+            self._folders[folder] = index
+        return self._folders[folder]
+
+
+def _model_files(folder: Path) -> list[Path]:
+    try:
+        return sorted(p for p in folder.iterdir() if p.suffix in _SUFFIXES and p.is_file())
+    except OSError:
+        return []

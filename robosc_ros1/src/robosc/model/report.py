@@ -1,0 +1,103 @@
+"""Collecting diagnostics, and the nearest name to one that does not exist."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+from robosc.codes import CODES
+from robosc.errors import Diagnostic, Note, Severity
+from robosc.source import Span
+
+__all__ = ["Muted", "Report", "listing"]
+
+# The nearest-name search costs a comparison with every candidate; a model that has more unknown
+# names than this is broken wholesale and gains nothing from more suggestions.
+_MOST_SEARCHES = 100
+
+
+class Report:
+    """The diagnostics of one file, each once, in the order in which they were found.
+
+    ``strict`` makes the warnings that the registry marks so errors.
+    """
+
+    def __init__(self, strict: bool = False) -> None:
+        self._strict = strict
+        self._items: dict[Diagnostic, None] = {}
+        self._searches = 0
+
+    def add(
+        self,
+        code: str,
+        span: Span,
+        message: str,
+        hint: str | None = None,
+        notes: Sequence[Note] = (),
+    ) -> None:
+        """A diagnostic with the severity that the registry gives its code."""
+        entry = CODES[code]
+        severity = Severity.ERROR if self._strict and entry.strict else entry.severity
+        self._items[Diagnostic(severity, code, message, span, hint, tuple(notes))] = None
+
+    def extend(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self._items.update(dict.fromkeys(diagnostics))
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        return tuple(self._items)
+
+    @property
+    def has_errors(self) -> bool:
+        return any(d.severity is Severity.ERROR for d in self._items)
+
+    def suggest(self, name: str, candidates: Iterable[str], what: str = "there are") -> str | None:
+        """``did you mean 'x'?`` for the nearest candidate, else a short list of all."""
+        names = list(dict.fromkeys(candidates))
+        found = _same_but_for_case(name, names)
+        if found is None and self._searches < _MOST_SEARCHES:
+            self._searches += 1
+            found = next(iter(get_close_matches(name, names, 1, 0.6)), None)
+            found = found or _extension(name, names)
+        if found is not None:
+            return f"did you mean '{found}'?"
+        if names and len(names) <= 8:
+            return f"{what}: {listing(names)}"
+        return None
+
+
+class Muted(Report):
+    """Takes no diagnostics: for work whose faults were reported already."""
+
+    def add(
+        self,
+        code: str,
+        span: Span,
+        message: str,
+        hint: str | None = None,
+        notes: Sequence[Note] = (),
+    ) -> None:
+        return None
+
+    def suggest(self, name: str, candidates: Iterable[str], what: str = "") -> str | None:
+        return None
+
+
+def listing(names: Iterable[str], most: int = 12) -> str:
+    """The names separated by commas, cut after ``most``."""
+    all_names = list(names)
+    shown = ", ".join(all_names[:most])
+    return shown if len(all_names) <= most else f"{shown}, … ({len(all_names)} in all)"
+
+
+def _same_but_for_case(name: str, names: Sequence[str]) -> str | None:
+    folded = name.casefold()
+    return next((n for n in names if n.casefold() == folded), None)
+
+
+def _extension(name: str, names: Sequence[str]) -> str | None:
+    """The only candidate that continues the name, or that the name continues."""
+    if len(name) < 3:
+        return None
+    found = [n for n in names if n.startswith(name) or (len(n) > 2 and name.startswith(n))]
+    return found[0] if len(found) == 1 else None

@@ -1,0 +1,306 @@
+"""From model text to the resolved, typed :class:`Robot`.
+
+:func:`load` is the façade. The order of work for one file, a robot or a library alike: parse; tables
+of names; data types; the outside of all components, imports included; then their behaviour; last
+requirements and data, and the rules about the whole. Each step goes on past errors, and an unknown
+type or name is silent in all that depends on it, so that one run tells all faults and each once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from robosc.errors import Diagnostic, Note, Severity, has_errors, sort_diagnostics
+from robosc.model.behaviour import BehaviourResolver
+from robosc.model.check import Model, check_case, check_topics, check_unused, settle_state
+from robosc.model.components import (
+    bind,
+    check_interfaces,
+    check_local_names,
+    check_prefix,
+    declare,
+    join,
+)
+from robosc.model.datatypes import TypeTable, Universe
+from robosc.model.entities import Component, Provide, Requirement, Robot
+from robosc.model.expr import Expr
+from robosc.model.expressions import BOOLEAN, Incoming, Typer
+from robosc.model.libraries import LibraryFinder
+from robosc.model.report import Muted, Report, listing
+from robosc.model.rosbind import Binder
+from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.scope import FileScope
+from robosc.model.statements import StatementResolver
+from robosc.model.types import Type
+from robosc.model.world import Assembly, Instance, LibraryNames, Names
+from robosc.source import Source
+from robosc.syntax.nodes import (
+    ComponentNode,
+    ExprNode,
+    ImportNode,
+    ProvideNode,
+    RequirementNode,
+)
+from robosc.syntax.parser import parse, read_source
+
+__all__ = ["load"]
+
+
+def load(
+    source: Source | str | Path,
+    library_path: Sequence[str] = (),
+    definitions: MessageDefinitions | None = None,
+    *,
+    strict: bool = False,
+) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
+    """The robot in a model file, and everything that is to be said about the file.
+
+    ``source`` is a path or a text already read; ``library_path`` are further folders for libraries;
+    ``definitions`` are where ROS messages are looked up (by default as ROS does, and around the
+    model: see :mod:`robosc.model.rosmsg`). ``strict`` makes a definition that is not installed an
+    error. The robot is None if there are errors, and for a library, which is checked all the same.
+    Raises UsageError if the file cannot be read.
+    """
+    if not isinstance(source, Source):
+        read, unreadable = read_source(str(source))
+        if read is None:
+            return None, unreadable
+        source = read
+    if definitions is None:
+        definitions = MessageDefinitions.for_model(Path(source.path))
+    loader = _Loader(library_path, definitions, strict)
+    return loader.load(source)
+
+
+@dataclass
+class _File:
+    """One resolved file. A library with errors has no assembly."""
+
+    scope: FileScope | None
+    types: TypeTable | None
+    assembly: Assembly | None
+    model: Model | None
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def is_sound(self) -> bool:
+        return self.assembly is not None and not has_errors(self.diagnostics)
+
+
+class _Loader:
+    """One run: the file asked for and, through its imports, libraries."""
+
+    def __init__(
+        self, library_path: Sequence[str], definitions: MessageDefinitions, strict: bool
+    ) -> None:
+        self._definitions = definitions
+        self._finder = LibraryFinder(library_path, definitions.library_folders)
+        self._strict = strict
+        self._universe = Universe()
+        self._libraries: dict[str, _File] = {}
+        self._open: list[str] = []
+
+    def load(self, source: Source) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
+        file = self._file(source)
+        diagnostics = list(file.diagnostics)
+        for library in self._libraries.values():
+            # What a library's author should know is told when the library itself is checked.
+            diagnostics += [d for d in library.diagnostics if d.severity is Severity.ERROR]
+        ordered = tuple(sort_diagnostics(diagnostics))
+        scope = file.scope
+        if scope is None or file.model is None or scope.node.kind != "robot":
+            return None, ordered
+        if has_errors(ordered):
+            return None, ordered
+        node, model = scope.node, file.model
+        robot = Robot(
+            node.name.text, model.components, model.requirements, model.provides, span=node.span
+        )
+        return robot, ordered
+
+    def _file(self, source: Source) -> _File:
+        report = Report(self._strict)
+        node, syntax = parse(source)
+        report.extend(syntax)
+        if node is None:
+            return _File(None, None, None, None, report.diagnostics)
+        scope = FileScope.of(source, node, syntax, report)
+        self._open.append(scope.origin)
+        resolver = _FileResolver(self, scope, report)
+        model = resolver.resolve()
+        self._open.pop()
+        return _File(scope, resolver.types, resolver.assembly, model, report.diagnostics)
+
+    @property
+    def universe(self) -> Universe:
+        return self._universe
+
+    @property
+    def definitions(self) -> MessageDefinitions:
+        return self._definitions
+
+    def library(self, node: ImportNode, scope: FileScope, report: Report) -> _File | None:
+        """The library that an import names; None after an error, here or in the library."""
+        name = node.library.text
+        if name in self._open:
+            cycle = " -> ".join([*self._open[self._open.index(name) :], name])
+            report.add(
+                "import-cycle",
+                node.library.span,
+                f"library {name} imports itself: {cycle}",
+                "move what they share to a library of its own",
+            )
+            return None
+        search = self._finder.find(name, scope.source.path)
+        if not search.files:
+            report.add(
+                "library-not-found",
+                node.library.span,
+                f"there is no library '{name}'",
+                "looked in: " + listing(search.folders) + "\nadd a folder with --library-path",
+            )
+            return None
+        if len(search.files) > 1:
+            report.add(
+                "library-clash",
+                node.library.span,
+                f"library '{name}' is found several times, with different content",
+                "keep one of: " + listing(search.files),
+            )
+            return None
+        path = search.files[0]
+        if path not in self._libraries:
+            self._libraries[path] = self._read_library(path, node)
+        file = self._libraries[path]
+        return file if file.is_sound else None
+
+    def _read_library(self, path: str, node: ImportNode) -> _File:
+        source, unreadable = read_source(path)
+        file = _File(None, None, None, None, unreadable)
+        if source is not None:
+            file = self._file(source)
+        errors = [d for d in sort_diagnostics(file.diagnostics) if d.severity is Severity.ERROR]
+        if errors:
+            note = Note("the library is imported here", node.library.span)
+            first = replace(errors[0], notes=(*errors[0].notes, note))
+            file = replace(file, diagnostics=(first, *errors[1:]))
+        return file
+
+
+class _FileResolver:
+    """Resolves one file over its scope."""
+
+    def __init__(self, loader: _Loader, scope: FileScope, report: Report) -> None:
+        self._loader = loader
+        self._scope = scope
+        self._report = report
+        self.assembly = Assembly()
+        self.types = TypeTable(scope, loader.universe, report, self._rule_condition)
+        self._binder = Binder(loader.definitions, loader.universe, report)
+        self._muted = Muted()
+
+    def resolve(self) -> Model:
+        """The entities of the file that are sound."""
+        self.types.resolve_all()
+        check_interfaces(self._scope.interfaces, self._report)
+        for node in self._scope.components.values():
+            self._add_component(node)
+        self.assembly.index_communications()
+        if self._scope.node.kind == "robot":
+            check_local_names(self.assembly, self._report)
+        components = tuple(self._component(i) for i in self.assembly.instances.values())
+        requirements, provides = self._statements()
+        model = Model(components, requirements, provides)
+        model = settle_state(model, self.assembly, self._report)
+        check_case(self._scope, self.assembly, self._report)
+        communications = [c for component in components for c in component.communications]
+        check_topics(communications, self._report)
+        if not self._report.has_errors:
+            check_unused(self._scope, self.assembly, model, self._loader.universe, self._report)
+        return model
+
+    def _rule_condition(self, types: TypeTable, node: ExprNode, source: Type) -> Expr | None:
+        return Typer(self._report, types, None, Incoming(source)).check(
+            node, BOOLEAN, "the condition of a rule"
+        )
+
+    # --- components ------------------------------------------------------------------------------
+
+    def _add_component(self, node: ComponentNode | ImportNode) -> None:
+        if isinstance(node, ComponentNode):
+            instance = Instance(node.name.text, node, self.types)
+            declare(instance, self._report)
+        else:
+            found = self._imported(node)
+            if found is None:
+                self.assembly.broken.add(node.name.text)
+                return
+            instance = found
+            declare(instance, self._muted)
+        self.assembly.add(instance)
+        for info in instance.communications.values():
+            bind(info, self._binder, self._report)
+
+    def _imported(self, node: ImportNode) -> Instance | None:
+        prefix = check_prefix(node.prefix, self._report) if node.prefix is not None else ""
+        library = self._loader.library(node, self._scope, self._report)
+        if library is None:
+            return None
+        assert library.assembly is not None
+        original = library.assembly.instances.get(node.component.text)
+        if original is None:
+            self._report.add(
+                "unknown-component",
+                node.component.span,
+                f"library {node.library.text} has no component '{node.component.text}'",
+                self._report.suggest(
+                    node.component.text, library.assembly.instances, "its components"
+                ),
+            )
+            return None
+        chain = join(prefix, original.prefix) if original.prefix else prefix
+        instance = Instance(node.name.text, original.node, original.types, chain, node)
+        instance.original = original
+        instance.library = library.assembly
+        return instance
+
+    def _component(self, instance: Instance) -> Component:
+        names: Names = Names(self.assembly, instance)
+        report = self._report
+        if instance.library is not None and instance.original is not None:
+            report = self._muted
+            names = LibraryNames(
+                self.assembly, instance, instance.library, instance.original, self._report
+            )
+        behaviour = None
+        if instance.behaviour is not None:
+            behaviour = BehaviourResolver(instance, names, report).resolve(instance.behaviour)
+        communications = (c.entity for c in instance.communications.values())
+        imported = instance.imported
+        return Component(
+            instance.name,
+            tuple(c for c in communications if c is not None),
+            behaviour,
+            imported.library.text if imported is not None else None,
+            span=imported.span if imported is not None else instance.node.span,
+        )
+
+    # --- statements ------------------------------------------------------------------------------
+
+    def _statements(self) -> tuple[tuple[Requirement, ...], tuple[Provide, ...]]:
+        resolver = StatementResolver(Names(self.assembly), self.types, self._binder, self._report)
+        requirements: list[Requirement] = []
+        provides: list[Provide] = []
+        for node in self._scope.node.declarations:
+            match node:
+                case RequirementNode():
+                    requirement = resolver.requirement(node)
+                    if requirement is not None:
+                        requirements.append(requirement)
+                case ProvideNode():
+                    provide = resolver.provide(node)
+                    if provide is not None:
+                        provides.append(provide)
+        return tuple(requirements), tuple(provides)

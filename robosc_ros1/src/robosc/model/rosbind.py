@@ -1,0 +1,378 @@
+"""Binding communications to ROS interfaces, and checking the model's types against them.
+
+What we send must fit into the field (no double into an integer field, no range wider than it); what
+we receive must fit into our type (an integer field read as a double is fine, not the reverse).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robosc.model.datatypes import Universe
+from robosc.model.entities import Binding, Data, DataObject
+from robosc.model.expr import Expr, VariableRef
+from robosc.model.report import Report, listing
+from robosc.model.rosmsg import (
+    BASIC,
+    INTEGERS,
+    Definition,
+    FieldType,
+    Interface,
+    MessageDefinitions,
+    Missing,
+    install_advice,
+)
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+    Type,
+)
+from robosc.model.values import fold
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    ActionNode,
+    CommunicationNode,
+    InterfaceNode,
+    MessageNode,
+    ServiceNode,
+    TypeNode,
+)
+
+__all__ = ["Binder", "Part"]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One direction of a communication: its type in the model and where that is written."""
+
+    type: Type
+    node: TypeNode
+    sending: bool
+
+
+class Binder:
+    """Binds communications; reports each missing package once."""
+
+    def __init__(self, definitions: MessageDefinitions, universe: Universe, report: Report) -> None:
+        self._definitions = definitions
+        self._universe = universe
+        self._report = report
+        self._warned: set[str] = set()
+        self._checked: set[tuple[ObjectType, str, bool]] = set()
+
+    def bind(
+        self, node: CommunicationNode, parts: tuple[Part, ...], interface: InterfaceNode | None
+    ) -> Binding | None:
+        """The ROS side of a communication; None after an error."""
+        if interface is None:
+            return self._default(node, parts)
+        package, type_ = interface.package.text, interface.type.text
+        match node:
+            case MessageNode():
+                found = self._definitions.message(package, type_)
+            case ServiceNode():
+                found = self._definitions.service(package, type_)
+            case ActionNode():
+                found = self._definitions.action(package, type_)
+        if isinstance(found, Missing):
+            if not self._missing(found, interface, node):
+                return None
+            # Without the definition the spelling cannot be told: take the one ROS itself makes.
+            stem = type_.removesuffix("Action") if isinstance(node, ActionNode) else type_
+            return Binding(package, stem or type_, False)
+        fields = []
+        for part, definition in zip(parts, found.parts, strict=True):
+            fields.append(self._check_part(part, definition))
+        return _binding(node, found, tuple(fields))
+
+    def _default(self, node: CommunicationNode, parts: tuple[Part, ...]) -> Binding | None:
+        """A message of a basic type needs no interface; everything else does."""
+        links = "links NAME, and declare: interface NAME use TYPE from PACKAGE"
+        if not isinstance(node, MessageNode):
+            what = "service" if isinstance(node, ServiceNode) else "action"
+            self._report.add(
+                "missing-links",
+                node.name.span,
+                f"{what} '{node.name.text}' does not say which ROS {what} it is",
+                f"add: {links}",
+            )
+            return None
+        (part,) = parts
+        carried = part.type.source if isinstance(part.type, EnumType) else part.type
+        interface = BASIC.get(_basic_name(carried))
+        if interface is None:
+            self._report.add(
+                "missing-links",
+                node.type.span,
+                f"message '{node.name.text}' does not say which ROS message carries {carried}",
+                self._links_hint(carried),
+            )
+            return None
+        field = self._check_part(part, interface.parts[0])
+        return _binding(node, interface, (field,))
+
+    def _links_hint(self, carried: Type) -> str:
+        name = carried.name if isinstance(carried, ObjectType) else "TYPE"
+        packages = self._definitions.packages_with(f"msg/{name}.msg")
+        package = packages[0] if packages else "PACKAGE"
+        alias = name.lower() if name != "TYPE" else "NAME"
+        return f"add: links {alias}\nand declare: interface {alias} use {name} from {package}"
+
+    def _missing(self, missing: Missing, interface: InterfaceNode, node: CommunicationNode) -> bool:
+        """Report why a definition is missing; True if that is only a warning."""
+        package = missing.package
+        if missing.reason == "package":
+            self._package_not_found(package, interface.package.span)
+            return True
+        kind = {MessageNode: "message", ServiceNode: "service"}.get(type(node), "action")
+        if missing.reason == "file":
+            self._report.add(
+                "interface-not-found",
+                interface.type.span,
+                f"{package} has no {kind} '{interface.type.text}'",
+                self._report.suggest(interface.type.text, missing.names, f"its {kind}s"),
+            )
+        else:
+            self._report.add(
+                "faulty-definition",
+                interface.type.span,
+                f"the definition of this {kind} cannot be read: {missing.detail}",
+            )
+        return False
+
+    def _package_not_found(self, package: str, span: Span) -> None:
+        if package not in self._warned:
+            self._warned.add(package)
+            self._report.add(
+                "package-not-found",
+                span,
+                f"ROS package '{package}' is not found, so its definitions are not checked",
+                install_advice(package),
+            )
+
+    # --- types against definitions ---------------------------------------------------------------
+
+    def _check_part(self, part: Part, definition: Definition) -> str | None:
+        """Check one direction; the name of the only data field if the type travels through it."""
+        carried = part.type.source if isinstance(part.type, EnumType) else part.type
+        if isinstance(carried, NoneType):
+            return None
+        if isinstance(carried, ObjectType):
+            self._check_object(carried, definition, part.sending, part.node.span)
+            return None
+        fields = [f for f in definition.fields if f.type.base != "std_msgs/Header"]
+        if len(fields) != 1:
+            names = listing(f"{f.name}: {f.type}" for f in definition.fields)
+            self._report.add(
+                "no-single-field",
+                part.node.span,
+                f"{definition.name} has {len(fields) or 'no'} data fields,"
+                f" so {carried} cannot stand for it",
+                f"use a datatype object with: {names}" if fields else "use the type none",
+            )
+            return None
+        problem = self._misfit(carried, fields[0].type, part.sending)
+        if problem is not None:
+            code, message = problem
+            self._report.add(
+                code,
+                part.node.span,
+                f"{definition.name} has {fields[0].type} {fields[0].name}: {message}",
+                "link another interface" if definition.name.startswith("std_msgs/") else None,
+            )
+        return fields[0].name
+
+    def _check_object(
+        self, object_: ObjectType, definition: Definition, sending: bool, use: Span
+    ) -> None:
+        key = (object_, definition.name, sending)
+        if key in self._checked:
+            return
+        self._checked.add(key)
+        for name, type_ in object_.properties:
+            span = self._universe.property_span(object_, name) or use
+            field = definition.field(name)
+            if field is None:
+                self._unknown_field(definition, name, span)
+                continue
+            problem = self._misfit(type_, field.type, sending)
+            if problem is not None:
+                code, message = problem
+                self._report.add(
+                    code, span, f"{definition.name} has {field.type} {name}: {message}"
+                )
+            else:
+                self._descend(type_, field.type, sending, span)
+
+    def _unknown_field(self, definition: Definition, name: str, span: Span) -> None:
+        names = [f.name for f in definition.fields]
+        fields = listing(f"{f.name}: {f.type}" for f in definition.fields) or "none at all"
+        nearest = self._report.suggest(name, names, "")
+        hint = f"its fields: {fields}"
+        if nearest is not None and nearest.startswith("did you mean"):
+            hint = f"{nearest}\n{hint}"
+        if name in definition.constants:
+            hint = f"'{name}' is one of its constants\n{hint}"
+        self._report.add("unknown-field", span, f"{definition.name} has no field '{name}'", hint)
+
+    def _descend(self, type_: Type, field: FieldType, sending: bool, span: Span) -> None:
+        if isinstance(type_, EnumType):
+            type_ = type_.source
+        while isinstance(type_, ArrayType):
+            type_ = type_.element
+        if isinstance(type_, EnumType):
+            type_ = type_.source
+        if not isinstance(type_, ObjectType):
+            return
+        nested = self._definitions.fields(field.element)
+        if isinstance(nested, Definition):
+            self._check_object(type_, nested, sending, span)
+        elif isinstance(nested, Missing):
+            if nested.reason == "package":
+                self._package_not_found(nested.package, span)
+            else:
+                self._report.add(
+                    "faulty-definition",
+                    span,
+                    f"the definition of {field.base} cannot be read",
+                    nested.detail or f"{nested.package} has no such message",
+                )
+
+    def _misfit(self, type_: Type, field: FieldType, sending: bool) -> tuple[str, str] | None:
+        """Why a type of the model does not fit a field: code and words."""
+        if isinstance(type_, EnumType):
+            return self._misfit(type_.source, field, sending)
+        if isinstance(type_, ArrayType):
+            if not field.is_array:
+                return "field-kind", f"it is no array, {type_} does not fit"
+            return self._misfit(type_.element, field.element, sending)
+        if field.is_array:
+            return "field-kind", f"it is an array, {type_} does not fit; write array({type_})"
+        fits = _kind_fits(type_, field, sending)
+        if not fits:
+            return "field-kind", _kind_words(type_, field, sending)
+        if sending and isinstance(type_, IntegerType) and type_.bounds is not None:
+            return _too_wide(type_.bounds, field, str(type_))
+        return None
+
+    # --- provided data ---------------------------------------------------------------------------
+
+    def check_data(self, data: Data, interface_part: tuple[Definition, str | None] | None) -> None:
+        """Check provided values against the width of the fields that carry them."""
+        if interface_part is None:
+            return
+        definition, single = interface_part
+        if not isinstance(data, DataObject):
+            if single is not None and (field := definition.field(single)):
+                self._check_value(data, field.type, f"{definition.name}.{single}")
+            return
+        for name, value in data.fields:
+            field = definition.field(name)
+            if field is None:
+                continue
+            if isinstance(value, DataObject):
+                nested = self._definitions.fields(field.type)
+                if isinstance(nested, Definition):
+                    self.check_data(value, (nested, None))
+            else:
+                self._check_value(value, field.type, f"{definition.name}.{name}")
+
+    def sent_part(
+        self, node: CommunicationNode, binding: Binding
+    ) -> tuple[Definition, str | None] | None:
+        """The definition of what a communication sends, and the only field if there is one."""
+        if not binding.found:
+            return None
+        match node:
+            case MessageNode():
+                found = self._definitions.message(binding.package, binding.type)
+                if isinstance(found, Missing):
+                    default = next((i for i in BASIC.values() if i.type == binding.type), None)
+                    found = default if default is not None else found
+            case ServiceNode():
+                found = self._definitions.service(binding.package, binding.type)
+            case ActionNode():
+                found = self._definitions.action(binding.package, binding.type)
+        if isinstance(found, Missing):
+            return None
+        return found.parts[0], binding.request_field
+
+    def _check_value(self, expr: Expr, field: FieldType, name: str) -> None:
+        bounds: tuple[int, int] | None = None
+        value = fold(expr)
+        if type(value) is int:
+            bounds = (value, value)
+        elif isinstance(expr, VariableRef) and isinstance(expr.type, IntegerType):
+            bounds = expr.type.bounds
+        if bounds is None or expr.span is None:
+            return
+        problem = _too_wide(bounds, field, str(value) if value is not None else str(expr.type))
+        if problem is not None:
+            self._report.add(problem[0], expr.span, f"{name} is {field}: {problem[1]}")
+
+
+def _basic_name(type_: Type) -> str:
+    """The key of ``BASIC`` for a type; empty for types that are not there."""
+    if isinstance(type_, IntegerType):
+        return "integer"
+    return "" if isinstance(type_, ObjectType | ArrayType | EnumType) else str(type_)
+
+
+def _kind_fits(type_: Type, field: FieldType, sending: bool) -> bool:
+    base = field.base
+    floating = base in ("float32", "float64")
+    match type_:
+        case BooleanType():
+            return base == "bool"
+        case StringType():
+            return base == "string"
+        case IntegerType():
+            return base in INTEGERS or (sending and floating)
+        case DoubleType():
+            return floating or (not sending and base in INTEGERS)
+        case ObjectType():
+            return field.is_message
+    return False
+
+
+def _kind_words(type_: Type, field: FieldType, sending: bool) -> str:
+    if isinstance(type_, DoubleType) and field.base in INTEGERS:
+        return "a double cannot be sent through it; use integer"
+    if isinstance(type_, IntegerType) and field.base in ("float32", "float64"):
+        return "what comes in is no integer; use double"
+    if field.is_message:
+        return f"it is a message itself, {type_} does not fit; use an object"
+    if isinstance(type_, ObjectType):
+        return f"it has no fields of its own, the object {type_} does not fit"
+    return f"{type_} does not fit"
+
+
+def _too_wide(bounds: tuple[int, int], field: FieldType, what: str) -> tuple[str, str] | None:
+    if field.base not in INTEGERS:
+        return None
+    low, high = INTEGERS[field.base]
+    if low <= bounds[0] and bounds[1] <= high:
+        return None
+    return "field-range", f"it takes {low} to {high}, {what} does not fit"
+
+
+def _binding(
+    node: CommunicationNode, interface: Interface, fields: tuple[str | None, ...]
+) -> Binding:
+    package, type_ = interface.package, interface.type
+    match node:
+        case MessageNode(direction="incoming"):
+            return Binding(package, type_, True, request_field=fields[0])
+        case MessageNode():
+            return Binding(package, type_, True, response_field=fields[0])
+        case ServiceNode():
+            request, response = fields
+            return Binding(package, type_, True, request, response)
+    request, response, feedback = fields
+    return Binding(package, type_, True, request, response, feedback)

@@ -1,0 +1,185 @@
+"""Requirements and provided data."""
+
+from __future__ import annotations
+
+import re
+
+from robosc.errors import Note
+from robosc.model.communications import resolve_communication
+from robosc.model.datatypes import TypeTable
+from robosc.model.entities import Data, DataObject, Kind, Provide, Requirement
+from robosc.model.expressions import BOOLEAN, Typer, no_value, wants
+from robosc.model.report import Report
+from robosc.model.rosbind import Binder
+from robosc.model.scope import report_duplicate
+from robosc.model.types import ArrayType, NoneType, ObjectType, Type
+from robosc.model.values import check_range, coerce, describe
+from robosc.model.world import CommunicationInfo, Names
+from robosc.source import Span
+from robosc.syntax.nodes import Access, DataNode, DataObjectNode, ProvideNode, RequirementNode
+
+__all__ = ["StatementResolver"]
+
+_COMMENT_OR_STRING = re.compile(
+    r"""//[^\n]*|/\*.*?\*/|("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')""", re.DOTALL
+)
+
+
+class StatementResolver:
+    """Resolves the statements of a robot over all its components."""
+
+    def __init__(self, names: Names, types: TypeTable, binder: Binder, report: Report) -> None:
+        self._names = names
+        self._types = types
+        self._binder = binder
+        self._report = report
+        self._typer = Typer(
+            report, types, names, no_value("nothing comes in where a command is decided on")
+        )
+
+    def requirement(self, node: RequirementNode) -> Requirement | None:
+        """The requirement; None after an error."""
+        keys: list[str] = []
+        seen: dict[str, Span] = {}
+        whole = True
+        for access in node.communications:
+            info = self._command(access, "requirement-on-outgoing", _CANNOT_FORBID)
+            if info is None:
+                whole = False
+            elif info.key in seen:
+                self._report.add(
+                    "repeated-communication",
+                    access.span,
+                    f"'{access.span.text}' stands twice in this requirement",
+                    None,
+                    [Note("the first one is here", seen[info.key])],
+                )
+            else:
+                seen[info.key] = access.span
+                keys.append(info.key)
+        condition = self._typer.check(node.condition, BOOLEAN, "a requirement")
+        if condition is None or not whole:
+            return None
+        return Requirement(
+            node.kind, tuple(keys), condition, fold_text(node.span.text), span=node.span
+        )
+
+    def provide(self, node: ProvideNode) -> Provide | None:
+        """The provide statement; None after an error."""
+        info = self._command(node.communication, "provide-for-outgoing", _CANNOT_PROVIDE)
+        data = self._data_for(node, info)
+        condition = None
+        if node.condition is not None:
+            condition = self._typer.check(node.condition, BOOLEAN, "the condition")
+            if condition is None:
+                return None
+        if info is None or data is None:
+            return None
+        if info.entity is not None:
+            self._binder.check_data(data, self._binder.sent_part(info.node, info.entity.binding))
+        return Provide(info.key, data, condition, span=node.span)
+
+    def _command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:
+        info = resolve_communication(access, self._names, self._types.scope, self._report)
+        if info is not None and info.kind is Kind.OUTGOING:
+            self._report.add(code, access.span, f"'{info.name}' is an outgoing message: {why}")
+            return None
+        return info
+
+    # --- data ------------------------------------------------------------------------------------
+
+    def _data_for(self, node: ProvideNode, info: CommunicationInfo | None) -> Data | None:
+        if info is None or info.request is None:
+            return None
+        if isinstance(info.request, NoneType):
+            if node.data == DataObjectNode((), span=node.data.span):
+                return DataObject(())
+            self._report.add(
+                "nothing-to-provide",
+                node.data.span,
+                f"'{info.name}' carries no data",
+                "remove the statement, or give the communication a type",
+            )
+            return None
+        return self._data(node.data, info.request, f"'{info.name}'")
+
+    def _data(self, node: DataNode, type_: Type, place: str) -> Data | None:
+        if isinstance(node, DataObjectNode):
+            if isinstance(type_, ObjectType):
+                return self._object(node, type_)
+            self._report.add(
+                "type-mismatch",
+                _opening(node.span),
+                f"{place} needs {describe(type_)}, this is an object",
+            )
+            return None
+        if isinstance(type_, ObjectType):
+            names = ", ".join(f"{name}: …" for name, _ in type_.properties)
+            self._report.add(
+                "type-mismatch",
+                node.span,
+                f"{place} needs {describe(type_)}",
+                f"write {{ {names} }}",
+            )
+            return None
+        if isinstance(type_, ArrayType):
+            self._report.add(
+                "array-not-allowed",
+                node.span,
+                f"{place} is an array, which cannot be provided",
+                "leave it out: it stays empty",
+            )
+            return None
+        expr = self._typer.check(node, wants(type_), place)
+        if expr is None:
+            return None
+        check_range(expr, type_, place, self._report)
+        return coerce(expr, type_)
+
+    def _object(self, node: DataObjectNode, type_: ObjectType) -> DataObject | None:
+        fields: list[tuple[str, Data]] = []
+        seen: dict[str, Span] = {}
+        whole = True
+        for item in node.fields:
+            name = item.name.text
+            if name in seen:
+                report_duplicate("value for", item.name, seen[name], self._report)
+                whole = False
+                continue
+            seen[name] = item.name.span
+            inner = type_.property(name)
+            if inner is None:
+                self._unknown_property(item.name.text, item.name.span, type_)
+                whole = False
+                continue
+            data = self._data(item.value, inner, f"property '{name}'")
+            if data is None:
+                whole = False
+            else:
+                fields.append((name, data))
+        return DataObject(tuple(fields)) if whole else None
+
+    def _unknown_property(self, name: str, span: Span, type_: ObjectType) -> None:
+        unusable = self._types.universe.unknown_properties
+        if (type_.origin, type_.name, name) in unusable or self._types.scope.is_lost(name):
+            return
+        self._report.add(
+            "unknown-property",
+            span,
+            f"{type_.name} has no property '{name}'",
+            self._report.suggest(name, [n for n, _ in type_.properties], "its properties"),
+        )
+
+
+def _opening(span: Span) -> Span:
+    return Span(span.source, span.start, span.start + 1)
+
+
+def fold_text(text: str) -> str:
+    """Text of the model on one line, without comments; strings stay as they are."""
+    plain = _COMMENT_OR_STRING.sub(lambda match: match[1] or " ", text)
+    return " ".join(plain.split())
+
+
+_CANNOT_FORBID = "the controller cannot forbid what the robot sends"
+_CANNOT_PROVIDE = "the robot sends its data, not the controller"

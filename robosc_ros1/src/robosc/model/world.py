@@ -1,0 +1,188 @@
+"""Which components there are while one file is resolved, and what their names mean.
+
+A library component is resolved anew for each import, under the name of the import; in its own text
+names mean what they mean in its library. :class:`Names` is that translation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from robosc.errors import Note
+from robosc.model.entities import Communication, Kind
+from robosc.model.types import Type
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    BehaviourNode,
+    CommunicationNode,
+    ComponentNode,
+    ImportNode,
+    StateNode,
+    VariableNode,
+)
+
+if TYPE_CHECKING:
+    from robosc.model.datatypes import TypeTable
+    from robosc.model.report import Report
+
+__all__ = ["Assembly", "CommunicationInfo", "Instance", "LibraryNames", "Names"]
+
+
+@dataclass
+class CommunicationInfo:
+    """A communication while the model is being resolved; None stands for a type with an error."""
+
+    node: CommunicationNode
+    instance: Instance
+    kind: Kind
+    request: Type | None
+    response: Type | None
+    feedback: Type | None
+    entity: Communication | None = None
+
+    @property
+    def name(self) -> str:
+        return self.node.name.text
+
+    @property
+    def key(self) -> str:
+        return f"{self.instance.name}.{self.name}"
+
+
+@dataclass
+class Instance:
+    """A component under the name that it has in the file being resolved.
+
+    ``node`` and ``types`` are those of the declaration, in a library for an import; ``prefix`` is
+    the whole chain of prefixes, joined; ``original`` and ``library`` are what an import took it
+    from. The tables hold the first of two equal names; a variable whose type has an error is there
+    with None.
+    """
+
+    name: str
+    node: ComponentNode
+    types: TypeTable
+    prefix: str = ""
+    imported: ImportNode | None = None
+    behaviour: BehaviourNode | None = None
+    states: dict[str, StateNode] = field(default_factory=dict)
+    variables: dict[str, Type | None] = field(default_factory=dict)
+    variable_nodes: dict[str, VariableNode] = field(default_factory=dict)
+    communications: dict[str, CommunicationInfo] = field(default_factory=dict)
+    original: Instance | None = None
+    library: Assembly | None = None
+
+    @property
+    def place(self) -> Span:
+        return self.imported.name.span if self.imported else self.node.name.span
+
+    @property
+    def members(self) -> list[str]:
+        return [*self.variables, *self.states]
+
+
+@dataclass
+class Assembly:
+    """All components of one file; ``broken`` are names of those that could not be had."""
+
+    instances: dict[str, Instance] = field(default_factory=dict)
+    broken: set[str] = field(default_factory=set)
+    by_name: dict[str, list[CommunicationInfo]] = field(default_factory=dict)
+    by_origin: dict[int, list[Instance]] = field(default_factory=dict)
+
+    def add(self, instance: Instance) -> None:
+        self.instances[instance.name] = instance
+        self.by_origin.setdefault(id(instance.node), []).append(instance)
+
+    def index_communications(self) -> None:
+        """To be called once all instances know their communications."""
+        for instance in self.instances.values():
+            for name, info in instance.communications.items():
+                self.by_name.setdefault(name, []).append(info)
+
+
+class Names:
+    """What component and communication names mean in a file, seen from ``own`` (None: no one)."""
+
+    def __init__(self, assembly: Assembly, own: Instance | None = None) -> None:
+        self.assembly = assembly
+        self.own = own
+
+    def is_broken(self, name: str) -> bool:
+        return name in self.assembly.broken
+
+    def component(self, name: str) -> Instance | None:
+        return self.assembly.instances.get(name)
+
+    @property
+    def components(self) -> Mapping[str, Instance]:
+        return self.assembly.instances
+
+    def communications(self, name: str) -> list[CommunicationInfo]:
+        """Those that a bare name can mean: an own one before all others."""
+        if self.own is not None and name in self.own.communications:
+            return [self.own.communications[name]]
+        return self.assembly.by_name.get(name, [])
+
+    def communication_names(self) -> Iterable[str]:
+        return self.assembly.by_name
+
+
+class LibraryNames(Names):
+    """The names of a library in the text of one of its components that a robot imports.
+
+    Another component of the library is the robot's import of it: the only one, or the one with the
+    same prefix.
+    """
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        own: Instance,
+        library: Assembly,
+        original: Instance,
+        report: Report,
+    ) -> None:
+        super().__init__(assembly, own)
+        self.library = library
+        self.original = original
+        self._report = report
+
+    def component(self, name: str) -> Instance | None:
+        wanted = self.library.instances.get(name)
+        return None if wanted is None else self._import_of(wanted)
+
+    def communications(self, name: str) -> list[CommunicationInfo]:
+        assert self.own is not None
+        if name in self.own.communications:
+            return [self.own.communications[name]]
+        found = []
+        for info in self.library.by_name.get(name, []):
+            instance = self._import_of(info.instance)
+            if instance is not None and name in instance.communications:
+                found.append(instance.communications[name])
+        return found
+
+    def _import_of(self, wanted: Instance) -> Instance | None:
+        assert self.own is not None and self.own.imported is not None
+        if wanted is self.original:
+            return self.own
+        found = self.assembly.by_origin.get(id(wanted.node), [])
+        if len(found) > 1:
+            found = [i for i in found if i.prefix == self.own.prefix]
+        if len(found) == 1:
+            return found[0]
+        library = self.own.imported.library.text
+        self._report.add(
+            "import-incomplete",
+            self.own.imported.component.span,
+            f"{self.original.name} of library {library} refers to its component {wanted.name},"
+            + (" which is not imported" if not found else " which is imported several times"),
+            f"add: component {wanted.name} from {library} import {wanted.name}"
+            if not found
+            else "give the imports that belong together one prefix",
+            [Note(f"{wanted.name} is declared here", wanted.node.name.span)],
+        )
+        return None
