@@ -31,9 +31,7 @@ NUMBERS = st.sampled_from(
 ) | st.sampled_from([0, 1, -4, 2.5, -0.0]).map(
     lambda v: Literal(v, INT if isinstance(v, int) else DOUBLE)
 )
-BOOLEANS = st.sampled_from(
-    [TRUE, FALSE, VariableRef("C", "p", BOOL), VariableRef("C", "q", BOOL)]
-)
+BOOLEANS = st.sampled_from([TRUE, FALSE, VariableRef("C", "p", BOOL), VariableRef("C", "q", BOOL)])
 
 
 def numbers(depth: int):
@@ -110,7 +108,9 @@ def variable(name, type_=BOOL):
         ),
         (Unary("!", Binary("=", variable("p"), variable("q"), BOOL), BOOL), "!(C.p = C.q)"),
         (
-            Binary("-", variable("i", INT), Binary("-", Literal(1, INT), Literal(-2, INT), INT), INT),
+            Binary(
+                "-", variable("i", INT), Binary("-", Literal(1, INT), Literal(-2, INT), INT), INT
+            ),
             "C.i - (1 - -2)",
         ),
         (Literal('a "b"\n\\', StringType()), '"a \\"b\\"\\n\\\\"'),
