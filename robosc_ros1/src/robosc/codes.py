@@ -1,18 +1,667 @@
-"""stub"""
+"""The registry of diagnostics: what each code means, by example, and how to mend it.
+
+``docs/diagnostics.md`` is :func:`page`, written by ``python3 -m robosc.codes FILE``. Codes are
+stable: one is never given to another fault, and a test holds that each has a faulty model with its
+output.
+"""
+
 from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+
 from robosc.errors import Severity
+
+__all__ = ["CODES", "Code", "page"]
+
 
 @dataclass(frozen=True, slots=True)
 class Code:
+    """One kind of fault. ``strict``: ``--strict`` makes the warning an error."""
+
     code: str
     severity: Severity
+    group: str
+    explanation: str
+    example: str
+    remedy: str
     strict: bool = False
 
-_W = """hidden-transition unreachable-state unused-datatype unused-interface unused-variable unused-enum-value names-differ-in-case
-topic-shared topic-types repeated-communication package-not-found""".split()
 
-class _C(dict[str, Code]):
-    def __missing__(self, k: str) -> Code:
-        return Code(k, Severity.WARNING if k in _W else Severity.ERROR, k=="package-not-found")
-CODES = _C()
+_TEXT = "Reading the text"
+_NAMES = "Names"
+_TYPES = "Types and data types"
+_COMMUNICATION = "Communications"
+_BEHAVIOUR = "Behaviour"
+_STATEMENTS = "Requirements and data"
+_LIBRARIES = "Libraries"
+_ROS = "ROS interfaces"
+_WHOLE = "The model as a whole"
+
+
+def _error(group: str, code: str, explanation: str, example: str, remedy: str) -> Code:
+    return Code(code, Severity.ERROR, group, explanation, example, remedy)
+
+
+def _warning(
+    group: str, code: str, explanation: str, example: str, remedy: str, strict: bool = False
+) -> Code:
+    return Code(code, Severity.WARNING, group, explanation, example, remedy, strict)
+
+
+_ALL = (
+    # --- reading the text
+    _error(
+        _TEXT,
+        "syntax",
+        "The text does not follow the grammar at this place. The message says what could stand"
+        " here."
+        " Reading goes on at the next declaration.",
+        "outgoing message distance with double",
+        "Write what is expected, here `type: double`.",
+    ),
+    _error(
+        _TEXT,
+        "misplaced",
+        "This declaration exists, but not inside the one that it stands in.",
+        "component Motor { datatype object Twist {} }",
+        "Move it to where the message says that it belongs.",
+    ),
+    _error(
+        _TEXT,
+        "missing-brace",
+        "A block is not closed before something begins that cannot be part of it, or before"
+        " the file"
+        " ends.",
+        "component Motor { behaviour {\ncomponent Light {}",
+        "Add the closing brace.",
+    ),
+    _error(
+        _TEXT,
+        "unexpected-brace",
+        "A closing brace has no opening one, or something stands behind the brace that ends its"
+        " block.",
+        "robot R { } }",
+        "Remove the brace that is too many.",
+    ),
+    _error(
+        _TEXT,
+        "several-robots",
+        "A file holds one robot or one library, never two.",
+        "robot A {} robot B {}",
+        "Move the second one to a file of its own.",
+    ),
+    _error(
+        _TEXT,
+        "reserved-name",
+        "`value`, `true`, `false`, `and` and `or` mean something everywhere, so as names they"
+        " need the"
+        " escape.",
+        "variable value: integer",
+        "Write `^value`.",
+    ),
+    _error(
+        _TEXT,
+        "bad-character",
+        "This character has no meaning in the language.",
+        "transition if a & b",
+        "The hint says what is probably meant, here `and`.",
+    ),
+    _error(
+        _TEXT,
+        "bad-escape",
+        "A string knows only the escapes `\\n`, `\\t`, `\\\\`, `\\\"` and `\\'`.",
+        'message m with identifier: "a\\d", type: none',
+        "Write the backslash twice, or remove it.",
+    ),
+    _error(
+        _TEXT,
+        "bad-number",
+        "Numbers are written `42`, `4.25`, `1e-3`.",
+        "variable x: double = 4.",
+        "Write a digit on both sides of the point.",
+    ),
+    _error(
+        _TEXT,
+        "number-too-large",
+        "The number has more digits than any ROS field or computation can carry.",
+        "variable x: double = 1e999",
+        "Use a smaller number.",
+    ),
+    _error(
+        _TEXT,
+        "unterminated-string",
+        "A string does not end on its line.",
+        'identifier: "/vel',
+        "Add the closing quote.",
+    ),
+    _error(
+        _TEXT,
+        "unterminated-comment",
+        "A comment that begins with `/*` never ends, so the rest of the file is a comment.",
+        "/* the motor",
+        "Add `*/`.",
+    ),
+    _error(
+        _TEXT,
+        "too-deep",
+        "Parentheses, types or data are nested deeper than any model needs.",
+        "requirement move needs ((((((…",
+        "Split it.",
+    ),
+    _error(
+        _TEXT,
+        "too-many-errors",
+        "There are more errors than anyone would read; the rest is not shown.",
+        "(a file that is no model)",
+        "Mend the first ones, and check again.",
+    ),
+    _error(
+        _TEXT,
+        "invalid-utf8",
+        "Model files are UTF-8 text, and this one has other bytes in it.",
+        "(a file saved as Latin-1 or UTF-16)",
+        "Save the file as UTF-8.",
+    ),
+    # --- names
+    _error(
+        _NAMES,
+        "unknown-name",
+        "Nothing that can be seen from here has this name: no own variable or state, no enum value,"
+        " no component.",
+        "requirement move needs ObstacleGraber.idle",
+        "Correct the spelling, or write `Component.name` for what belongs to another component.",
+    ),
+    _error(
+        _NAMES,
+        "unknown-member",
+        "The component, enum or object before the point has no such member.",
+        "requirement move needs LineDetector.current",
+        "Use one of the members that the hint names.",
+    ),
+    _error(
+        _NAMES,
+        "unknown-communication",
+        "No component of the robot has a communication of this name.",
+        "on response from distanc",
+        "Correct the spelling, or declare the communication.",
+    ),
+    _error(
+        _NAMES,
+        "unknown-type",
+        "There is no datatype of this name in the file.",
+        "variable current: Distence",
+        "Correct the spelling, or declare the datatype. A robot does not see a library's"
+        " datatypes.",
+    ),
+    _error(
+        _NAMES,
+        "unknown-interface",
+        "There is no interface of this name in the file.",
+        "incoming message move with type: Twist links twits",
+        "Correct the spelling, or declare `interface twist use Twist from geometry_msgs`.",
+    ),
+    _error(
+        _NAMES,
+        "unknown-state",
+        "`goto` names a state of the same component, and there is none of this name.",
+        "on response from grab goto iddle",
+        "Correct the spelling, or declare the state.",
+    ),
+    _error(
+        _NAMES,
+        "unknown-property",
+        "Data is provided for a property that the object does not have.",
+        "provide move with { linaer: { x: 0.4 } }",
+        "Use one of the object's properties, or declare the property.",
+    ),
+    _error(
+        _NAMES,
+        "unknown-component",
+        "The library has no component of this name.",
+        "component Left from Wheels import Whel",
+        "Use one of the library's components.",
+    ),
+    _error(
+        _NAMES,
+        "duplicate-name",
+        "Two things of one kind have one name: components, datatypes and interfaces of a file,"
+        " communications of all local components, states and variables of a component,"
+        " properties of"
+        " an object, rules of an enum for one value. A boolean variable and a state of one"
+        " component"
+        " cannot share a name either, since nothing could tell them apart.",
+        "component Motor {}\ncomponent Motor {}",
+        "Give one of them another name.",
+    ),
+    _error(
+        _NAMES,
+        "ambiguous-name",
+        "A bare name can mean several things, and the type that is needed here does not decide.",
+        "requirement move needs slow = slow",
+        "Write `Enum.value`, `Component.variable` or `Component.communication`.",
+    ),
+    # --- types
+    _error(
+        _TYPES,
+        "type-mismatch",
+        "A place needs one type and is given another. Integers widen to doubles, nothing else"
+        " converts"
+        " by itself; `/` always gives a double.",
+        "transition if speed + 1",
+        "Compare, convert by an enum, or change the declared type.",
+    ),
+    _error(
+        _TYPES,
+        "not-finite",
+        "Synthesis looks at every value of everything that decides about events. So a variable"
+        " that a"
+        " guard, a requirement, a provide condition or an assignment to such a variable reads"
+        " must be a"
+        " boolean, an enum or an integer with a range; so must what such a variable takes from a"
+        " message.",
+        "variable distance: double\n…\nrequirement move needs Sensor.distance > 0.5",
+        "Give the integer a range, or convert what comes in by an enum:"
+        " `datatype enum Distance from double to { value > 0.5 -> free default -> obstructed }`.",
+    ),
+    _error(
+        _TYPES,
+        "out-of-range",
+        "A constant is outside the range of what it is given to.",
+        "variable gear: integer(1..5) = 0",
+        "Use a value inside the range, or widen the range.",
+    ),
+    _error(
+        _TYPES,
+        "empty-range",
+        "The lower bound of a range is above the upper one.",
+        "variable gear: integer(5..1)",
+        "Exchange the bounds.",
+    ),
+    _error(
+        _TYPES,
+        "variable-type",
+        "Variables hold a boolean, integer, double, string or enum value; never arrays, objects or"
+        " `none`.",
+        "variable ranges: array(double)",
+        "Keep the part that you need, or convert the whole by an enum.",
+    ),
+    _error(
+        _TYPES,
+        "none-not-allowed",
+        "`none` says that a communication carries nothing; a property or the elements of an array"
+        " cannot be nothing.",
+        "datatype object Twist { linear: none }",
+        "Leave the property out.",
+    ),
+    _error(
+        _TYPES,
+        "array-not-allowed",
+        "A communication does not carry an array directly, and no array can be provided.",
+        "outgoing message scan with type: array(double)",
+        "Use an object with the array as a property, or an enum from the array.",
+    ),
+    _error(
+        _TYPES,
+        "recursive-datatype",
+        "A datatype contains itself, directly or by way of others. No ROS message can.",
+        "datatype object Node { child: Node }",
+        "Remove the property that closes the circle.",
+    ),
+    _error(
+        _TYPES,
+        "missing-default",
+        "An enum must say what a value becomes that none of its rules matches.",
+        "datatype enum Distance from double to { value > 0.5 -> free }",
+        "Add `default -> obstructed`.",
+    ),
+    _error(
+        _TYPES,
+        "several-defaults",
+        "An enum has exactly one default.",
+        "default -> free\ndefault -> obstructed",
+        "Remove one of them.",
+    ),
+    _error(
+        _TYPES,
+        "enum-source",
+        "An enum converts what a message brings: not another enum, and not `none`.",
+        "datatype enum Danger from Distance to { default -> low }",
+        "Convert from the type that the other enum converts.",
+    ),
+    _error(
+        _TYPES,
+        "initial-not-constant",
+        "An initial value is a constant: a literal, an enum value, or arithmetic on numbers.",
+        "variable speed: integer = old_speed",
+        "Write the constant, and assign the rest in a transition.",
+    ),
+    _error(
+        _TYPES,
+        "value-not-allowed",
+        "`value` is what has just come in: in the rules of an enum, and in transitions `on response"
+        " from` and `on feedback from` a communication that carries something. Elsewhere there is"
+        " nothing that it could mean.",
+        "on request to move do speed := value",
+        "Keep what came in earlier in a variable.",
+    ),
+    # --- communications
+    _error(
+        _COMMUNICATION,
+        "enum-sent",
+        "An enum converts what comes in. There is no way back, so it cannot be sent, neither"
+        " alone nor"
+        " in an object.",
+        "incoming message drive with type: Distance",
+        "Send the type that the enum converts from.",
+    ),
+    _error(
+        _COMMUNICATION,
+        "missing-links",
+        "robosc knows which ROS message carries a basic type. Services, actions, objects and enums"
+        " from objects need to be told.",
+        "incoming message move with type: Twist",
+        "Declare `interface twist use Twist from geometry_msgs`, and write `links twist`.",
+    ),
+    _error(
+        _COMMUNICATION,
+        "ros-name",
+        "The name of a topic, service, action, type or package is not one that ROS allows.",
+        'outgoing message distance with identifier: "/my topic", type: double',
+        "Use letters, digits, `_` and `/`, each part beginning with a letter.",
+    ),
+    # --- behaviour
+    _error(
+        _BEHAVIOUR,
+        "several-behaviours",
+        "A component has one automaton.",
+        "behaviour { … } behaviour { … }",
+        "Put the states of both into one, or make two components.",
+    ),
+    _error(
+        _BEHAVIOUR,
+        "no-initial-state",
+        "An automaton has to begin somewhere.",
+        "behaviour { marked state idle {} }",
+        "Write `initial` before one state.",
+    ),
+    _error(
+        _BEHAVIOUR,
+        "several-initial-states",
+        "An automaton begins in exactly one state.",
+        "initial state idle {} initial state busy {}",
+        "Remove `initial` from all but one.",
+    ),
+    _error(
+        _BEHAVIOUR,
+        "no-marked-reachable",
+        "From some state that the component can get into, no marked state can be reached by its own"
+        " transitions. The supervisor keeps it possible to reach marked states, so it could"
+        " never let"
+        " the component get there.",
+        "initial marked state idle { on request to grab goto grabbing }\nstate grabbing {}",
+        "Add the missing transition back (often `on error from` or `on response from`), or mark the"
+        " state.",
+    ),
+    _warning(
+        _BEHAVIOUR,
+        "unreachable-state",
+        "No transition of the component leads to this state, so all that is said about it never"
+        " happens.",
+        "initial marked state idle {}\nmarked state busy {}",
+        "Add a transition to it, or remove it.",
+    ),
+    _error(
+        _BEHAVIOUR,
+        "event-not-available",
+        "The communication does not have this event. An outgoing message has `response`, an"
+        " incoming"
+        " message `request`, a service `request`, `response` and `error`, an action all five.",
+        "on response from stop",
+        "React to an event that exists.",
+    ),
+    _error(
+        _BEHAVIOUR,
+        "duplicate-transition",
+        "One state has two transitions for one event, and nothing says which to take.",
+        "on response from grab goto idle\non response from grab goto failed",
+        "Join them, or give each a guard (`if`) that excludes the other's.",
+    ),
+    _warning(
+        _BEHAVIOUR,
+        "hidden-transition",
+        "A transition of a state wins over one for the same event that exists for every state,"
+        " so in"
+        " this state the other is never taken.",
+        "on response from distance do current := value\nstate sensing { on response from distance"
+        " goto idle }",
+        "If both are meant, repeat the other's assignments here.",
+    ),
+    _error(
+        _BEHAVIOUR,
+        "foreign-assignment",
+        "Only a component itself assigns its variables.",
+        "on response from distance do Motor.speed := 0",
+        "Let the other component react to the same event.",
+    ),
+    _error(
+        _BEHAVIOUR,
+        "not-assignable",
+        "What stands left of `:=` is no variable.",
+        "on response from grab do idle := true",
+        "Assign a variable, or change the state with `goto`.",
+    ),
+    _error(
+        _BEHAVIOUR,
+        "duplicate-assignment",
+        "The assignments of a transition happen at once, so a variable can be in only one of them.",
+        "do speed := 1, speed := 2",
+        "Remove one of them.",
+    ),
+    # --- statements
+    _error(
+        _STATEMENTS,
+        "requirement-on-outgoing",
+        "A requirement restricts what the controller does. It cannot forbid what the robot sends.",
+        "requirement distance needs Motor.stopped",
+        "Put the requirement on the command that should wait.",
+    ),
+    _error(
+        _STATEMENTS,
+        "provide-for-outgoing",
+        "The robot itself sends the data of an outgoing message.",
+        "provide distance with 3.0",
+        "Provide data for incoming messages, services and actions.",
+    ),
+    _error(
+        _STATEMENTS,
+        "nothing-to-provide",
+        "The communication carries nothing, so there is nothing to provide for it.",
+        "incoming message halt with type: none\nprovide halt with 1",
+        "Remove the statement, or give the communication a type.",
+    ),
+    _warning(
+        _STATEMENTS,
+        "repeated-communication",
+        "One requirement names a communication twice.",
+        "requirement { move, stop, move } needs Motor.ready",
+        "Remove one; perhaps another one is meant.",
+    ),
+    # --- libraries
+    _error(
+        _LIBRARIES,
+        "library-not-found",
+        "No library of this name lies in the folder of the importing file, in `shared/` or"
+        " `libraries/` beside that folder, in a `--library-path`, or in what a ROS package"
+        " exports by"
+        ' `<robosc libraries="…"/>`.',
+        "component Left from Wheels import Wheel",
+        "Correct the name, or add the folder with `--library-path`.",
+    ),
+    _error(
+        _LIBRARIES,
+        "library-clash",
+        "Several files declare this library and differ, so it is open which one is meant.",
+        "(Wheels in ./ and, different, in ../shared/)",
+        "Remove or rename one of them.",
+    ),
+    _error(
+        _LIBRARIES,
+        "import-cycle",
+        "A library imports itself, directly or by way of others.",
+        "library A { component X from B import Y }\nlibrary B { component Y from A import X }",
+        "Move what they share to a library of its own.",
+    ),
+    _error(
+        _LIBRARIES,
+        "import-incomplete",
+        "A component of a library refers to another component of the library, which is not"
+        " imported,"
+        " or so often that it is open which one is meant.",
+        "component Arm from Arms import Arm   // reacts to a message of Arms' Hand",
+        "Import the other component too; imports that belong together have one prefix.",
+    ),
+    # --- ROS
+    _error(
+        _ROS,
+        "unknown-field",
+        "The real definition of the message, service or action has no field of this name.",
+        "datatype object Twist { speed: double }   // linked to geometry_msgs/Twist",
+        "Use one of the fields that the hint lists.",
+    ),
+    _error(
+        _ROS,
+        "field-kind",
+        "The field exists, but is of another kind. What is sent must fit into the field: a"
+        " double does"
+        " not go into an integer field. What is received must fit into the type of the model: an"
+        " integer field can be read as a double, not the reverse.",
+        "datatype object Header { seq: string }   // uint32 in ROS",
+        "Use the type that the message names.",
+    ),
+    _error(
+        _ROS,
+        "field-range",
+        "A constant or the range of an integer does not fit into the integer field that"
+        " carries it.",
+        "incoming message speed with type: integer\nprovide speed with 40000   // std_msgs/Int16",
+        "Use a smaller value, or link an interface with a wider field.",
+    ),
+    _error(
+        _ROS,
+        "no-single-field",
+        "A basic type, or an enum from one, travels through the only data field of the linked"
+        " interface. This one has several, or none.",
+        "outgoing message goal with type: double links twist",
+        "Use an object that names the field.",
+    ),
+    _error(
+        _ROS,
+        "interface-not-found",
+        "The ROS package is there, but has no such message, service or action.",
+        "interface twist use Twits from geometry_msgs",
+        "Use one of those that it has.",
+    ),
+    _error(
+        _ROS,
+        "faulty-definition",
+        "The definition file of the message, service or action cannot be read.",
+        "(a .srv file without ---)",
+        "Correct the file that the message names.",
+    ),
+    _warning(
+        _ROS,
+        "package-not-found",
+        "The ROS package of an interface is not installed and not in the workspace, so the model's"
+        " types are not checked against it. With `--strict` this is an error.",
+        "interface twist use Twist from geometry_msgs   // on a machine without ROS",
+        "Install what the hint names.",
+        strict=True,
+    ),
+    # --- the whole
+    _warning(
+        _WHOLE,
+        "topic-shared",
+        "Several components declare an outgoing message on one topic. Each message on it"
+        " counts as an"
+        " event of all of them.",
+        'component A { outgoing message x with identifier: "/t", type: none }\n'
+        'component B { outgoing message y with identifier: "/t", type: none }',
+        "Declare it once; any component can react to it.",
+    ),
+    _warning(
+        _WHOLE,
+        "topic-types",
+        "Two messages share a topic but not the ROS type. ROS connects only publishers and"
+        " subscribers"
+        " of one type.",
+        'outgoing message a with identifier: "/t", type: double\n'
+        'incoming message b with identifier: "/t", type: boolean',
+        "Use different topics, or one type.",
+    ),
+    _warning(
+        _WHOLE,
+        "names-differ-in-case",
+        "Two names of one kind differ only in upper and lower case: easily confused.",
+        "state idle {} state Idle {}",
+        "Rename one of them.",
+    ),
+    _warning(
+        _WHOLE,
+        "unused-datatype",
+        "No communication, variable or other datatype uses this datatype.",
+        "datatype object Twist {}",
+        "Use it or remove it.",
+    ),
+    _warning(
+        _WHOLE,
+        "unused-interface",
+        "No communication links this interface.",
+        "interface twist use Twist from geometry_msgs",
+        "Write `links twist` where it is meant, or remove it.",
+    ),
+    _warning(
+        _WHOLE,
+        "unused-variable",
+        "The variable is never read, so it changes nothing.",
+        "variable count: integer = 0",
+        "Use it or remove it.",
+    ),
+    _warning(
+        _WHOLE,
+        "unused-enum-value",
+        "No expression asks for this value of the enum. (Defaults need not be asked for.)",
+        "datatype enum Distance from double to { value > 9 -> far value > 1 -> near default ->"
+        " here }",
+        "Use it, or remove its rule.",
+    ),
+)
+
+CODES: Mapping[str, Code] = {entry.code: entry for entry in _ALL}
+
+
+def page() -> str:
+    """The text of ``docs/diagnostics.md``."""
+    lines = [
+        "# Diagnostics",
+        "",
+        "Every message of robosc about a model carries a code in brackets. This page tells"
+        " what each",
+        "code means. It is generated from `robosc/codes.py`.",
+    ]
+    group = ""
+    for entry in _ALL:
+        if entry.group != group:
+            group = entry.group
+            lines += ["", f"## {group}"]
+        strict = " (with `--strict` an error)" if entry.strict else ""
+        lines += ["", f"### {entry.code}", "", f"*{entry.severity.value}*{strict}", ""]
+        lines += [entry.explanation, "", "```", *entry.example.split("\n"), "```", ""]
+        lines.append(entry.remedy)
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(page(), encoding="utf-8")

@@ -406,7 +406,8 @@ class BehaviourResolver:
                 self._report.add(
                     "hidden-transition",
                     _first_line(transition.span),
-                    f"in state '{state.name}' this hides the transition for '{transition.event.value}'"
+                    f"in state '{state.name}' this hides the transition for"
+                    f" '{transition.event.value}'"
                     f" of '{name}' that exists for every state",
                     None,
                     [Note("the hidden one is here", common[key].span)],

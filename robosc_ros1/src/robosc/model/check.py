@@ -46,8 +46,8 @@ class Model:
 def settle_state(model: Model, assembly: Assembly, report: Report) -> Model:
     """Find the variables that synthesis has to know, and check that they are finite.
 
-    A variable belongs to the state if a guard, a requirement or a provide condition reads it, or the
-    right-hand side of an assignment to one that does.
+    A variable belongs to the state if a guard, a requirement or a provide condition reads it, or
+    the right-hand side of an assignment to one that does.
     """
     readers = _state_readers(model)
     declared = {v.key: v for c in model.components if c.behaviour for v in c.behaviour.variables}

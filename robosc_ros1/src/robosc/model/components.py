@@ -1,7 +1,7 @@
 """The outside of components: their communications, variables and states by name.
 
-All components of a file get their outside before any behaviour is resolved, so that declarations can
-refer forwards.
+All components of a file get their outside before any behaviour is resolved, so that declarations
+can refer forwards.
 """
 
 from __future__ import annotations
@@ -182,6 +182,8 @@ def _carried(instance: Instance, node: TypeNode, report: Report, sent: bool = Fa
             "a communication does not carry an array directly",
             "use an object that has the array as a property, or an enum from it",
         )
+        return None
+    if type_ is not None and not instance.types.universe.is_known(type_):
         return None
     if sent and type_ is not None:
         return _sendable(instance.types.universe, type_, node.span, report)

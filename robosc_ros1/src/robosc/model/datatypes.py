@@ -7,7 +7,7 @@ and it lets the rules of one enum name the values of another.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from robosc.model.expr import Expr
 from robosc.model.report import Report
@@ -40,10 +40,15 @@ __all__ = ["TypeTable", "Universe"]
 
 @dataclass
 class Universe:
-    """What all files of one run share: declarations by (origin, name), and unusable properties."""
+    """What all files of one run share: declarations by (origin, name), and what is unknown in them.
+
+    ``unknown_properties`` are properties whose type has an error, ``unknown_sources`` enums that
+    convert from such a type.
+    """
 
     nodes: dict[tuple[str, str], ObjectNode | EnumNode] = field(default_factory=dict)
     unknown_properties: set[tuple[str, str, str]] = field(default_factory=set)
+    unknown_sources: set[tuple[str, str]] = field(default_factory=set)
 
     def property_span(self, object_: ObjectType, name: str) -> Span | None:
         """Where an object's property is declared."""
@@ -52,9 +57,12 @@ class Universe:
             return None
         return next((p.span for p in node.properties if p.name.text == name), None)
 
-    def enum_node(self, enum: EnumType) -> EnumNode | None:
-        node = self.nodes.get((enum.origin, enum.name))
-        return node if isinstance(node, EnumNode) else None
+    def is_known(self, type_: Type) -> bool:
+        """Whether what a type carries is known: an enum's source may not be."""
+        return (
+            not isinstance(type_, EnumType)
+            or (type_.origin, type_.name) not in self.unknown_sources
+        )
 
 
 ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
@@ -215,26 +223,22 @@ class TypeTable:
         for value in values:
             self._by_value.setdefault(value, []).append(shell)
 
-    def _enum(self, node: EnumNode) -> EnumType | None:
+    def _enum(self, node: EnumNode) -> EnumType:
+        """The enum. With an error it is still known by its values, without the faulty rules."""
         source = self.resolve(node.source)
         self._check_source(node, source)
         self._check_values(node)
-        rules = []
-        whole = source is not None
-        for rule in node.rules:
-            if rule.condition is None:
-                continue
-            if source is None:
-                continue
-            condition = self._condition(self, rule.condition, source)
-            if condition is None:
-                whole = False
-            else:
-                rules.append(EnumRule(condition, rule.value.text))
-        if not whole or source is None:
-            return None
         shell = self._shells[node.name.text]
-        return EnumType(shell.name, shell.origin, source, shell.values, shell.default, tuple(rules))
+        if source is None or isinstance(source, EnumType | NoneType):
+            self.universe.unknown_sources.add((shell.origin, shell.name))
+            return shell
+        rules = []
+        for rule in node.rules:
+            if rule.condition is not None:
+                condition = self._condition(self, rule.condition, source)
+                if condition is not None:
+                    rules.append(EnumRule(condition, rule.value.text))
+        return replace(shell, source=source, rules=tuple(rules))
 
     def _check_source(self, node: EnumNode, source: Type | None) -> None:
         if isinstance(source, EnumType):

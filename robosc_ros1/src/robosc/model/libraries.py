@@ -22,7 +22,7 @@ _HEAD = re.compile(rf"(?:\s|//[^\n]*|/\*.*?\*/)*library\s+\^?({IDENTIFIER})", re
 
 @dataclass(frozen=True)
 class Search:
-    """The files that declare a library, different in content, and the folders that were searched."""
+    """The files that declare a library, different in content, and the folders looked into."""
 
     files: tuple[str, ...]
     folders: tuple[str, ...]

@@ -1,8 +1,8 @@
 """From model text to the resolved, typed :class:`Robot`.
 
-:func:`load` is the façade. The order of work for one file, a robot or a library alike: parse; tables
-of names; data types; the outside of all components, imports included; then their behaviour; last
-requirements and data, and the rules about the whole. Each step goes on past errors, and an unknown
+:func:`load` is the façade. The order of work for one file, a robot or a library alike: parse;
+tables of names; data types; the outside of all components, imports included; then their behaviour;
+last requirements and data, and the rules about the whole. Each step goes on past errors, and an unknown
 type or name is silent in all that depends on it, so that one run tells all faults and each once.
 """
 

@@ -1,8 +1,8 @@
 """Real definitions of messages, services and actions, found and read without anything being built.
 
 Definitions are read by genmsg from ``.msg``, ``.srv`` and ``.action`` files, so a package in a
-source workspace serves as well as an installed one. Without genmsg and rospkg (a machine that has no
-ROS) every package is simply not found.
+source workspace serves as well as an installed one. Without genmsg and rospkg (a machine that has
+no ROS) every package is simply not found.
 
 Packages are looked for, the first find winning, in:
 
