@@ -1,0 +1,98 @@
+"""From a plant to its supervisor: choose the engine, compute, and word the result."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+
+import numpy as np
+
+from robosc.errors import StateSpaceError
+from robosc.ir.automaton import Plant
+from robosc.model.expr import FALSE, TRUE
+from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.dense import DenseEngine, DenseSolution, Progress
+from robosc.synthesis.guards import Facts, make_guard
+from robosc.synthesis.layout import Layout
+
+__all__ = ["DEFAULT_MAX_STATES", "synthesize"]
+
+DEFAULT_MAX_STATES = 2**28
+
+
+def synthesize(
+    plant: Plant,
+    engine: str = "auto",
+    max_states: int = DEFAULT_MAX_STATES,
+    progress: Progress | None = None,
+) -> Supervisor:
+    """The supervisor of a plant.
+
+    ``engine`` is ``auto``, ``dense`` or ``bdd``. ``max_states`` bounds the product space of the
+    dense engine, axes that depend on each other counted once. An empty supervisor is a result, not
+    an error.
+
+    Raises:
+        StateSpaceError: the product is larger than ``max_states``, and no other engine may be used.
+    """
+    start = time.perf_counter()
+    layout = Layout.plain(plant)
+    if layout.size > max_states:
+        raise too_large(plant, layout, max_states)
+    dense = DenseEngine(plant, layout, progress)
+    solution = dense.solve()
+    if solution is None:
+        return _empty(plant, "dense", time.perf_counter() - start, dense.plant_states)
+    guards, transitions = _measure(plant, dense, solution)
+    states = int(np.count_nonzero(solution.states))
+    seconds = time.perf_counter() - start
+    return Supervisor(
+        plant, "dense", seconds, dense.plant_states, states, transitions, guards, (), ()
+    )
+
+
+def _measure(
+    plant: Plant, dense: DenseEngine, solution: DenseSolution
+) -> tuple[tuple[Guard, ...], int]:
+    guards: list[Guard] = []
+    transitions = 0
+    states = solution.states
+    for step in dense.steps:
+        if not step.event.controllable:
+            transitions += dense.occurrences(step, states)
+            continue
+        required = dense.required(step, states)
+        enabled = dense.enabled(step, states) if solution.restricted else required
+        transitions += enabled
+        facts = Facts(
+            required,
+            enabled,
+            partial(dense.cases, step, states, True),
+            partial(dense.cases, step, states, False),
+        )
+        guards.append(make_guard(plant, step.event, facts))
+    return tuple(guards), transitions
+
+
+def _empty(plant: Plant, engine: str, seconds: float, plant_states: int) -> Supervisor:
+    guards = tuple(
+        Guard(e, FALSE, TRUE if e.requirement is None else e.requirement, "never")
+        for e in plant.events
+        if e.controllable
+    )
+    return Supervisor(plant, engine, seconds, plant_states, 0, 0, guards, (), (), (), True)
+
+
+def too_large(plant: Plant, layout: Layout, max_states: int) -> StateSpaceError:
+    """What makes the product large, and what to do about it."""
+    ranked = sorted(layout.dims, key=lambda dim: -dim.size)
+    names = [
+        f"{' with '.join(plant.axes[axis].name for axis in dim.axes)} ({dim.size} values)"
+        for dim in ranked[:5]
+        if dim.size > 1
+    ]
+    return StateSpaceError(
+        f"the state space has {layout.size} combinations, more than the {max_states} allowed."
+        f" The largest contributors are {', '.join(names)}. Narrow their ranges, drop variables"
+        " that no condition needs, or raise --max-states"
+    )

@@ -1,0 +1,254 @@
+"""Conditions for a set of combinations of axis values, as short as a greedy cover makes them.
+
+Two-level minimisation over axes of several values: a *box* is a set of values per axis. Boxes are
+grown from single combinations as far as nothing refused gets in, then chosen until all that is
+allowed is covered (a disjunction), or all that is refused (a conjunction of negated boxes);
+the shorter of the two is taken. Compare Rudell & Sangiovanni-Vincentelli, "Multiple-valued
+minimization for PLA optimization", IEEE Trans. CAD 6(5), 1987.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robosc.ir.automaton import Axis, AxisKind, Plant
+from robosc.ir.expr import conjunction, disjunction, negation
+from robosc.model.entities import Variable
+from robosc.model.expr import (
+    FALSE,
+    TRUE,
+    Binary,
+    Expr,
+    Literal,
+    PhaseRef,
+    StateRef,
+    Unary,
+    VariableRef,
+    walk,
+)
+from robosc.model.types import BooleanType, IntegerType
+from robosc.synthesis.columns import Bools
+
+__all__ = ["Table", "condition_of"]
+
+_BOOLEAN = BooleanType()
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Two disjoint sets of combinations: boolean arrays with one dimension per axis."""
+
+    axes: tuple[int, ...]
+    allowed: Bools
+    refused: Bools
+
+    def reduced(self, order: Callable[[int], Any]) -> Table:
+        """Without axes that are not needed to tell the two sets apart, tried in that order."""
+        table = self
+        for axis in sorted(self.axes, key=order):
+            table = table._without(axis) or table
+        return table
+
+    def _without(self, axis: int) -> Table | None:
+        place = self.axes.index(axis)
+        allowed, refused = self.allowed.any(axis=place), self.refused.any(axis=place)
+        if (allowed & refused).any():
+            return None
+        return Table(self.axes[:place] + self.axes[place + 1 :], allowed, refused)
+
+
+@dataclass(frozen=True, eq=False)
+class _Box:
+    """Per axis the values that must be in, and those that may."""
+
+    needed: tuple[Bools, ...]
+    free: tuple[Bools, ...]
+
+
+def condition_of(plant: Plant, table: Table) -> Expr:
+    """An expression that holds in what is allowed and fails in what is refused."""
+    if not table.allowed.any():
+        return FALSE
+    if not table.refused.any():
+        return TRUE
+    axes = [plant.axes[axis] for axis in table.axes]
+    positive = disjunction(
+        conjunction(_literals(plant, axes, box, True))
+        for box in _cover(table.allowed, table.refused)
+    )
+    negative = conjunction(
+        disjunction(_literals(plant, axes, box, False))
+        for box in _cover(table.refused, table.allowed)
+    )
+    return min(positive, negative, key=_cost)
+
+
+def _cost(expr: Expr) -> tuple[int, int]:
+    nodes = list(walk(expr))
+    leaves = sum(not isinstance(n, Binary | Unary | Literal) for n in nodes)
+    return leaves, sum(isinstance(n, Unary) for n in nodes)
+
+
+# --- boxes ---------------------------------------------------------------------------------------
+
+
+def _cover(inside: Bools, outside: Bools) -> list[_Box]:
+    """Boxes that hold all of ``inside`` and nothing of ``outside``."""
+    left = inside.copy()
+    boxes: list[_Box] = []
+    while left.any():
+        seed = np.unravel_index(int(np.argmax(left)), left.shape)
+        grown = [_grow(seed, outside, order) for order in _orders(left.ndim)]
+        best = max(grown, key=lambda free: (int(left[np.ix_(*free)].sum()), _dropped(free)))
+        boxes.append(_box(left, best))
+        left[np.ix_(*best)] = False
+    return _irredundant(inside, boxes)
+
+
+def _orders(count: int) -> list[list[int]]:
+    """Some orders in which to grow a box: every axis comes first once, both ways round."""
+    forward = list(range(count))
+    found = []
+    for start in range(count):
+        turned = forward[start:] + forward[:start]
+        found += [turned, turned[:1] + turned[:0:-1]]
+    return found or [[]]
+
+
+def _grow(seed: Sequence[Any], outside: Bools, order: Sequence[int]) -> list[Bools]:
+    """A box around one combination, as wide as ``outside`` lets it be."""
+    free = [np.arange(size) == at for size, at in zip(outside.shape, seed, strict=True)]
+    for axis in order:
+        everything = np.ones(outside.shape[axis], np.bool_)
+        slab = [everything if other == axis else values for other, values in enumerate(free)]
+        others = tuple(other for other in range(len(free)) if other != axis)
+        free[axis] = ~outside[np.ix_(*slab)].any(axis=others)
+    return free
+
+
+def _dropped(free: Sequence[Bools]) -> int:
+    return sum(bool(values.all()) for values in free)
+
+
+def _box(left: Bools, free: Sequence[Bools]) -> _Box:
+    """A box that need not hold more than the combinations that no earlier one holds."""
+    here = left[np.ix_(*free)]
+    needed = []
+    for axis, values in enumerate(free):
+        others = tuple(other for other in range(len(free)) if other != axis)
+        used = np.zeros(len(values), np.bool_)
+        used[np.flatnonzero(values)] = here.any(axis=others)
+        needed.append(used)
+    return _Box(tuple(needed), tuple(free))
+
+
+def _irredundant(inside: Bools, boxes: list[_Box]) -> list[_Box]:
+    """Without boxes that the others make superfluous; what is needed is told anew."""
+    if len(boxes) < 2:
+        return boxes
+    count = np.zeros(inside.shape, np.int32)
+    for box in boxes:
+        count[np.ix_(*box.free)] += 1
+    kept = []
+    for box in boxes:
+        grid = np.ix_(*box.free)
+        if ((count[grid] > 1) | ~inside[grid]).all():
+            count[grid] -= 1
+        else:
+            kept.append(box)
+    left = inside.copy()
+    result = []
+    for box in kept:
+        result.append(_box(left, box.free))
+        left[np.ix_(*box.free)] = False
+    return result
+
+
+# --- wording -------------------------------------------------------------------------------------
+
+
+def _literals(plant: Plant, axes: Sequence[Axis], box: _Box, positive: bool) -> list[Expr]:
+    """What a box says of each axis, or what its negation says."""
+    found = []
+    for axis, needed, free in zip(axes, box.needed, box.free, strict=True):
+        if not free.all():
+            low, high = (needed, free) if positive else (~free, ~needed)
+            found.append(_literal(plant, axis, low, high))
+    return found
+
+
+def _literal(plant: Plant, axis: Axis, needed: Bools, free: Bools) -> Expr:
+    """A condition on one axis that holds for all needed values and for no other than the free."""
+    match axis.kind:
+        case AxisKind.PHASE:
+            busy = PhaseRef(axis.name)
+            return busy if free[1] else negation(busy)
+        case AxisKind.LOCATION:
+            return _member(needed, free, lambda v: StateRef(axis.name, str(axis.values[v])))
+    component, name = axis.name.split(".")
+    type_ = next(v.type for v in _variables(plant, component) if v.name == name)
+    variable = VariableRef(component, name, type_)
+    if isinstance(type_, BooleanType):
+        value = bool(axis.values[int(np.flatnonzero(needed)[0])])
+        return variable if value else negation(variable)
+
+    def equals(value: int) -> Expr:
+        return Binary("=", variable, Literal(axis.values[value], type_), _BOOLEAN)
+
+    members = _member(needed, free, equals)
+    if isinstance(type_, IntegerType):
+        return min(_interval(axis, variable, needed, free), members, key=_cost)
+    return members
+
+
+def _variables(plant: Plant, component: str) -> tuple[Variable, ...]:
+    behaviour = plant.robot.component(component).behaviour
+    return () if behaviour is None else behaviour.variables
+
+
+def _member(needed: Bools, free: Bools, is_value: Callable[[int], Expr]) -> Expr:
+    """One of some values, or none of the others: whichever names fewer."""
+    some = [is_value(int(v)) for v in np.flatnonzero(needed)]
+    others = [negation(is_value(int(v))) for v in np.flatnonzero(~free)]
+    return disjunction(some) if len(some) <= len(others) else conjunction(others)
+
+
+def _interval(axis: Axis, variable: VariableRef, needed: Bools, free: Bools) -> Expr:
+    """Runs of values, each told by its bounds; they stretch over free values where that helps."""
+    runs: list[Expr] = []
+    last = len(needed) - 1
+    place = 0
+    while place <= last:
+        if not needed[place]:
+            place += 1
+            continue
+        low = place
+        while low > 0 and free[low - 1]:
+            low -= 1
+        end = high = place
+        while high < last and free[high + 1]:
+            high += 1
+            end = high if needed[high] else end
+        runs.append(_between(axis, variable, (low, place), (end, high)))
+        place = high + 1
+    return disjunction(runs)
+
+
+def _between(
+    axis: Axis, variable: VariableRef, lower: tuple[int, int], upper: tuple[int, int]
+) -> Expr:
+    """From one of the lower places to one of the upper ones; open where they reach the end."""
+
+    def compare(op: str, place: int) -> Expr:
+        return Binary(op, variable, Literal(axis.values[place], variable.type), _BOOLEAN)
+
+    parts = []
+    if lower[0] > 0:
+        parts.append(compare(">=", lower[0]))
+    if upper[1] < axis.size - 1:
+        parts.append(compare("<=", upper[1]))
+    return conjunction(parts)

@@ -1,0 +1,142 @@
+"""The JSON documents of ``synthesize`` and ``explore``, version 1 (CLI.md), as plain values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
+from robosc.ir.expr import to_dsl
+from robosc.ir.step import Values
+from robosc.model.entities import EventKind
+from robosc.supervisor import Step, Supervisor
+from robosc.synthesis.explore import Graph
+
+__all__ = [
+    "event_document",
+    "explore_document",
+    "path_text",
+    "step_document",
+    "synthesize_document",
+]
+
+
+def event_document(event: Event) -> dict[str, Any]:
+    """An event without a value; a tau with its number."""
+    found: dict[str, Any] = {"kind": event.kind.value, "name": event.name}
+    if event.kind is EventKind.TAU:
+        found["index"] = event.index
+    return found
+
+
+def step_document(step: Step) -> dict[str, Any]:
+    """One occurrence of an event with its value."""
+    event = step.event
+    if event.kind is EventKind.TAU:
+        return {**event_document(event), "value": step.values[0] if step.values else None}
+    return {**event_document(event), "value": _value(event, step.values)}
+
+
+def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
+    """``synthesize --json``."""
+    robot = supervisor.plant.robot
+    return {
+        "version": 1,
+        "robot": robot.name,
+        "engine": supervisor.engine,
+        "seconds": supervisor.seconds,
+        "plant_states": supervisor.plant_states,
+        "controlled_states": supervisor.controlled_states,
+        "controlled_transitions": supervisor.controlled_transitions,
+        "guards": [
+            {
+                "event": event_document(guard.event),
+                "guard": to_dsl(guard.expr, robot),
+                "status": guard.status,
+            }
+            for guard in supervisor.guards
+        ],
+        "explanations": [
+            {
+                "event": None if found.event is None else event_document(found.event),
+                "reason": found.reason,
+                "trace": [step_document(step) for step in found.trace],
+                "remedy": found.remedy,
+            }
+            for found in supervisor.explanations
+        ],
+        "properties": dict(supervisor.properties),
+    }
+
+
+def explore_document(graph: Graph) -> dict[str, Any]:
+    """``explore --json``."""
+    plant = graph.plant
+    return {
+        "version": 1,
+        "robot": plant.robot.name,
+        "initial": 0,
+        "states": [
+            _state(plant, number, state) for number, state in enumerate(graph.states)
+        ],
+        "transitions": [
+            {
+                "source": t.source,
+                "event": _transition_event(
+                    plant, plant.events[t.event], t.values, graph.states[t.source],
+                    graph.states[t.target],
+                ),
+                "controllable": plant.events[t.event].controllable,
+                "target": t.target,
+            }
+            for t in graph.transitions
+        ],
+    }  # fmt: skip
+
+
+def _state(plant: Plant, number: int, state: PlantState) -> dict[str, Any]:
+    found: dict[AxisKind, dict[str, Any]] = {kind: {} for kind in AxisKind}
+    for axis, value in zip(plant.axes, state, strict=True):
+        found[axis.kind][axis.name] = axis.values[value]
+    return {
+        "id": number,
+        "components": found[AxisKind.LOCATION],
+        "variables": found[AxisKind.VARIABLE],
+        "communications": {
+            plant.robot.display_names[key]: phase for key, phase in found[AxisKind.PHASE].items()
+        },
+        "marked": plant.is_marked(state),
+    }
+
+
+def _transition_event(
+    plant: Plant, event: Event, values: Values, before: PlantState, after: PlantState
+) -> dict[str, Any]:
+    if event.kind is EventKind.TAU:
+        values = tau_values(plant, event, before, after)
+    return step_document(Step(event, values))
+
+
+def tau_values(plant: Plant, event: Event, before: PlantState, after: PlantState) -> Values:
+    """The value of a tau: ``("from->to",)``."""
+    axis = event.participants[0].axis
+    names = plant.axes[axis].values
+    return (f"{names[before[axis]]}->{names[after[axis]]}",)
+
+
+def _value(event: Event, values: Values) -> Any:
+    if not event.parameters:
+        return None
+    if len(event.parameters) == 1 and event.parameters[0].path == ():
+        return values[0]
+    return {
+        path_text(parameter.path): value
+        for parameter, value in zip(event.parameters, values, strict=True)
+    }
+
+
+def path_text(path: tuple[str | int, ...]) -> str:
+    """``position.x``, ``items[0].kind``."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+    return text

@@ -1,0 +1,421 @@
+"""The plant's events as conditions and writes over axes: what engines compile further.
+
+An event in all states is a set of *moves*. A move has a condition, a conjunction of sets of values
+per axis and of tests over several axes, and what it writes: per axis, which old values lead to which
+new ones. For one combination of parameter values the conditions of an event's moves exclude each
+other; combinations that behave alike share one move, whose writes are then sets.
+
+Events with many participants are cut into *stages*, sets of moves that follow one another. No stage
+writes what a later one reads, so the result is that of all at once; within a stage exactly one move
+holds in every state in which the event is possible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robosc.ir.automaton import Edge, Event, Participant, Plant
+from robosc.model.expr import Binary, Expr, Unary
+from robosc.model.types import BooleanType, EnumType
+from robosc.synthesis.columns import Bools, Columns, evaluate_columns, support
+from robosc.synthesis.parameters import Chosen, choices, defined_update, specialise
+from robosc.synthesis.stages import stages_of
+
+__all__ = ["ALWAYS", "Compiler", "Condition", "EventMoves", "Factor", "Move", "Writes"]
+
+_WIDE = 2**16
+
+Writes: TypeAlias = tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
+"""Rectangles (old values, new values): each old value of one leads to each new value of it."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Factor:
+    """A test over several axes: a boolean array for any columns of them."""
+
+    axes: tuple[int, ...]
+    test: Callable[[Columns], Bools]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Condition:
+    """All of: the value of each axis in ``allowed`` is permitted, and each factor holds."""
+
+    allowed: dict[int, Bools]
+    factors: tuple[Factor, ...] = ()
+
+    def key(self) -> tuple[object, ...]:
+        return (
+            tuple((axis, self.allowed[axis].tobytes()) for axis in sorted(self.allowed)),
+            tuple(sorted(id(factor) for factor in self.factors)),
+        )
+
+    def both(self, other: Condition) -> Condition | None:
+        """The conjunction; None if no value of some axis is left."""
+        allowed = dict(self.allowed)
+        for axis, values in other.allowed.items():
+            kept = allowed[axis] & values if axis in allowed else values
+            if not kept.any():
+                return None
+            allowed[axis] = kept
+        factors = {id(f): f for f in (*self.factors, *other.factors)}
+        return Condition(allowed, tuple(factors.values()))
+
+
+ALWAYS = Condition({})
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Move:
+    condition: Condition
+    writes: dict[int, Writes]
+
+
+@dataclass(frozen=True, eq=False)
+class EventMoves:
+    """One event of the plant.
+
+    ``leaving`` tells where an update would leave its range, for some parameter values. ``required``
+    are conditions that exclude each other; the requirement is their disjunction. ``weight`` is the
+    number of combinations of parameter values.
+    """
+
+    event: Event
+    stages: tuple[tuple[Move, ...], ...]
+    leaving: tuple[Condition, ...]
+    required: tuple[Condition, ...]
+    weight: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Option:
+    """One way for a component to take part: locations with their targets, guards, updates."""
+
+    axis: int
+    targets: tuple[tuple[int, int], ...]
+    fails: tuple[Expr, ...]
+    guard: Expr | None
+    updates: tuple[tuple[int, Expr], ...]
+
+    def expressions(self) -> Iterator[Expr]:
+        yield from self.fails
+        if self.guard is not None:
+            yield self.guard
+        for _, expr in self.updates:
+            yield expr
+
+
+_Case: TypeAlias = tuple[Condition, int | None]
+"""Where an update gives one value (its index); None: where it needs no write."""
+
+
+class Compiler:
+    """Compiles events and conditions of one plant, each distinct test once."""
+
+    def __init__(self, plant: Plant) -> None:
+        self.plant = plant
+        self._tests: dict[tuple[object, ...], Condition | None] = {}
+
+    def condition(self, expr: Expr, polarity: bool = True) -> tuple[Condition, ...]:
+        """Conditions that exclude each other and together say that ``expr`` is ``polarity``."""
+        return self._all_of([(expr, polarity)])
+
+    def event(self, event: Event) -> EventMoves:
+        entry = ALWAYS
+        writes: dict[int, Writes] = {}
+        if event.phase is not None:
+            phase = event.phase
+            entry = Condition({phase.axis: self._values(phase.axis, [phase.source])})
+            if phase.target != phase.source:
+                writes[phase.axis] = (((phase.source,), (phase.target,)),)
+        stages: list[tuple[Move, ...]] = []
+        leaving: list[Condition] = []
+        for number, group in enumerate(stages_of(self.plant, event)):
+            start, written = (ALWAYS, {}) if number else (entry, writes)
+            moves, out = self._stage(event, group, start, written)
+            stages.append(moves)
+            leaving.extend(both for one in out if (both := one.both(entry)) is not None)
+        required = (ALWAYS,) if event.requirement is None else self.condition(event.requirement)
+        weight = prod(len(p.values) for p in event.parameters)
+        return EventMoves(event, tuple(stages), tuple(leaving), required, weight)
+
+    # --- conditions
+
+    def _all_of(self, parts: Iterable[tuple[Expr, bool]]) -> tuple[Condition, ...]:
+        found: list[Condition] = [ALWAYS]
+        for part, polarity in parts:
+            found = _conjoin(found, self._cases(part, polarity))
+        return tuple(found)
+
+    def _cases(self, expr: Expr, polarity: bool) -> tuple[Condition, ...]:
+        match expr:
+            case Unary(operator="!", operand=operand):
+                return self._cases(operand, not polarity)
+            case Binary(operator="and", left=left, right=right) if polarity:
+                return self._all_of([(left, True), (right, True)])
+            case Binary(operator="or", left=left, right=right) if not polarity:
+                return self._all_of([(left, False), (right, False)])
+            case Binary(operator="=>", left=left, right=right) if not polarity:
+                return self._all_of([(left, True), (right, False)])
+        if self._size(support(self.plant, expr)) > _WIDE:
+            match expr:
+                # A wide choice becomes cases that exclude each other: each reads fewer axes.
+                case Binary(operator="and", left=left, right=right):
+                    return self._either((left, False), (right, False))
+                case Binary(operator="or", left=left, right=right):
+                    return self._either((left, True), (right, True))
+                case Binary(operator="=>", left=left, right=right):
+                    return self._either((left, False), (right, True))
+
+        def test(columns: Columns) -> Bools:
+            outcome = evaluate_columns(self.plant, expr, columns).astype(np.bool_)
+            return outcome if polarity else np.logical_not(outcome)
+
+        return self._test((expr, polarity), support(self.plant, expr), test)
+
+    def _either(self, first: tuple[Expr, bool], second: tuple[Expr, bool]) -> tuple[Condition, ...]:
+        expr, polarity = first
+        return (*self._all_of([first]), *self._all_of([(expr, not polarity), second]))
+
+    def _test(
+        self, key: tuple[object, ...], axes: tuple[int, ...], test: Callable[[Columns], Bools]
+    ) -> tuple[Condition, ...]:
+        """The condition that a test holds; none if it never does. ``key`` names the test."""
+        if key not in self._tests:
+            self._tests[key] = self._new_test(axes, test)
+        found = self._tests[key]
+        return () if found is None else (found,)
+
+    def _new_test(
+        self, axes: tuple[int, ...], test: Callable[[Columns], Bools]
+    ) -> Condition | None:
+        if not axes:
+            return ALWAYS if test({}) else None
+        if len(axes) > 1:
+            return Condition({}, (Factor(axes, test),))
+        (axis,) = axes
+        size = self.plant.axes[axis].size
+        values = np.broadcast_to(test({axis: np.arange(size)}), (size,)).copy()
+        return Condition({axis: values}) if values.any() else None
+
+    def _size(self, axes: Iterable[int]) -> int:
+        return prod(self.plant.axes[axis].size for axis in axes)
+
+    def _values(self, axis: int, chosen: Sequence[int]) -> Bools:
+        values = np.zeros(self.plant.axes[axis].size, dtype=np.bool_)
+        values[list(chosen)] = True
+        return values
+
+    # --- events
+
+    def _stage(
+        self,
+        event: Event,
+        participants: Sequence[Participant],
+        entry: Condition,
+        writes: dict[int, Writes],
+    ) -> tuple[tuple[Move, ...], list[Condition]]:
+        merger = _Merger()
+        leaving: dict[tuple[object, ...], Condition] = {}
+        for options in product(*(self._options(participant) for participant in participants)):
+            condition: Condition | None = entry
+            written = dict(writes)
+            for option in options:
+                sources = [source for source, _ in option.targets]
+                here = Condition({option.axis: self._values(option.axis, sources)})
+                condition = condition.both(here) if condition is not None else None
+                if any(source != target for source, target in option.targets):
+                    written[option.axis] = _rectangles(
+                        {source: {target} for source, target in option.targets}
+                    )
+            if condition is not None:
+                out = self._choice(event, options, condition, written, merger)
+                leaving.update((one.key(), one) for one in out)
+        return merger.moves(), list(leaving.values())
+
+    def _options(self, participant: Participant) -> list[_Option]:
+        edges: dict[int, list[Edge]] = {}
+        for edge in participant.edges:
+            edges.setdefault(edge.source, []).append(edge)
+        found: dict[
+            tuple[tuple[Expr, ...], Expr | None, tuple[tuple[int, Expr], ...]],
+            list[tuple[int, int]],
+        ] = {}
+        for location in range(self.plant.axes[participant.axis].size):
+            fails: tuple[Expr, ...] = ()
+            for edge in edges.get(location, ()):
+                key = fails, edge.guard, edge.updates
+                found.setdefault(key, []).append((location, edge.target))
+                if edge.guard is None:
+                    break
+                fails = (*fails, edge.guard)
+            else:
+                if not participant.blocking:
+                    found.setdefault((fails, None, ()), []).append((location, location))
+        return [_Option(participant.axis, tuple(t), *key) for key, t in found.items()]
+
+    def _choice(
+        self,
+        event: Event,
+        options: Sequence[_Option],
+        entry: Condition,
+        writes: dict[int, Writes],
+        merger: _Merger,
+    ) -> Iterator[Condition]:
+        """Add the moves of one choice of edges to ``merger``; yield where a range is left."""
+        read = [expr for option in options for expr in option.expressions()]
+        for chosen in choices(event, read):
+            guards = [(specialise(g, chosen), False) for o in options for g in o.fails]
+            guards += [(specialise(o.guard, chosen), True) for o in options if o.guard is not None]
+            conditions = _conjoin([entry], self._all_of(guards))
+            if not conditions:
+                continue
+            alternatives: list[tuple[dict[int, Writes], Condition]] = [({}, ALWAYS)]
+            for axis, expr in self._updates(options, chosen):
+                inside, outside = self._update(axis, expr)
+                yield from _conjoin(conditions, outside)
+                alternatives = [
+                    ({**done, **write}, both)
+                    for done, condition in alternatives
+                    for write, case in inside
+                    if (both := condition.both(case)) is not None
+                ]
+            for write, case in alternatives:
+                for condition in _conjoin(conditions, (case,)):
+                    merger.add(condition, {**writes, **write})
+
+    def _updates(self, options: Sequence[_Option], chosen: Chosen) -> Iterator[tuple[int, Expr]]:
+        for option in options:
+            before: dict[int, Expr] = {}
+            for axis, expr in option.updates:
+                update = defined_update(self.plant, axis, expr, chosen, before.get(axis))
+                if update is not None:
+                    before[axis] = update
+                    yield axis, update
+
+    def _update(
+        self, axis: int, expr: Expr
+    ) -> tuple[list[tuple[dict[int, Writes], Condition]], tuple[Condition, ...]]:
+        """Writes with the conditions under which they happen, and where the range is left."""
+        size = self.plant.axes[axis].size
+        everything = tuple(range(size))
+        axes = support(self.plant, expr)
+        indexes = self._indexes_of(axis, expr)
+        if axes == (axis,):
+            column = np.arange(size)
+            new = np.broadcast_to(indexes({axis: column}), (size,))
+            inside = Condition({axis: new >= 0})
+            rectangles = _rectangles({int(v): {int(new[v])} for v in column if new[v] >= 0})
+            outside = (Condition({axis: new < 0}),) if (new < 0).any() else ()
+            return ([({axis: rectangles}, inside)] if rectangles else []), outside
+        cases: list[tuple[dict[int, Writes], Condition]] = []
+        for value in self._possible(axis, axes, indexes):
+            conditions = self._index_test(axis, expr, indexes, value)
+            write: Writes = ((everything, (value,)),)
+            if value >= 0:
+                cases.extend(({axis: write}, condition) for condition in conditions)
+        return cases, self._index_test(axis, expr, indexes, -1)
+
+    def _indexes_of(self, axis: int, expr: Expr) -> Callable[[Columns], NDArray[Any]]:
+        """The index of the value that ``expr`` gives to the axis, -1 outside its range."""
+        values = self.plant.axes[axis].values
+
+        def indexes(columns: Columns) -> NDArray[Any]:
+            result = evaluate_columns(self.plant, expr, columns)
+            if isinstance(values, range):
+                outside = (result < values[0]) | (result > values[-1])
+                return np.where(outside, -1, result - values[0]).astype(np.int64)
+            if isinstance(expr.type, EnumType):
+                places = [values.index(name) for name in expr.type.values]
+            else:
+                places = [values.index(flag) for flag in (False, True)]
+            return np.array(places, dtype=np.int64)[result.astype(np.int64)]
+
+        return indexes
+
+    def _possible(
+        self,
+        axis: int,
+        axes: tuple[int, ...],
+        indexes: Callable[[Columns], NDArray[Any]],
+    ) -> list[int]:
+        """The indexes that an update can give: exactly if that is cheap to know."""
+        if self._size(axes) > _WIDE:
+            return list(range(self.plant.axes[axis].size))
+        grid = np.ogrid[tuple(slice(self.plant.axes[a].size) for a in axes)] if axes else []
+        return [int(v) for v in np.unique(indexes(dict(zip(axes, grid, strict=True))))]
+
+    def _index_test(
+        self, axis: int, expr: Expr, indexes: Callable[[Columns], NDArray[Any]], value: int
+    ) -> tuple[Condition, ...]:
+        if isinstance(expr.type, BooleanType) and value >= 0:
+            return self.condition(expr, bool(self.plant.axes[axis].values[value]))
+
+        def test(columns: Columns) -> Bools:
+            return np.asarray(indexes(columns) == value, dtype=np.bool_)
+
+        return self._test((expr, axis, value), support(self.plant, expr), test)
+
+
+def _conjoin(conditions: Iterable[Condition], cases: tuple[Condition, ...]) -> list[Condition]:
+    return [
+        both
+        for condition in conditions
+        for case in cases
+        if (both := condition.both(case)) is not None
+    ]
+
+
+def _rectangles(images: dict[int, set[int]]) -> Writes:
+    """Rectangles of a relation, old values with equal images in one."""
+    found: dict[tuple[int, ...], list[int]] = {}
+    for old, new in images.items():
+        found.setdefault(tuple(sorted(new)), []).append(old)
+    return tuple((tuple(old), new) for new, old in found.items())
+
+
+def _union(writes: Iterable[Writes]) -> Writes:
+    images: dict[int, set[int]] = {}
+    for one in writes:
+        for old, new in one:
+            for value in old:
+                images.setdefault(value, set()).update(new)
+    return _rectangles(images)
+
+
+class _Merger:
+    """Collects moves; those with one condition whose writes form a product become one move."""
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[object, ...], tuple[Condition, list[dict[int, Writes]]]] = {}
+
+    def add(self, condition: Condition, writes: dict[int, Writes]) -> None:
+        self._found.setdefault(condition.key(), (condition, []))[1].append(writes)
+
+    def moves(self) -> tuple[Move, ...]:
+        found: list[Move] = []
+        for condition, several in self._found.values():
+            distinct = list({tuple(sorted(w.items())): w for w in several}.values())
+            merged = _product(distinct) if len(distinct) > 1 else None
+            found.extend(Move(condition, w) for w in ([merged] if merged else distinct))
+        return tuple(found)
+
+
+def _product(several: list[dict[int, Writes]]) -> dict[int, Writes] | None:
+    """One write that stands for several, if they are all combinations of writes per axis."""
+    axes = several[0].keys()
+    if any(writes.keys() != axes for writes in several):
+        return None
+    per_axis = {axis: dict.fromkeys(writes[axis] for writes in several) for axis in axes}
+    if prod(len(each) for each in per_axis.values()) != len(several):
+        return None
+    return {
+        axis: _union(each) if len(each) > 1 else next(iter(each)) for axis, each in per_axis.items()
+    }

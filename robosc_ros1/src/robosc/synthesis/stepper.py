@@ -1,0 +1,147 @@
+"""Single steps of a plant, compiled: :func:`robosc.ir.step.outcome` as Python functions.
+
+Exploring goes through every state, event and value; each event becomes one function of plain tuples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, TypeAlias
+
+from robosc.ir.automaton import Edge, Event, Participant, Plant, PlantState
+from robosc.ir.expr import Leaf, Undefined, divide, to_python
+from robosc.ir.step import Outcome, Values, Verdict
+from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef, walk
+from robosc.synthesis.columns import axis_of
+
+__all__ = ["Stepper"]
+
+_Step: TypeAlias = Callable[[PlantState, Values], Outcome]
+_Test: TypeAlias = Callable[[PlantState], bool]
+
+
+class Stepper:
+    """Steps of a plant, and conditions over its states, as fast as plain Python has them."""
+
+    def __init__(self, plant: Plant) -> None:
+        self.plant = plant
+        self._namespace: dict[str, Any] = {
+            "divide": divide,
+            "Undefined": Undefined,
+            "need": _need,
+            "IMPOSSIBLE": Verdict.IMPOSSIBLE,
+            "OUT_OF_RANGE": Verdict.OUT_OF_RANGE,
+        }
+        for number, axis in enumerate(plant.axes):
+            if not isinstance(axis.values, range):
+                self._namespace[f"V{number}"] = axis.values
+                self._namespace[f"I{number}"] = {v: i for i, v in enumerate(axis.values)}
+        self._steps: dict[int, _Step] = {}
+        self._tests: dict[Expr, _Test] = {}
+
+    def outcome(self, event: int, values: Values, state: PlantState) -> Outcome:
+        """What the event of that number does, requirements apart."""
+        step = self._steps.get(event)
+        if step is None:
+            step = self._steps[event] = self._compile_event(self.plant.events[event])
+        return step(state, values)
+
+    def holds(self, condition: Expr, state: PlantState) -> bool:
+        """Whether a condition over the state is true."""
+        return self.test(condition)(state)
+
+    def test(self, condition: Expr) -> _Test:
+        """The condition as a function of the state."""
+        found = self._tests.get(condition)
+        if found is None:
+            text = to_python(condition, lambda leaf: self._leaf(leaf, {}))
+            found = self._define(f"lambda s: bool({text})")
+            self._tests[condition] = found
+        return found
+
+    def _define(self, text: str) -> Any:
+        return eval(text, self._namespace)
+
+    def _compile_event(self, event: Event) -> _Step:
+        lines = list(self._event_lines(event))
+        scope = dict(self._namespace)
+        exec("def step(s, v):\n" + "".join(f"    {line}\n" for line in lines), scope)
+        step: _Step = scope["step"]
+        return step
+
+    def _event_lines(self, event: Event) -> Iterator[str]:
+        if event.phase is not None:
+            yield f"if s[{event.phase.axis}] != {event.phase.source}: return IMPOSSIBLE"
+        yield "t = list(s)"
+        yield "inside = True"
+        if event.phase is not None:
+            yield f"t[{event.phase.axis}] = {event.phase.target}"
+        slots = {p.path: (i, None in p.values) for i, p in enumerate(event.parameters)}
+        for participant in event.participants:
+            yield from self._participant_lines(participant, slots)
+        yield "return tuple(t) if inside else OUT_OF_RANGE"
+
+    def _participant_lines(
+        self, participant: Participant, slots: Mapping[tuple[str | int, ...], tuple[int, bool]]
+    ) -> Iterator[str]:
+        yield "while True:"
+        for edge in participant.edges:
+            yield f"    if s[{participant.axis}] == {edge.source}:"
+            indent = " " * 8
+            if edge.guard is not None:
+                text = to_python(edge.guard, lambda leaf: self._leaf(leaf, slots))
+                yield f"{indent}try: holds = {text}"
+                yield f"{indent}except Undefined: holds = False"
+                yield f"{indent}if holds:"
+                indent += " " * 4
+            for line in self._edge_lines(participant, edge, slots):
+                yield indent + line
+        yield "    return IMPOSSIBLE" if participant.blocking else "    break"
+
+    def _edge_lines(
+        self,
+        participant: Participant,
+        edge: Edge,
+        slots: Mapping[tuple[str | int, ...], tuple[int, bool]],
+    ) -> Iterator[str]:
+        yield f"t[{participant.axis}] = {edge.target}"
+        for axis, expr in edge.updates:
+            text = to_python(expr, lambda leaf: self._leaf(leaf, slots))
+            undefined = any(isinstance(n, ValueRef) and slots[n.path][1] for n in walk(expr))
+            indent = ""
+            if undefined:
+                yield "try:"
+                indent = " " * 4
+            yield f"{indent}x = {text}"
+            values = self.plant.axes[axis].values
+            if isinstance(values, range):
+                yield f"{indent}if {values[0]} <= x <= {values[-1]}: t[{axis}] = x - {values[0]}"
+            else:
+                yield f"{indent}if x in I{axis}: t[{axis}] = I{axis}[x]"
+            yield f"{indent}else: inside = False"
+            if undefined:
+                yield "except Undefined: pass"
+        yield "break"
+
+    def _leaf(self, leaf: Leaf, slots: Mapping[tuple[str | int, ...], tuple[int, bool]]) -> str:
+        if isinstance(leaf, ValueRef):
+            slot, undefined = slots[leaf.path]
+            return f"need(v[{slot}])" if undefined else f"v[{slot}]"
+        axis = axis_of(self.plant, leaf)
+        assert axis is not None
+        match leaf:
+            case StateRef(state=name):
+                return f"(s[{axis}] == {self.plant.axes[axis].values.index(name)})"
+            case PhaseRef():
+                return f"(s[{axis}] == 1)"
+            case VariableRef():
+                values = self.plant.axes[axis].values
+                if isinstance(values, range):
+                    return f"(s[{axis}] + {values[0]})" if values[0] else f"s[{axis}]"
+                return f"V{axis}[s[{axis}]]"
+
+
+def _need(value: Any) -> Any:
+    if value is None:
+        raise Undefined
+    return value
