@@ -15,7 +15,7 @@ from ros_support import SOURCES
 
 ORDER = (
     "source", "errors", "codes", "names", "resources", "syntax", "model", "ir", "supervisor", "synthesis",
-    "emit", "pipeline", "documents", "cli", "__main__",
+    "emit", "pipeline", "report", "cli", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
 
@@ -24,7 +24,7 @@ THIRD_PARTY = {
     "numpy": ("synthesis",),
     "dd": ("synthesis",),
     "oxidd": ("synthesis",),
-    "networkx": ("synthesis", "documents"),
+    "networkx": ("synthesis", "report"),
     "jinja2": ("emit.engine",),
     "rospkg": ("model.rosmsg", "emit"),
     "genmsg": ("model.rosmsg", "emit"),

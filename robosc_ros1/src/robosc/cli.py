@@ -1,0 +1,329 @@
+"""The command line.
+
+A verb is a small function from parsed arguments to an exit code; the stages that it needs are
+loaded when it runs, so that ``robosc --help`` and ``check`` start at once. Results go to standard
+output, messages to standard error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+from robosc.errors import (
+    Diagnostic,
+    EmptySupervisorError,
+    ModelError,
+    RoboscError,
+    Severity,
+    render_all,
+)
+
+__all__ = ["main", "run"]
+
+_INTERRUPTED = 130
+
+Arguments = argparse.Namespace
+
+
+@dataclass(frozen=True)
+class Verb:
+    """One verb: its help, its own arguments, what it does."""
+
+    name: str
+    summary: str
+    example: str
+    add_arguments: Callable[[argparse.ArgumentParser], None]
+    run: Callable[[Arguments], int]
+
+
+# --- the verbs -----------------------------------------------------------------------------------
+
+
+def _check(args: Arguments) -> int:
+    from robosc import pipeline, report
+
+    results = [pipeline.check(path, _options(args)) for path in args.models]
+    diagnostics = [d for result in results for d in result.diagnostics]
+    if args.json:
+        _print_json(report.diagnostics(diagnostics))
+    else:
+        _report(diagnostics)
+        count = {s: sum(d.severity is s for d in diagnostics) for s in Severity}
+        print(
+            f"{_plural(len(results), 'file')}: {_plural(count[Severity.ERROR], 'error')},"
+            f" {_plural(count[Severity.WARNING], 'warning')}"
+        )
+    for result in results:
+        if result.failure is not None and not isinstance(result.failure, ModelError):
+            _complain(str(result.failure))
+    return next((r.exit_code for r in results if r.exit_code), 0)
+
+
+def _synthesize(args: Arguments) -> int:
+    from robosc import pipeline, report
+    from robosc.synthesis.documents import synthesize_document
+
+    loaded = pipeline.load(args.model, _options(args))
+    supervisor = pipeline.synthesize(loaded.robot, args.engine, args.max_states)
+    if args.json:
+        _report(loaded.diagnostics)
+        _print_json(synthesize_document(supervisor))
+    else:
+        _report([*loaded.diagnostics, *supervisor.diagnostics])
+        print(report.supervisor_text(supervisor), end="")
+    if supervisor.empty:
+        raise EmptySupervisorError(pipeline.empty_message(supervisor))
+    return 0
+
+
+def _explore(args: Arguments) -> int:
+    from robosc import pipeline, report
+    from robosc.synthesis.documents import explore_document
+
+    loaded = pipeline.load(args.model, _options(args))
+    _report(loaded.diagnostics)
+    graph = pipeline.explore(loaded.robot, plant=args.plant, limit=args.limit)
+    if args.json:
+        _print_json(explore_document(graph))
+    else:
+        print(report.graph_text(graph), end="")
+    return 0
+
+
+def _generate(args: Arguments) -> int:
+    from robosc import pipeline, report
+
+    result = pipeline.generate(
+        args.model,
+        _options(args),
+        pipeline.Output(
+            target=args.target,
+            mode=args.mode,
+            folder=args.output,
+            package=args.package,
+            config=args.config,
+            force=args.force,
+        ),
+    )
+    _report(result.diagnostics)
+    print(report.generated_text(result), end="")
+    return 0
+
+
+# --- their arguments -----------------------------------------------------------------------------
+
+
+def _common(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--library-path",
+        metavar="DIR",
+        action="append",
+        default=[],
+        type=Path,
+        help="look here for libraries too (may be repeated)",
+    )
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="a message definition that is not installed is an error",
+    )
+
+
+def _json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print a JSON document")
+
+
+def _check_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("models", metavar="MODEL", nargs="+", help="a .rscd file")
+    _json(parser)
+    _common(parser)
+
+
+def _synthesize_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    _json(parser)
+    parser.add_argument("--engine", choices=["auto", "dense", "bdd"], default="auto")
+    parser.add_argument(
+        "--max-states",
+        metavar="N",
+        type=_positive,
+        default=None,
+        help="largest product space for the dense engine (default: 2^28)",
+    )
+    _common(parser)
+
+
+def _explore_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    _json(parser)
+    parser.add_argument("--plant", action="store_true", help="without control")
+    parser.add_argument(
+        "--limit",
+        metavar="N",
+        type=_positive,
+        default=100_000,
+        help="refuse to print more states than this (default: 100000)",
+    )
+    _common(parser)
+
+
+def _generate_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    parser.add_argument("--target", choices=["ros1", "ros2"], default="ros1")
+    parser.add_argument("--mode", choices=["controller", "supervisor"], default="controller")
+    parser.add_argument(
+        "--output",
+        metavar="DIR",
+        type=Path,
+        default=Path(),
+        help="the folder that gets the package (default: the current one)",
+    )
+    parser.add_argument("--package", metavar="NAME", help="name of the package")
+    parser.add_argument(
+        "--config", metavar="FILE", type=Path, help="configuration of the generator"
+    )
+    parser.add_argument(
+        "--force", action="store_true", help="replace files that robosc did not write"
+    )
+    _common(parser)
+
+
+def _positive(text: str) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = 0
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive integer")
+    return value
+
+
+VERBS = (
+    Verb(
+        "check",
+        "tell all that is wrong with a model",
+        "robosc check line_follower.rscd",
+        _check_arguments,
+        _check,
+    ),
+    Verb(
+        "generate",
+        "write a ROS package with the controller",
+        "robosc generate line_follower.rscd --output ~/catkin_ws/src",
+        _generate_arguments,
+        _generate,
+    ),
+    Verb(
+        "synthesize",
+        "compute the supervisor: guards, sizes, explanations",
+        "robosc synthesize line_follower.rscd --json",
+        _synthesize_arguments,
+        _synthesize,
+    ),
+    Verb(
+        "explore",
+        "list the controlled (or uncontrolled) transition system",
+        "robosc explore line_follower.rscd --plant --limit 1000",
+        _explore_arguments,
+        _explore,
+    ),
+)
+
+
+# --- around them ---------------------------------------------------------------------------------
+
+
+def run(verb: str) -> int:
+    """A verb as an executable of its own (``rosrun robosc check …``)."""
+    return main([verb, *sys.argv[1:]])
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line; the exit code is that of CLI.md. Raises SystemExit on wrong usage."""
+    for stream in (sys.stdout, sys.stderr):
+        _never_fail(stream)
+    try:
+        args = _parser().parse_args(arguments)
+        code = _guarded(args)
+        sys.stdout.flush()
+        return code
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return _INTERRUPTED
+    except BrokenPipeError:
+        # The reader has seen enough (robosc explore … | head): nothing to tell, nothing to flush.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _guarded(args: Arguments) -> int:
+    try:
+        verb: Verb = args.verb
+        return verb.run(args)
+    except ModelError as error:
+        _report(error.diagnostics)
+        return error.exit_code
+    except RoboscError as error:
+        _complain(str(error))
+        return error.exit_code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="robosc",
+        description="From a model of a robot to a controller that is proven to keep it safe.",
+        epilog="example: robosc check line_follower.rscd",
+    )
+    verbs = parser.add_subparsers(metavar="VERB", required=True)
+    for verb in VERBS:
+        sub = verbs.add_parser(
+            verb.name,
+            help=verb.summary,
+            description=f"{verb.summary[0].upper()}{verb.summary[1:]}.",
+            epilog=f"example: {verb.example}",
+        )
+        verb.add_arguments(sub)
+        sub.set_defaults(verb=verb)
+    return parser
+
+
+def _options(args: Arguments) -> object:
+    from robosc import pipeline
+
+    return pipeline.Options(tuple(args.library_path), args.strict)
+
+
+def _report(diagnostics: Iterable[Diagnostic]) -> None:
+    print(render_all(diagnostics, _color(sys.stderr)), end="", file=sys.stderr)
+
+
+def _complain(message: str) -> None:
+    label = "\x1b[1;31merror:\x1b[0m" if _color(sys.stderr) else "error:"
+    print(label, message, file=sys.stderr)
+
+
+def _color(stream: TextIO) -> bool:
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def _print_json(document: object) -> None:
+    json.dump(document, sys.stdout, indent=2)
+    print()
+
+
+def _plural(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _never_fail(stream: TextIO) -> None:
+    """A terminal that cannot show a character of the model gets an escape, not a traceback."""
+    reconfigure = getattr(stream, "reconfigure", None)
+    if reconfigure is not None:
+        reconfigure(errors="backslashreplace")
