@@ -12,18 +12,21 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 from pyparsing import ParseBaseException, ParseException, ParserElement
 
 from robosc.errors import Note
 from robosc.names import IDENTIFIER
-from robosc.syntax.elements import Build, ModelText, skip_space, text_of
+from robosc.syntax.elements import Build, Fault, ModelText, skip_space, text_of
+from robosc.syntax.keywords import LOOKS
 
 __all__ = ["Block", "Child", "Items", "Rule"]
 
 _WORD = re.compile(IDENTIFIER, re.ASCII)
+_JUNK = re.compile(r"[^{}\n]{0,200}\{")
+_CLOSE = "'}'"
 _NO_START = re.compile(r"\s*(?:[:.,=)\]<>*/+]|and\b|or\b|\Z)")
 
 
@@ -31,15 +34,13 @@ _NO_START = re.compile(r"\s*(?:[:.,=)\]<>*/+]|and\b|or\b|\Z)")
 class Rule:
     """One kind of declaration: its grammar behind the first keyword, and its node.
 
-    ``look`` is a pattern that only such a declaration matches, wherever it stands. ``tail`` names
-    what could still follow at its end, for messages. ``refusal`` says why the declaration, though
-    well formed, may not stand here; it is then reported and left out.
+    ``tail`` names what could still follow at the end of a node, for messages. ``refusal`` says why
+    the declaration, though well formed, may not stand here; it is then reported and left out.
     """
 
     body: ParserElement
     build: Build
-    look: str
-    tail: str = ""
+    tail: Callable[[Any], tuple[str, ...]] = lambda node: ()
     refusal: str = ""
 
 
@@ -47,17 +48,18 @@ class Rule:
 class Items:
     """What may stand in a block.
 
-    ``rules`` are found by their first keyword. A block whose declarations begin with no keyword has
+    ``words`` name the declarations in messages. ``rules`` are found by their first keyword. A block whose declarations begin with no keyword has
     ``free`` instead; ``begins`` is what one begins with, and ``resume`` where the next one may be
-    sought: its group ``item`` begins one, behind its group ``past`` one begins.
+    sought: its group ``item`` begins one, behind its group ``past`` one begins. ``advice`` are
+    patterns of what people write in such a block, each with its remedy.
     """
 
-    words: str
+    words: tuple[str, ...]
     rules: dict[str, Rule]
     free: Rule | None = None
     begins: str = r"(?!)"
     resume: str = ""
-    advice: dict[str, str] | None = None
+    advice: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,10 @@ class Block(ParserElement):
         self.parent: Block | None = None
         if child:
             child.block.parent = self
+        for rule in (*items.rules.values(), items.free):
+            if rule:
+                # pyparsing does this only for what it can reach from the element it is started on.
+                rule.body.streamline()
         self.errmsg = "expected '{'"
         self.mayIndexError = False
 
@@ -118,16 +124,17 @@ class Block(ParserElement):
     @cached_property
     def _looks(self) -> dict[str, re.Pattern[str]]:
         rules = {**self._outer, **self.items.rules}
-        return {word: re.compile(rule.look, re.ASCII) for word, rule in rules.items()}
+        return {word: re.compile(LOOKS[word], re.ASCII) for word in rules}
 
     @cached_property
     def _landmarks(self) -> re.Pattern[str]:
         """Everything that matters between a fault and the next declaration."""
         words = "|".join(self._looks)
+        line = "" if self.items.free else r"|(?P<line>(?<=\n)[ \t]*(?=[A-Za-z_]))"
         resume = f"|{self.items.resume}" if self.items.resume else ""
         return re.compile(
             r"\"[^\"\n]*\"|'[^'\n]*'|(?P<open>\{)|(?P<close>\})"
-            rf"|(?<![\w^.])(?P<word>{words})\b{resume}",
+            rf"{line}|(?<![\w^.])(?P<word>{words})\b{resume}",
             re.ASCII,
         )
 
@@ -148,7 +155,7 @@ class Block(ParserElement):
             text.report("syntax", f"expected '{{' to open {_quoted(text, loc)}", loc)
             text.settled = loc
             return loc
-        junk = re.compile(r"[^{}\n]*\{").match(text, loc)
+        junk = _JUNK.match(text, loc)
         if junk and not self._landmarks.search(text, loc, junk.end() - 1):
             text.report("syntax", f"expected '{{' to open {_quoted(text, loc)}", loc)
             return junk.end()
@@ -175,28 +182,36 @@ class Block(ParserElement):
         block has already.
         """
         nodes: list[Any] = list(before)
-        tail = ""
+        tail: tuple[str, ...] = ()
         while True:
             loc = skip_space(text, loc)
             if text.startswith("}", loc):
-                return loc + 1, nodes
-            if loc >= len(text):
+                return loc + 1, nodes + text.lifted.pop(self, [])
+            if loc >= len(text) or text.exhausted:
                 self._end_of_file(text, header)
-                return loc, nodes
+                return len(text), nodes
+            if text.startswith("{", loc) and not nodes:
+                text.report("unexpected-brace", "this '{' opens nothing", loc)
+                loc += 1
+                continue
             rule, after = self._rule(text, loc)
             if rule:
+                count = len(nodes)
                 loc = self._declaration(text, loc, after, rule, nodes)
-                tail = rule.tail
+                tail = rule.tail(nodes[-1]) if len(nodes) > count else ()
                 continue
             word = _word(text, loc)
             if self._belongs_outside(text, loc, word):
+                if header and _is_nested(text, loc, header):
+                    loc = self._misplaced(text, loc, word, header)
+                    continue
                 self._close_early(text, loc, header)
                 return loc, nodes
             if word in self._inner:
                 loc = self._open_again(text, loc, word, nodes)
             else:
-                loc = self._unexpected(text, loc, tail)
-            tail = ""
+                loc = self._unexpected(text, loc, tail, nodes)
+            tail = ()
 
     def _rule(self, text: ModelText, loc: int) -> tuple[Rule | None, int]:
         """The rule for the declaration at ``loc``, and where its grammar goes on."""
@@ -209,8 +224,15 @@ class Block(ParserElement):
         return self.items.rules.get(match.group()), match.end()
 
     def _declaration(
-        self, text: ModelText, loc: int, after: int, rule: Rule, nodes: list[Any]
+        self,
+        text: ModelText,
+        loc: int,
+        after: int,
+        rule: Rule,
+        nodes: list[Any],
+        told: bool = False,
     ) -> int:
+        """Read one declaration; ``told`` says that a fault in it was reported already."""
         text.item_start = loc
         depth = text.depth
         try:
@@ -219,7 +241,7 @@ class Block(ParserElement):
         except ParseBaseException as fault:
             fault.__traceback__ = None
             text.depth = depth
-            return self._recover(text, loc, fault)
+            return self._recover(text, loc, fault, told)
         if rule.refusal:
             text.report("misplaced", rule.refusal, loc)
         else:
@@ -233,31 +255,43 @@ class Block(ParserElement):
 
     # --- faults ---
 
-    def _recover(self, text: ModelText, start: int, fault: ParseBaseException) -> int:
+    def _recover(
+        self, text: ModelText, start: int, fault: ParseBaseException, told: bool = False
+    ) -> int:
         """Report the fault and find where to go on."""
-        resume = self._resume(text, start, skip_space(text, fault.loc))
-        text.report_fault(start, resume, fault)
+        resume = self.resume(text, start, skip_space(text, fault.loc))
+        text.skipped(start, resume)
+        if not told:
+            text.report_fault(start, resume, fault)
         text.settled = resume if resume < len(text) else text.body_end
         return resume
 
-    def _resume(self, text: ModelText, start: int, failed: int) -> int:
+    def resume(self, text: ModelText, start: int, failed: int) -> int:
+        """Where to go on after the declaration at ``start`` went wrong at ``failed``."""
         depth = max(0, text.count("{", start, failed) - text.count("}", start, failed))
         for match in self._landmarks.finditer(text, failed):
             kind, at = match.lastgroup, match.start()
             if kind == "open":
                 depth += 1
             elif kind == "close":
-                if depth == 0:
+                if depth == 0 and not self._closes_nothing(text, at):
                     return at
-                depth -= 1
+                depth = max(0, depth - 1)
             elif at <= start or kind is None:
                 continue
+            elif kind == "line":
+                if depth == 0 and self._is_misspelt(text, match.end()):
+                    return match.end()
             elif kind == "word":
                 if self._resumes_at(text, at, match.group(), depth):
                     return at
             elif depth == 0:
                 return match.end() if kind == "past" else at
         return len(text)
+
+    def _closes_nothing(self, text: ModelText, at: int) -> bool:
+        """The brace that closes a file's outermost block is its last character."""
+        return self.parent is None and at < text.body_end - 1
 
     def _resumes_at(self, text: ModelText, at: int, word: str, depth: int) -> bool:
         """Is the keyword the beginning of a declaration, and of one that is not skipped too?"""
@@ -268,6 +302,15 @@ class Block(ParserElement):
         first = text[text.rfind("\n", 0, at) + 1 : at].strip() in ("", "}", "{")
         return first and not _NO_START.match(text, at + len(word)) and not self.items.free
 
+    def _is_misspelt(self, text: ModelText, loc: int) -> bool:
+        """Does a line begin with what was meant as a keyword of this block?"""
+        word = _word(text, loc)
+        if _NO_START.match(text, loc + len(word)):
+            return False
+        if any(re.compile(pattern).match(text, loc) for pattern, _ in self.items.advice):
+            return word not in ("if", "do")
+        return _near(word, tuple(self.items.rules)) is not None
+
     @cached_property
     def _outermost(self) -> frozenset[str]:
         block = self
@@ -275,27 +318,26 @@ class Block(ParserElement):
             block = block.parent
         return frozenset(block.items.rules)
 
-    def _unexpected(self, text: ModelText, loc: int, tail: str) -> int:
+    def _unexpected(
+        self, text: ModelText, loc: int, tail: tuple[str, ...], nodes: list[Any]
+    ) -> int:
         word = _word(text, loc)
-        near = get_close_matches(word, self.items.rules, 1, 0.75) if word else []
-        if near and len(word) < 40:
-            return self._misspelt(text, loc, word, near[0])
-        message = f"expected {tail + ', ' if tail else ''}{self.items.words} or '}}'"
-        hint = (self.items.advice or {}).get(word)
-        fault = ParseException(text, loc, message)
-        if hint:
-            text.report("syntax", message, loc, hint=hint)
-            text.settled = loc
-            return self._resume(text, loc, loc)
-        return self._recover(text, loc, fault)
+        if near := _near(word, tuple(self.items.rules)):
+            return self._misspelt(text, loc, word, near, nodes)
+        message = f"expected {_either((*tail, *self.items.words, _CLOSE))}"
+        for pattern, hint in self.items.advice:
+            if re.compile(pattern).match(text, loc):
+                return self._recover(text, loc, Fault(text, loc, message, hint=hint))
+        return self._recover(text, loc, ParseException(text, loc, message))
 
-    def _misspelt(self, text: ModelText, loc: int, word: str, keyword: str) -> int:
-        """Report the keyword; what follows is skipped like any faulty declaration."""
-        text.report("syntax", f"expected {self.items.words}", loc, hint=f"did you mean '{keyword}'?")
-        resume = self._resume(text, loc, loc + len(word))
-        text.broken.update(_WORD.findall(text[loc:resume]))
-        text.settled = resume
-        return resume
+    def _misspelt(
+        self, text: ModelText, loc: int, word: str, keyword: str, nodes: list[Any]
+    ) -> int:
+        """Report the keyword and read the declaration as what was meant."""
+        message = f"expected {_either(self.items.words)}"
+        text.report("syntax", message, loc, hint=f"did you mean '{keyword}'?")
+        rule = self.items.rules[keyword]
+        return self._declaration(text, loc, loc + len(word), rule, nodes, told=True)
 
     def _close_early(
         self, text: ModelText, loc: int, header: tuple[int, int] | None
@@ -306,6 +348,18 @@ class Block(ParserElement):
         text.settled = loc
         message = f"expected '}}' to close {_header(text, header)} before '{_word(text, loc)}'"
         text.report("missing-brace", message, loc, notes=_opened(text, header))
+
+    def _misplaced(self, text: ModelText, loc: int, word: str, header: tuple[int, int]) -> int:
+        """A declaration that stands one block too deep: read it, and give it to the right one."""
+        message = f"'{word}' cannot stand inside {_header(text, header)}"
+        text.report("misplaced", message, loc, notes=_opened(text, header))
+        owner = self.parent
+        while owner and word not in owner.items.rules:
+            owner = owner.parent
+        assert owner is not None
+        return owner._declaration(
+            text, loc, loc + len(word), owner.items.rules[word], text.lifted.setdefault(owner, [])
+        )
 
     def _end_of_file(self, text: ModelText, header: tuple[int, int] | None) -> None:
         told = text.reopened or text.scan.open_end or text.settled >= text.body_end
@@ -327,8 +381,23 @@ class Block(ParserElement):
         if nodes and (node := self.child.adopt(nodes[-1], late)) is not None:
             nodes[-1] = node
         else:
-            text.broken.update(_WORD.findall(text[loc:end]))
+            text.skipped(loc, end)
         return end
+
+
+def _either(phrases: Sequence[str]) -> str:
+    """``a``, ``a or b``, ``a, b or c``."""
+    *first, last = phrases
+    return f"{', '.join(first)} or {last}" if first else last
+
+
+@lru_cache(maxsize=1024)
+def _near(word: str, keywords: tuple[str, ...]) -> str | None:
+    """The keyword that a misspelt word was meant to be."""
+    if not 4 <= len(word) <= 20 or word in keywords:
+        return None
+    near = get_close_matches(word, keywords, 1, 0.75)
+    return near[0] if near else None
 
 
 def _word(text: ModelText, loc: int) -> str:
@@ -343,6 +412,18 @@ def _header(text: ModelText, header: tuple[int, int]) -> str:
 
 def _quoted(text: ModelText, loc: int) -> str:
     return _header(text, (text.item_start, loc))
+
+
+def _is_nested(text: ModelText, loc: int, header: tuple[int, int]) -> bool:
+    """Does the line of ``loc`` begin there, and further in than the line of the header?"""
+    indent = _indent(text, loc)
+    return not indent.strip() and len(indent.expandtabs()) > len(
+        re.match(r"[ \t]*", _indent(text, header[0])).group().expandtabs()
+    )
+
+
+def _indent(text: ModelText, loc: int) -> str:
+    return text[text.rfind("\n", 0, loc) + 1 : loc]
 
 
 def _opened(text: ModelText, header: tuple[int, int]) -> tuple[Note, ...]:

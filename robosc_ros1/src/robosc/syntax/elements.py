@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 from collections.abc import Callable
+from difflib import get_close_matches
 from typing import Any, TypeAlias
 
 from pyparsing import (
@@ -22,25 +23,23 @@ from pyparsing import (
 
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.source import Source, Span
+from robosc.syntax.keywords import is_declaration
 from robosc.syntax.nodes import FileNode
-from robosc.syntax.scan import Scan
+from robosc.syntax.scan import MAX_FAULTS, Scan
 
 __all__ = ["Build", "Built", "Fault", "ModelText", "Nested", "Terminal", "skip_space", "text_of"]
-
-MAX_FAULTS = 100
-"""After so many errors a file gets one more that says so; a binary file would have a million."""
 
 _SPACE = re.compile(r"[ \t\r\n]*")
 _LEXEME = re.compile(r"\^?\w+|\d+(?:\.\d+)?|\"[^\"\n]*\"?|'[^'\n]*'?|[=!<>:]=|=>|->|\.\.|.", re.ASCII)
 _WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_QUOTED = re.compile(r"'(\w+)")
 _ADVICE = {
-    "==": "write '=' to compare",
+    "not": "write '!' for 'not'",
+    "initial": "'initial' stands before 'marked'",
     "and": "write '^and' if this is a name",
     "or": "write '^or' if this is a name",
     "true": "write '^true' if this is a name",
     "false": "write '^false' if this is a name",
-    "value": "write '^value' if this is a name",
-    ".": "write '0.5', not '.5'",
 }
 
 
@@ -70,14 +69,15 @@ class ModelText(str):
     of the construct that nests just now; ``settled`` is a place whose fault is already told: what
     goes wrong exactly there is its consequence. ``reopened`` tells that a block was continued behind
     its closing brace, so that the braces no longer count. ``broken`` collects the words of everything that
-    was skipped: names that later stages must not call unknown.
+    was skipped: names that later stages must not call unknown. ``lifted`` holds, by block, nodes of
+    declarations that stood in a block inside it.
     """
 
     source: Source
     scan: Scan
     diagnostics: list[Diagnostic]
     broken: set[str]
-    lexical: list[int]
+    lifted: dict[Any, list[Any]]
     tree: FileNode | None
     item_start: int
     depth: int
@@ -92,7 +92,7 @@ class ModelText(str):
         self.scan = scan
         self.diagnostics = list(scan.diagnostics)
         self.broken = set()
-        self.lexical = [d.span.start for d in scan.diagnostics]
+        self.lifted = {}
         self.tree = None
         self.item_start = self.depth = 0
         self.settled = -1
@@ -127,7 +127,6 @@ class ModelText(str):
         Nothing is added where a lexical fault in ``start..resume`` explains it, or, at the end of
         the file, a comment that was never closed.
         """
-        self.broken.update(_WORD.findall(self[start:resume]))
         at = skip_space(self, fault.loc)
         if self.has_lexical_fault(start, max(resume, at + 1)):
             return
@@ -139,13 +138,21 @@ class ModelText(str):
         if isinstance(fault, Fault):
             self.report(fault.code, message, at, fault.end, fault.hint)
         else:
-            lexeme = _LEXEME.match(self, at)
-            hint = _ADVICE.get(lexeme.group()) if lexeme else None
-            self.report("syntax", message, at, hint=hint)
+            self.report("syntax", message, at, hint=_hint(self, at, message))
+
+    def skipped(self, start: int, end: int) -> None:
+        """Remember the words of a declaration that will not be in the tree."""
+        self.broken.update(_WORD.findall(self[start:end]))
+
+    @property
+    def exhausted(self) -> bool:
+        """There are so many errors that reading on helps nobody."""
+        return len(self.diagnostics) > MAX_FAULTS
 
     def has_lexical_fault(self, start: int, end: int) -> bool:
-        index = bisect_left(self.lexical, start)
-        return index < len(self.lexical) and self.lexical[index] < end
+        faults = self.scan.faults
+        index = bisect_left(faults, start)
+        return index < len(faults) and faults[index] < end
 
     def span(self, start: int, end: int) -> Span:
         return Span(self.source, start, end)
@@ -165,11 +172,26 @@ def skip_space(text: str, loc: int) -> int:
     return match.end() if match else loc
 
 
+def _hint(text: str, at: int, message: str) -> str | None:
+    """The remedy, where what was found shows what was meant."""
+    lexeme = _LEXEME.match(text, at)
+    found = lexeme.group() if lexeme else ""
+    if found == "=" and message.startswith("expected ':='"):
+        return "write ':=' to assign"
+    if found in _ADVICE:
+        return _ADVICE[found]
+    if f"'{found}:'" in message:
+        return f"write '{found}:' with its colon"
+    near = get_close_matches(found, _QUOTED.findall(message), 1, 0.6) if len(found) < 30 else []
+    return f"did you mean '{near[0]}'?" if near and near[0] != found else None
+
+
 class Terminal(Token):
     """One token, given as a regular expression.
 
     ``build`` makes its value from the matched text and its extent; without it the token leaves
-    nothing behind, as keywords and punctuation do.
+    nothing behind, as keywords and punctuation do. ``is_name`` refuses a word that begins the next
+    declaration.
     """
 
     def __init__(
@@ -177,11 +199,14 @@ class Terminal(Token):
         pattern: str,
         expected: str,
         build: Callable[[ModelText, int, int, str], Any] | None = None,
+        *,
+        is_name: bool = False,
     ) -> None:
         super().__init__()
         self._match = re.compile(pattern, re.ASCII).match
         self._expected = expected
         self._build = build
+        self._is_name = is_name
         self.errmsg = f"expected {expected}"
         self.mayIndexError = False
 
@@ -190,7 +215,9 @@ class Terminal(Token):
 
     def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
         match = self._match(instring, loc)
-        if match is None:
+        if match is None or (
+            self._is_name and is_declaration(instring, loc, match.group())
+        ):
             raise ParseException(instring, loc, self.errmsg, self)
         end = match.end()
         if self._build is None:

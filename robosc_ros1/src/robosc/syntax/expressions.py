@@ -11,14 +11,15 @@ import re
 from dataclasses import dataclass
 from typing import Any, Literal, cast
 
-from pyparsing import ParseException, ParserElement
+from pyparsing import ParseException, ParserElement, ParseSyntaxException
 
-from robosc.names import IDENTIFIER, RESERVED
+from robosc.names import RESERVED
 from robosc.source import Span
 from robosc.syntax.elements import Fault, ModelText, skip_space, text_of
+from robosc.syntax.keywords import NAME, is_declaration
 from robosc.syntax.nodes import Access, BinaryNode, ExprNode, LiteralNode, Name, UnaryNode
 
-__all__ = ["ACCESS", "MAX_DEPTH", "NAME", "Expression", "make_access", "make_integer", "make_name"]
+__all__ = ["ACCESS", "MAX_DEPTH", "Expression", "make_access", "make_integer", "make_name"]
 
 MAX_DEPTH = 200
 """Levels that the tree of an expression may have, so that later stages may recurse.
@@ -33,12 +34,12 @@ BALANCE_FROM = 64
 MAX_INTEGER = 2**64 - 1
 """The largest whole number of any ROS type (uint64)."""
 
-NAME = rf"\^?{IDENTIFIER}"
 ACCESS = rf"{NAME}(?:\s*\.\s*{NAME}|\s*\[\s*\d+\s*\])*"
 
+# A name with a colon behind it is a property: the brace before it is missing.
 _OPERAND = re.compile(
     rf"""\s*(?:
-      (?P<access>(?!(?:true|false|and|or)\b){ACCESS})
+      (?P<access>(?!(?:true|false|and|or)\b){ACCESS}(?!\w|\s*:(?!=)))
     | (?P<number>\d\w*(?:\.\d\w*)?(?:(?<=[eE])[+-]\w+)?)
     | (?P<prefix>!(?!=)|-(?!>))
     | (?P<open>\()
@@ -48,11 +49,13 @@ _OPERAND = re.compile(
     re.VERBOSE | re.ASCII,
 )
 _OPERATOR = re.compile(
-    r"\s*(?:(?P<close>\))|(?P<operator>=>|!=|<=|>=|[=<>+*/]|-(?!>)|(?:and|or)\b)|(?P<stray>[.\[]))",
+    r"\s*(?:(?P<close>\))|(?P<foreign>==|<>|=<|=/=)|(?P<operator>=>|!=|<=|>=|[=<>+*/]|-(?!>)|(?:and|or)\b)|(?P<stray>[.\[]))",
     re.ASCII,
 )
 _PART = re.compile(rf"({NAME})|(\d+)", re.ASCII)
 _DOUBLE = re.compile(r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
+
+_FOREIGN = {"==": "=", "<>": "!=", "=/=": "!=", "=<": "<="}
 
 _STRENGTH = {
     "=>": 1, "or": 2, "and": 3, "=": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5,
@@ -271,12 +274,13 @@ class Expression(ParserElement):
         expected = self._expected
         while True:
             match = _OPERAND.match(text, loc)
-            if match is None:
-                at = skip_space(text, loc)
-                raise ParseException(text, at, f"expected {expected}", self)
-            kind = match.lastgroup or ""
+            kind = match.lastgroup or "" if match else ""
+            found = match.group(kind) if match else ""
+            if match is None or is_declaration(text, match.start(kind), found):
+                # Once something was read there is no other rule to try.
+                failure = ParseException if expected is self._expected else ParseSyntaxException
+                raise failure(text, skip_space(text, loc), f"expected {expected}", self)
             start, loc = match.span(kind)
-            found = match.group(kind)
             if kind == "prefix":
                 builder.prefix(found, start)
                 expected = f"a value after '{found}'"
@@ -302,6 +306,8 @@ def _after_operand(builder: _Builder, loc: int) -> tuple[int, str]:
             symbol = match.group("operator")
             builder.operator(symbol, match.start("operator"))
             return match.end(), symbol
+        if match and kind == "foreign":
+            raise _foreign(text, match.start("foreign"), match.group("foreign"))
         if match and kind == "stray" and not text.startswith("..", match.start("stray")):
             raise _stray(text, match.start("stray"))
         if match and kind == "close" and builder.open:
@@ -313,6 +319,11 @@ def _after_operand(builder: _Builder, loc: int) -> tuple[int, str]:
             message = f"expected an operator, or ')' to close the '(' of {opened[0]}:{opened[1]}"
             raise Fault(text, skip_space(text, loc), message)
         return loc, ""
+
+
+def _foreign(text: ModelText, at: int, found: str) -> Fault:
+    hint = f"write '{_FOREIGN[found]}'"
+    return Fault(text, at, f"'{found}' is no operator", end=at + len(found), hint=hint)
 
 
 def _stray(text: ModelText, at: int) -> Fault:

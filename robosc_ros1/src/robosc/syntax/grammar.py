@@ -11,18 +11,17 @@ from typing import Any, cast
 
 from pyparsing import And, Forward, MatchFirst, Opt, ParserElement, ZeroOrMore
 
-from robosc.names import IDENTIFIER
 from robosc.syntax.blocks import Block, Child, Items, Rule
 from robosc.syntax.elements import Build, Built, Fault, ModelText, Nested, Terminal
 from robosc.syntax.expressions import (
     ACCESS,
-    NAME,
     Expression,
     make_access,
     make_integer,
     make_name,
     unquote,
 )
+from robosc.syntax.keywords import NAME, QUALIFIED
 from robosc.syntax.nodes import (
     Access,
     ActionNode,
@@ -57,7 +56,6 @@ __all__ = ["robot_block", "library_block"]
 MAX_NESTING = 20
 """How deep arrays of arrays, and provided objects in objects, may be nested."""
 
-_QUALIFIED = rf"{NAME}(?:\s*\.\s*{NAME})*"
 _STRING = r"\"[^\"\\\n]*(?:\\.[^\"\\\n]*)*\"|'[^'\\\n]*(?:\\.[^'\\\n]*)*'"
 _TYPE = r"string|boolean|double|none"
 
@@ -66,7 +64,7 @@ _TYPE = r"string|boolean|double|none"
 
 
 def _keyword(word: str, expected: str = "") -> ParserElement:
-    return Terminal(rf"{word}\b", expected or f"'{word}'")
+    return Terminal(rf"{word}(?!\w)", expected or f"'{word}'")
 
 
 def _symbol(symbol: str, expected: str = "") -> ParserElement:
@@ -84,11 +82,11 @@ def _choice(words: str, expected: str) -> ParserElement:
 
 
 def _name(expected: str) -> ParserElement:
-    return Terminal(NAME, expected, make_name)
+    return Terminal(NAME, expected, make_name, is_name=True)
 
 
 def _communication(expected: str) -> ParserElement:
-    return Terminal(_QUALIFIED, expected, make_access)
+    return Terminal(QUALIFIED, expected, make_access, is_name=True)
 
 
 def _string(expected: str) -> ParserElement:
@@ -110,17 +108,21 @@ def _list(expr: ParserElement) -> ParserElement:
 
 
 def _type(expected: str = "a type") -> ParserElement:
+    no_colon = r"(?!\w|\s*:)"
     kind = Forward()
     bound = Terminal(r"-?\s*\d+(?!\w)", "a whole number", make_integer)
     bounds = _symbol("(") - bound - _symbol("..") - bound - _symbol(")")
-    integer = Built(_keyword("integer") + Opt(bounds), _build_integer)
-    basic = Terminal(rf"(?:{_TYPE})\b", "a type", _build_basic)
+    integer = Built(_keyword(f"integer{no_colon}") + Opt(bounds), _build_integer)
+    basic = Terminal(rf"(?:{_TYPE})\b{no_colon}", "a type", _build_basic)
     array = Built(
-        _keyword("array") - _symbol("(", "'(' after 'array'") - kind - _symbol(")"), _build_array
+        _keyword(f"array{no_colon}") - _symbol("(", "'(' after 'array'") - kind - _symbol(")", "')' to close 'array('"),
+        _build_array,
     )
-    named = Terminal(NAME, "a type", _build_named)
-    kind <<= Nested(MatchFirst([basic, integer, array, named]), MAX_NESTING, "arrays are")
-    return kind.set_name(expected)
+    # What has a colon behind it is the name of the next property: the type is missing.
+    named = Terminal(rf"{NAME}{no_colon}", "a type", _build_named, is_name=True)
+    any_type = MatchFirst([basic, integer, array, named]).set_name(expected)
+    kind <<= Nested(any_type, MAX_NESTING, "arrays are")
+    return kind
 
 
 def _build_basic(text: ModelText, start: int, end: int, found: str) -> BasicTypeNode:
@@ -148,15 +150,14 @@ def _datatype(top: list[Block]) -> Rule:
     properties = Rule(
         _name("a property name or '}'") - _symbol(":", "':' after the property name") - kind,
         lambda text, start, end, p: PropertyNode(p[0], p[1], span=text.span(start, end)),
-        look=r"(?!)",
     )
     object_block = Block(
         Items(
-            "a property 'name: type'",
+            ("a property 'name: type'",),
             {},
             free=properties,
             begins=rf"{NAME}\s*:",
-            resume=rf"(?P<item>(?<![\w.])\^?{IDENTIFIER}\s*:(?!=))",
+            resume=rf"(?P<item>(?<![\w.^]){NAME}\s*:(?!=))",
         )
     )
     rules = Rule(
@@ -168,11 +169,10 @@ def _datatype(top: list[Block]) -> Rule:
         ).set_name("a rule 'condition -> value' or '}'")
         - Terminal(rf"{NAME}(?!\s*->)", "the name of the value after '->'", make_name),
         lambda text, start, end, p: EnumRuleNode(p[0], p[1], span=text.span(start, end)),
-        look=r"(?!)",
     )
     enum_block = Block(
         Items(
-            "a rule 'condition -> value'",
+            ("a rule 'condition -> value'",),
             {},
             free=rules,
             begins=r"(?:value|default)\b",
@@ -196,7 +196,6 @@ def _datatype(top: list[Block]) -> Rule:
     return Rule(
         MatchFirst([object_rule, enum_rule]).set_name("'object' or 'enum' after 'datatype'"),
         _from_keyword,
-        look=r"datatype\s+(?:object|enum)\b(?!\s*[:.])",
     )
 
 
@@ -216,7 +215,6 @@ def _interface() -> Rule:
     return Rule(
         body,
         lambda text, start, end, p: InterfaceNode(*p, span=text.span(start, end)),
-        look=rf"interface\s+{NAME}\s+use\b",
     )
 
 
@@ -246,6 +244,10 @@ def _links() -> ParserElement:
     return _maybe(_keyword("links") - _name("the name of an interface after 'links'"))
 
 
+def _links_missing(node: Any) -> tuple[str, ...]:
+    return () if node.links else ("'links'",)
+
+
 def _message(direction: str) -> Rule:
     body = (
         _keyword("message", f"'message' after '{direction}'")
@@ -259,8 +261,7 @@ def _message(direction: str) -> Rule:
         lambda text, start, end, p: MessageNode(
             cast(Any, direction), *p, span=text.span(start, end)
         ),
-        look=rf"{direction}\s+message\b",
-        tail="'links'",
+        tail=_links_missing,
     )
 
 
@@ -275,8 +276,7 @@ def _service() -> Rule:
     return Rule(
         body,
         lambda text, start, end, p: ServiceNode(*p, span=text.span(start, end)),
-        look=rf"service\s+{NAME}\s+with\b",
-        tail="'links'",
+        tail=_links_missing,
     )
 
 
@@ -292,8 +292,7 @@ def _action() -> Rule:
     return Rule(
         body,
         lambda text, start, end, p: ActionNode(*p, span=text.span(start, end)),
-        look=rf"action\s+{NAME}\s+with\b",
-        tail="'links'",
+        tail=_links_missing,
     )
 
 
@@ -326,16 +325,25 @@ def _transitions() -> dict[str, Rule]:
         "on": Rule(
             Built(result, _build_result),
             _from_keyword,
-            look=rf"on\s+(?:{events})\s+(?:from|to)\b",
-            tail="'if', 'do', 'goto'",
+            tail=_clauses_missing,
         ),
         "transition": Rule(
             Built(tau, lambda text, start, end, p: TauNode(*p, span=text.span(start, end))),
             _from_keyword,
-            look=r"transition\s+(?:if|goto)\b",
-            tail="'if', 'goto'",
+            tail=_clauses_missing,
         ),
     }
+
+
+def _clauses_missing(node: Any) -> tuple[str, ...]:
+    """The clauses that may still follow at the end of a transition."""
+    assigns = isinstance(node, ResultTransitionNode)
+    if node.goto:
+        return ()
+    if assigns and node.assignments:
+        return ("','", "'goto'")
+    clauses = ("'do'", "'goto'") if assigns else ("'goto'",)
+    return clauses if node.guard else ("'if'", *clauses)
 
 
 def _build_result(text: ModelText, start: int, end: int, parts: list[Any]) -> ResultTransitionNode:
@@ -368,8 +376,7 @@ def _state(block: Block, keyword: str) -> Rule:
             name, keyword == "initial", is_marked, tuple(transitions), span=text.span(start, end)
         )
 
-    look = rf"state\s+{NAME}\s*\{{" if keyword == "state" else rf"{keyword}\s+(?:\w+\s+)?state\b"
-    return Rule(body, build, look)
+    return Rule(body, build)
 
 
 def _variable() -> Rule:
@@ -382,21 +389,24 @@ def _variable() -> Rule:
     return Rule(
         body,
         lambda text, start, end, p: VariableNode(*p, span=text.span(start, end)),
-        look=rf"variable\s+{NAME}\s*:",
-        tail="'='",
+        tail=lambda node: () if node.initial else ("'='",),
     )
 
 
 def _behaviour_block() -> Block:
     transitions = _transitions()
-    state_block = Block(Items("'on', 'transition'", transitions))
+    advice = (
+        (r"if\b", "'if' stands before 'do' and 'goto'"),
+        (r"do\b", "'do' stands before 'goto', and only after 'on'"),
+    )
+    state_block = Block(Items(("'on'", "'transition'"), transitions, advice=advice))
     rules = {
         "variable": _variable(),
         **{word: _state(state_block, word) for word in ("initial", "marked", "state")},
         **transitions,
     }
     return Block(
-        Items("'variable', 'state', 'on', 'transition'", rules),
+        Items(("'variable'", "'state'", "'on'", "'transition'"), rules, advice=advice),
         child=Child(state_block, lambda node, late: None),
     )
 
@@ -414,14 +424,14 @@ def _component_block() -> Block:
         "behaviour": Rule(
             behaviour_block,
             lambda text, start, end, p: BehaviourNode(tuple(p), span=text.span(start, end)),
-            look=r"behaviour\s*\{",
         ),
     }
-    words = "'incoming message', 'outgoing message', 'service', 'action', 'behaviour'"
-    advice = {
-        "message": "write 'incoming message' or 'outgoing message'",
-        "behavior": "did you mean 'behaviour'?",
-    }
+    words = ("'incoming message'", "'outgoing message'", "'service'", "'action'", "'behaviour'")
+    advice = (
+        (r"message\b", "write 'incoming message' or 'outgoing message'"),
+        (r"behavior\b", "did you mean 'behaviour'?"),
+        (r",?\s*identifier\s*:", "'identifier:' stands right behind 'with'"),
+    )
     return Block(
         Items(words, rules, advice=advice), child=Child(behaviour_block, _adopt(BehaviourNode))
     )
@@ -453,7 +463,7 @@ def _component(block: Block) -> Rule:
     body = _name("a name for the component") - MatchFirst([imported, block]).set_name(
         "'{' or 'from' after the name of the component"
     )
-    return Rule(body, _build_component, look=rf"component\s+{NAME}\s*(?:\{{|from\b)")
+    return Rule(body, _build_component)
 
 
 def _build_component(
@@ -502,9 +512,10 @@ def _requirement() -> Rule:
         [needs, disables]
     ).set_name("'needs' or 'disables'")
     return Rule(
-        MatchFirst([invariant, group, single]),
+        MatchFirst([invariant, group, single]).set_name(
+            "a communication or a condition after 'requirement'"
+        ),
         _build_requirement,
-        look=rf"requirement\s+(?!(?:and|or|needs|disables)\b)(?:{NAME}|[({{]|!(?!=))",
     )
 
 
@@ -550,8 +561,7 @@ def _provide() -> Rule:
     return Rule(
         body,
         lambda text, start, end, p: ProvideNode(*p, span=text.span(start, end)),
-        look=rf"provide\s+{_QUALIFIED}\s+with\b",
-        tail="'if'",
+        tail=lambda node: () if node.condition else ("'if'",),
     )
 
 
@@ -572,7 +582,7 @@ def _file_block(kind: str) -> Block:
         for word, plural in (("requirement", "requirements"), ("provide", "provided data")):
             refusal = f"a library holds no {plural}: write this in the robot that imports it"
             rules[word] = replace(rules[word], refusal=refusal)
-    words = ", ".join(f"'{word}'" for word in rules if not rules[word].refusal)
+    words = tuple(f"'{word}'" for word in rules if not rules[word].refusal)
     block = Block(Items(words, rules), child=Child(component_block, _adopt(ComponentNode)))
     for each in inner:
         each.inside(block)
@@ -582,15 +592,10 @@ def _file_block(kind: str) -> Block:
 @cache
 def robot_block() -> Block:
     """The grammar of what stands between the braces of a robot."""
-    return _prepared(_file_block("robot"))
+    return _file_block("robot")
 
 
 @cache
 def library_block() -> Block:
     """The grammar of what stands between the braces of a library."""
-    return _prepared(_file_block("library"))
-
-
-def _prepared(block: Block) -> Block:
-    block.streamline()
-    return block
+    return _file_block("library")

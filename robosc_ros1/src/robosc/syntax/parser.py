@@ -13,11 +13,11 @@ from robosc.errors import Diagnostic, Severity, UsageError, sort_diagnostics
 from robosc.names import IDENTIFIER
 from robosc.source import Source, Span
 from robosc.syntax.blocks import Block
-from robosc.syntax.elements import MAX_FAULTS, ModelText, skip_space, text_of
+from robosc.syntax.elements import ModelText, skip_space, text_of
 from robosc.syntax.expressions import NAME, make_name
 from robosc.syntax.grammar import library_block, robot_block
 from robosc.syntax.nodes import FileNode
-from robosc.syntax.scan import scan
+from robosc.syntax.scan import MAX_FAULTS, scan
 
 __all__ = ["parse", "read_source"]
 
@@ -47,7 +47,7 @@ def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
 def parse(source: Source) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
     """The tree of what could be read, and every fault found on the way, in reading order.
 
-    The tree is None only where no robot or library begins. Declarations with faults are left out
+    The tree is None where no robot or library begins, and after too many errors. Declarations with faults are left out
     of it; ``FileNode.broken`` has the words in them. Never raises for any text.
     """
     scanned = scan(source)
@@ -57,8 +57,9 @@ def parse(source: Source) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
     found = sort_diagnostics(text.diagnostics)
     if len(found) > MAX_FAULTS:
         last = found[MAX_FAULTS]
-        message = f"{len(found) - MAX_FAULTS} more errors are not shown"
+        message = f"there are more than {MAX_FAULTS} errors: the others are not shown"
         found[MAX_FAULTS:] = [Diagnostic(Severity.ERROR, "too-many-errors", message, last.span)]
+        return None, tuple(found)
     return text.tree, tuple(found)
 
 
@@ -148,26 +149,36 @@ def _opening(
 def _rest(
     text: ModelText, end: int, block: Block, kind: str, declarations: list[Any]
 ) -> tuple[int, list[Any]]:
-    """What follows the closing brace: nothing, or the traces of a brace too many."""
+    """What follows the closing brace: nothing, or the traces of a brace too many.
+
+    Only the first trace is reported; further declarations are read all the same.
+    """
+    told = False
     while True:
         loc = skip_space(text, end)
+        word = _WORD.match(text, loc)
         if loc >= text.body_end:
             return end, declarations
+        if not told:
+            _trailing(text, loc, kind, block)
+            told = True
+        if word and word.group() in ("robot", "library"):
+            return end, declarations
+        text.settled = loc
         if block.belongs(text, loc):
-            if text.settled != loc:
-                hint = "is there a '}' too many above?"
-                message = f"the {kind} has ended before this"
-                text.report("unexpected-brace", message, loc, hint=hint)
-                text.settled = loc
             end, declarations = block.read(text, loc, None, declarations)
-            continue
-        _trailing(text, loc, kind)
-        return end, declarations
+        else:
+            end = text.settled = max(loc + 1, block.resume(text, loc, loc))
 
 
-def _trailing(text: ModelText, loc: int, kind: str) -> None:
+def _trailing(text: ModelText, loc: int, kind: str, block: Block) -> None:
     word = _WORD.match(text, loc)
-    if text.startswith("}", loc):
+    if block.belongs(text, loc):
+        if text.settled != loc:
+            hint = "is there a '}' too many above?"
+            message = f"the {kind} has ended before this"
+            text.report("unexpected-brace", message, loc, hint=hint)
+    elif text.startswith("}", loc):
         text.report("unexpected-brace", "this '}' closes nothing", loc)
     elif word and word.group() in ("robot", "library"):
         message = f"a file holds one robot or library, and there is a {kind} above"

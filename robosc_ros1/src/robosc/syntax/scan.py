@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from robosc.errors import Diagnostic, Severity
 from robosc.source import Source, Span
 
-__all__ = ["Comment", "Scan", "scan"]
+__all__ = ["MAX_FAULTS", "Comment", "Scan", "scan"]
 
 _INTERESTING = re.compile(
     r"""
@@ -23,6 +23,9 @@ _INTERESTING = re.compile(
     """,
     re.VERBOSE | re.DOTALL | re.ASCII,
 )
+
+MAX_FAULTS = 100
+"""After so many errors a file gets one more that says so; a binary file would have a million."""
 
 _ADVICE = {
     ";": "nothing stands between declarations",
@@ -56,6 +59,7 @@ class Comment:
 class Scan:
     """``text`` is the source with blanks for all that the grammar shall not see.
 
+    ``faults`` are the places of all lexical faults in order; ``diagnostics`` tell of the first ones.
     ``open_end`` tells that an unterminated comment has swallowed the rest of the file. ``binary``
     tells that the file is no text at all.
     """
@@ -63,6 +67,7 @@ class Scan:
     text: str
     comments: tuple[Comment, ...]
     diagnostics: tuple[Diagnostic, ...]
+    faults: tuple[int, ...]
     open_end: bool
     binary: bool = False
 
@@ -72,43 +77,40 @@ def scan(source: Source) -> Scan:
     text = source.text
     if (nul := text.find("\0")) >= 0:
         fault = _error(source, "bad-character", nul, nul + 1, "the file contains a NUL character")
-        return Scan("", (), (fault,), False, binary=True)
-    pieces: list[str] = []
+        return Scan("", (), (fault,), (nul,), False, binary=True)
     comments: list[Comment] = []
-    faults: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
+    faults: list[int] = []
     done = 1 if text.startswith("\ufeff") else 0
-    pieces.append(" " * done)
+    pieces = [" " * done]
     open_end = False
     for match in _INTERESTING.finditer(text, done):
         start, end = match.span()
         found = match.group()
         kind = match.lastgroup
-        if kind == "string":
-            if _terminated(found):
-                continue
-            hint = f"close it with {found[0]}"
-            faults.append(
-                _error(source, "unterminated-string", start, end, "this string has no end", hint)
-            )
-            blank = found[0] + " " * (len(found) - 2) + found[0] if len(found) > 1 else " "
-        elif kind == "bad":
-            faults.append(_bad_character(source, start, end))
-            blank = " " * len(found)
-        else:
-            if kind == "block" and (len(found) < 4 or not found.endswith("*/")):
-                open_end = True
-                hint = "close it with */"
-                message = "this comment has no end"
-                faults.append(
-                    _error(source, "unterminated-comment", start, start + 2, message, hint)
-                )
+        if kind == "string" and _terminated(found):
+            continue
+        if kind in ("line", "block"):
             comments.append(Comment(found, start, end))
-            blank = _blank(found)
-        pieces.append(text[done:start])
-        pieces.append(blank)
+            open_end = kind == "block" and (len(found) < 4 or not found.endswith("*/"))
+        if kind in ("string", "bad") or open_end:
+            faults.append(start)
+            if len(faults) <= MAX_FAULTS + 1:
+                diagnostics.append(_fault(source, kind or "", start, end))
+        pieces += text[done:start], _blank(kind or "", found)
         done = end
     pieces.append(text[done:])
-    return Scan("".join(pieces), tuple(comments), tuple(faults), open_end)
+    return Scan("".join(pieces), tuple(comments), tuple(diagnostics), tuple(faults), open_end)
+
+
+def _fault(source: Source, kind: str, start: int, end: int) -> Diagnostic:
+    if kind == "bad":
+        return _bad_character(source, start, end)
+    if kind == "string":
+        hint = f"close it with {source.text[start]}"
+        return _error(source, "unterminated-string", start, end, "this string has no end", hint)
+    message = "this comment has no end"
+    return _error(source, "unterminated-comment", start, start + 2, message, "close it with */")
 
 
 def _terminated(string: str) -> bool:
@@ -118,10 +120,11 @@ def _terminated(string: str) -> bool:
     return (len(body) - len(body.rstrip("\\"))) % 2 == 0
 
 
-def _blank(text: str) -> str:
-    if "\n" not in text:
-        return " " * len(text)
-    return "\n".join(" " * len(line) for line in text.split("\n"))
+def _blank(kind: str, found: str) -> str:
+    """What the grammar reads instead, of equal length: blanks, or a string where one was begun."""
+    if kind == "string" and len(found) > 1:
+        return found[0] + " " * (len(found) - 2) + found[0]
+    return "\n".join(" " * len(line) for line in found.split("\n"))
 
 
 def _bad_character(source: Source, start: int, end: int) -> Diagnostic:
