@@ -1,0 +1,257 @@
+"""A ROS 2 node that does as a test tells it: orders on standard input, events on standard output.
+
+Each is one line of JSON. An order ``{"do": …, "order": number, …}`` is answered by
+``{"event": "done", "order": number}`` with a ``result`` or a ``fault``. What the graph brings is
+told as events: ``message``, ``request`` (of a service), ``goal`` and ``cancel`` (of an action), and
+of a goal sent by this node ``answer``, ``feedback`` and ``result``; each with the ``name`` of its
+topic, service or action. Runs under the test bed's Python.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import json
+import os
+import queue
+import sys
+import threading
+import time
+from typing import Any
+
+import rclpy
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+
+def load(name: str) -> Any:
+    package, kind, type_ = name.split("/")
+    return getattr(importlib.import_module(f"{package}.{kind}"), type_)
+
+
+def fill(message: Any, data: dict[str, Any]) -> Any:
+    for name, value in data.items():
+        if isinstance(value, dict):
+            fill(getattr(message, name), value)
+        elif isinstance(getattr(message, name), float):
+            setattr(message, name, float(value))
+        else:
+            setattr(message, name, value)
+    return message
+
+
+def plain(value: Any) -> Any:
+    if hasattr(value, "get_fields_and_field_types"):
+        return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
+    if isinstance(value, bool | int | float | str):
+        return value
+    return [plain(part) for part in value]
+
+
+def profile(reliability: str = "reliable", durability: str = "volatile", depth: int = 1000) -> Any:
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=ReliabilityPolicy[reliability.upper()],
+        durability=DurabilityPolicy[durability.upper()],
+    )
+
+
+class Peer:
+    def __init__(self, name: str) -> None:
+        self.node = Node(name)
+        self.group = ReentrantCallbackGroup()
+        self.lock = threading.Lock()
+        self.publishers: dict[str, Any] = {}
+        self.kept: list[Any] = []
+        self.goals: dict[str, Any] = {}
+        self.servers: dict[str, Any] = {}
+        self.waiting: dict[str, queue.SimpleQueue[dict[str, Any]]] = {}
+        self.count = 0
+
+    def tell(self, event: str, **fields: Any) -> None:
+        line = json.dumps({"event": event, **fields})
+        with self.lock:
+            print(line, flush=True)
+
+    def number(self) -> str:
+        with self.lock:
+            self.count += 1
+            return str(self.count)
+
+    # Topics
+
+    def subscribe(self, name: str, type: str, qos: dict[str, Any]) -> None:
+        def heard(message: Any) -> None:
+            self.tell("message", name=name, data=plain(message), time=time.monotonic())
+
+        self.kept.append(
+            self.node.create_subscription(
+                load(type), name, heard, profile(**qos), callback_group=self.group
+            )
+        )
+
+    def publish(self, name: str, type: str, data: Any, matched: int, qos: dict[str, Any]) -> float:
+        class_ = load(type)
+        if name not in self.publishers:
+            self.publishers[name] = self.node.create_publisher(class_, name, profile(**qos))
+        publisher = self.publishers[name]
+        end = time.monotonic() + 15.0
+        while publisher.get_subscription_count() < matched:
+            if time.monotonic() > end:
+                raise TimeoutError(f"nobody listens to {name}")
+            time.sleep(0.005)
+        for part in data if isinstance(data, list) else [data]:
+            publisher.publish(fill(class_(), part))
+        return time.monotonic()
+
+    # Services
+
+    def serve(self, name: str, type: str, reply: Any) -> None:
+        class_ = load(type)
+
+        def answer(request: Any, response: Any) -> Any:
+            number = self.number()
+            inbox = self.waiting[number] = queue.SimpleQueue()
+            self.tell("request", name=name, id=number, data=plain(request))
+            return fill(response, inbox.get()["data"] if reply is None else reply)
+
+        self.servers[name] = self.node.create_service(
+            class_, name, answer, callback_group=self.group
+        )
+
+    def call(self, name: str, type: str, data: Any) -> Any:
+        class_ = load(type)
+        client = self.node.create_client(class_, name, callback_group=self.group)
+        if not client.wait_for_service(15.0):
+            raise TimeoutError(f"there is no service {name}")
+        return plain(client.call(fill(class_.Request(), data)))
+
+    def tell_server(self, id: str, **words: Any) -> None:
+        """To a service: ``data``. To an action: ``feedback``, or ``end`` with a ``result``."""
+        self.waiting[id].put(words)
+
+    # Actions
+
+    def act(
+        self, name: str, type: str, accept: bool = True, cancel: bool = True, end: str = "",
+    ) -> None:  # fmt: skip
+        """``accept`` goals, grant a ``cancel``; ``end`` says how each goal ends at once."""
+        class_ = load(type)
+        ids: dict[bytes, str] = {}
+
+        def execute(goal: Any) -> Any:
+            number = ids[bytes(goal.goal_id.uuid)] = self.number()
+            inbox = self.waiting[number] = queue.SimpleQueue()
+            self.tell("goal", name=name, id=number, data=plain(goal.request))
+            words: dict[str, Any] = {"end": end}
+            while not words.get("end"):
+                if "feedback" in words:
+                    goal.publish_feedback(fill(class_.Feedback(), words["feedback"]))
+                words = inbox.get()
+            getattr(goal, words["end"])()
+            return fill(class_.Result(), words.get("result", {}))
+
+        def asked(request: Any) -> Any:
+            if not accept:
+                self.tell("goal", name=name, id="", data=plain(request))
+            return GoalResponse.ACCEPT if accept else GoalResponse.REJECT
+
+        def cancelled(goal: Any) -> Any:
+            self.tell("cancel", name=name, id=ids.get(bytes(goal.goal_id.uuid)))
+            return CancelResponse.ACCEPT if cancel else CancelResponse.REJECT
+
+        self.servers[name] = ActionServer(
+            self.node, class_, name, execute, goal_callback=asked, cancel_callback=cancelled,
+            callback_group=self.group,
+        )  # fmt: skip
+
+    def withdraw(self, name: str) -> None:
+        """Take a service or an action off the graph."""
+        self.servers.pop(name).destroy()
+
+    def send_goal(self, name: str, type: str, data: Any) -> str:
+        class_ = load(type)
+        client = ActionClient(self.node, class_, name, callback_group=self.group)
+        self.kept.append(client)
+        if not client.wait_for_server(15.0):
+            raise TimeoutError(f"there is no action {name}")
+        number = self.number()
+
+        def heard(message: Any) -> None:
+            self.tell("feedback", name=name, id=number, data=plain(message.feedback))
+
+        def finished(future: Any) -> None:
+            done = future.result()
+            self.tell("result", name=name, id=number, status=done.status, data=plain(done.result))
+
+        def answered(future: Any) -> None:
+            goal = future.result()
+            self.goals[number] = goal
+            self.tell("answer", name=name, id=number, accepted=goal.accepted)
+            if goal.accepted:
+                goal.get_result_async().add_done_callback(finished)
+
+        future = client.send_goal_async(fill(class_.Goal(), data), feedback_callback=heard)
+        future.add_done_callback(answered)
+        return number
+
+    def cancel_goal(self, id: str) -> None:
+        self.goals[id].cancel_goal_async()
+
+    # The graph
+
+    def set_parameter(self, node: str, name: str, value: Any) -> list[str]:
+        from rclpy.parameter import Parameter
+        from rclpy.parameter_client import AsyncParameterClient
+
+        client = AsyncParameterClient(self.node, node)
+        client.wait_for_services(15.0)
+        future = client.set_parameters([Parameter(name, value=value)])
+        while not future.done():
+            time.sleep(0.01)
+        return [result.reason for result in future.result().results]
+
+    def topics(self) -> dict[str, list[str]]:
+        return dict(self.node.get_topic_names_and_types())
+
+    def qos_of(self, name: str) -> list[list[str]]:
+        ends = self.node.get_publishers_info_by_topic(name)
+        ends += self.node.get_subscriptions_info_by_topic(name)
+        return [
+            [e.node_name, e.qos_profile.reliability.name, e.qos_profile.durability.name]
+            for e in ends
+        ]
+
+    def obey(self, line: str) -> None:
+        order = json.loads(line)
+        do, number = order.pop("do"), order.pop("order")
+        try:
+            self.tell("done", order=number, result=getattr(self, do)(**order))
+        except Exception as error:
+            self.tell("done", order=number, fault=f"{type(error).__name__}: {error}")
+
+
+def main() -> None:
+    rclpy.init()
+    peer = Peer(sys.argv[1])
+    executor = MultiThreadedExecutor(num_threads=8)
+    executor.add_node(peer.node)
+
+    def spin() -> None:
+        with contextlib.suppress(ExternalShutdownException):
+            executor.spin()
+
+    threading.Thread(target=spin, daemon=True).start()
+    for line in sys.stdin:
+        # An order may wait for something (a subscriber, a service); others may not have to.
+        threading.Thread(target=peer.obey, args=(line,), daemon=True).start()
+    # Leave the graph in order; callbacks that still wait for orders are not worth waiting for.
+    rclpy.try_shutdown()
+    os._exit(0)
+
+
+main()
