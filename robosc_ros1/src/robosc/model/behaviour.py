@@ -48,6 +48,7 @@ class BehaviourResolver:
         self._names = names
         self._report = report
         self._taus = 0
+        self._event_spans: dict[int, Span] = {}
         self.whole = True
 
     def resolve(self, node: BehaviourNode) -> Behaviour:
@@ -166,6 +167,7 @@ class BehaviourResolver:
         return Tau(self._taus, guard, self._goto(node.goto), span=node.span)
 
     def _result(self, node: ResultTransitionNode) -> ResultTransition | None:
+        self._event_spans[node.span.start] = node.event_span
         info = resolve_communication(
             node.communication, self._names, self._instance.types.scope, self._report
         )
@@ -370,7 +372,8 @@ class BehaviourResolver:
         self._check_initial(node, initial)
         self._check_hiding(behaviour)
         if initial and self.whole:
-            _check_reach(self._instance, behaviour, initial[0].name.text, self._report)
+            start = [s.name.text for s in initial]
+            _check_reach(self._instance, behaviour, start, self._report)
 
     def _check_initial(self, node: BehaviourNode, initial: list[StateNode]) -> None:
         name = self._instance.name
@@ -405,24 +408,21 @@ class BehaviourResolver:
                 name = transition.communication.rpartition(".")[2]
                 self._report.add(
                     "hidden-transition",
-                    _first_line(transition.span),
+                    self._event_spans[transition.span.start],
                     f"in state '{state.name}' this hides the transition for"
                     f" '{transition.event.value}'"
                     f" of '{name}' that exists for every state",
                     None,
-                    [Note("the hidden one is here", common[key].span)],
+                    [Note("the hidden one is here", self._event_spans[common[key].span.start])],
                 )
 
 
-def _first_line(span: Span) -> Span:
-    text = span.text.split("\n", 1)[0]
-    return Span(span.source, span.start, span.start + len(text.rstrip()))
-
-
-def _check_reach(instance: Instance, behaviour: Behaviour, initial: str, report: Report) -> None:
+def _check_reach(
+    instance: Instance, behaviour: Behaviour, initial: list[str], report: Report
+) -> None:
     """States that cannot be reached, and reachable ones that no marked state follows."""
     steps = {state.name: _successors(state, behaviour) for state in behaviour.states}
-    reached = _closure([initial], steps)
+    reached = _closure(initial, steps)
     for name, state in instance.states.items():
         if name not in reached:
             report.add(

@@ -10,7 +10,6 @@ from robosc.model.datatypes import Universe
 from robosc.model.entities import (
     Assignment,
     Behaviour,
-    Communication,
     Component,
     Data,
     DataObject,
@@ -24,7 +23,7 @@ from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.types import EnumType, IntegerType, Type, domain
 from robosc.model.values import describe
-from robosc.model.world import Assembly, Instance
+from robosc.model.world import Assembly, CommunicationInfo, Instance
 from robosc.source import Span
 from robosc.syntax.nodes import Name
 
@@ -51,11 +50,13 @@ def settle_state(model: Model, assembly: Assembly, report: Report) -> Model:
     """
     readers = _state_readers(model)
     declared = {v.key: v for c in model.components if c.behaviour for v in c.behaviour.variables}
+    finite = set(readers)
     for key, reader in readers.items():
         variable = declared.get(key)
         if variable is not None and domain(variable.type) is None:
+            finite.discard(key)
             _not_finite(assembly.instances[variable.component], variable.name, reader, report)
-    _check_values(model, readers, report)
+    _check_values(model, finite, report)
     components = tuple(_with_state(c, readers) for c in model.components)
     return replace(model, components=components)
 
@@ -139,7 +140,7 @@ def _finite_hint(type_: Type) -> str:
     return f"convert it: datatype enum NAME from {type_} to {{ … default -> … }}"
 
 
-def _check_values(model: Model, readers: dict[str, Span], report: Report) -> None:
+def _check_values(model: Model, finite: set[str], report: Report) -> None:
     """What comes in must be finite where a guard or a variable of the state takes it."""
     for component in model.components:
         if component.behaviour is None:
@@ -148,7 +149,7 @@ def _check_values(model: Model, readers: dict[str, Span], report: Report) -> Non
             if transition.guard is not None:
                 _check_incoming(transition.guard, "a guard", report)
             for assignment in transition.assignments:
-                if f"{component.name}.{assignment.variable}" in readers:
+                if f"{component.name}.{assignment.variable}" in finite:
                     place = f"'{assignment.variable}', which takes part in decisions,"
                     _check_incoming(assignment.value, place, report)
 
@@ -291,37 +292,50 @@ def _similar(names: Iterable[Name], what: str, report: Report) -> None:
             )
 
 
-def check_topics(communications: Iterable[Communication], report: Report) -> None:
+def check_topics(assembly: Assembly, report: Report) -> None:
     """Messages that share a topic: of different types, or sent by several components."""
-    first: dict[str, Communication] = {}
-    outgoing: dict[str, Communication] = {}
-    for message in communications:
-        if message.has_phase:
-            continue
-        other = first.setdefault(message.identifier, message)
-        types = [f"{m.binding.package}/{m.binding.type}" for m in (other, message)]
-        if types[0] != types[1]:
-            report.add(
-                "topic-types",
-                _place(message),
-                f"topic '{message.identifier}' carries {types[1]} here and {types[0]} elsewhere",
-                "ROS connects only publishers and subscribers of one type",
-                [Note("the other message is here", _place(other))],
-            )
-        if message.kind is Kind.OUTGOING:
-            sender = outgoing.setdefault(message.identifier, message)
-            if sender is not message and sender.component != message.component:
-                report.add(
-                    "topic-shared",
-                    _place(message),
-                    f"'{sender.key}' and '{message.key}' come in on one topic,"
-                    f" '{message.identifier}': each message counts as both",
-                    "use one communication, and let both components react to it",
-                    [Note("the other message is here", _place(sender))],
-                )
+    first: dict[str, CommunicationInfo] = {}
+    outgoing: dict[str, CommunicationInfo] = {}
+    for instance in assembly.instances.values():
+        for info in instance.communications.values():
+            if info.entity is None or info.entity.has_phase:
+                continue
+            other = first.setdefault(info.entity.identifier, info)
+            _check_topic_types(other, info, report)
+            if info.kind is Kind.OUTGOING:
+                sender = outgoing.setdefault(info.entity.identifier, info)
+                if sender.instance is not instance:
+                    _shared_topic(sender, info, report)
 
 
-def _place(message: Communication) -> Span:
-    """The head of the declaration: all of it may span several lines."""
-    text = message.span.text.split("\n", 1)[0]
-    return Span(message.span.source, message.span.start, message.span.start + len(text.rstrip()))
+def _check_topic_types(first: CommunicationInfo, second: CommunicationInfo, report: Report) -> None:
+    assert first.entity is not None and second.entity is not None
+    one, two = (f"{e.binding.package}/{e.binding.type}" for e in (first.entity, second.entity))
+    if one != two:
+        report.add(
+            "topic-types",
+            _topic_span(second),
+            f"topic '{second.entity.identifier}' carries {two} here and {one} elsewhere",
+            "ROS connects only publishers and subscribers of one type",
+            [Note("the other message is here", _topic_span(first))],
+        )
+
+
+def _shared_topic(first: CommunicationInfo, second: CommunicationInfo, report: Report) -> None:
+    assert second.entity is not None
+    report.add(
+        "topic-shared",
+        _topic_span(second),
+        f"'{first.key}' and '{second.key}' come in on one topic,"
+        f" '{second.entity.identifier}': each message counts as both",
+        "use one communication, and let both components react to it",
+        [Note("the other message is here", _topic_span(first))],
+    )
+
+
+def _topic_span(info: CommunicationInfo) -> Span:
+    """Where the topic is given: at the import, for a message of a library."""
+    imported = info.instance.imported
+    if imported is not None:
+        return (imported.prefix or imported.component).span
+    return (info.node.identifier or info.node.name).span

@@ -32,6 +32,7 @@ from robosc.syntax.nodes import (
     ExprNode,
     NamedTypeNode,
     ObjectNode,
+    PropertyNode,
     TypeNode,
 )
 
@@ -50,12 +51,11 @@ class Universe:
     unknown_properties: set[tuple[str, str, str]] = field(default_factory=set)
     unknown_sources: set[tuple[str, str]] = field(default_factory=set)
 
-    def property_span(self, object_: ObjectType, name: str) -> Span | None:
-        """Where an object's property is declared."""
-        node = self.nodes.get((object_.origin, object_.name))
-        if not isinstance(node, ObjectNode):
-            return None
-        return next((p.span for p in node.properties if p.name.text == name), None)
+    def property_node(self, object_: ObjectType, name: str) -> PropertyNode:
+        """The declaration of an object's property."""
+        node = self.nodes[object_.origin, object_.name]
+        assert isinstance(node, ObjectNode)
+        return next(p for p in node.properties if p.name.text == name)
 
     def is_known(self, type_: Type) -> bool:
         """Whether what a type carries is known: an enum's source may not be."""

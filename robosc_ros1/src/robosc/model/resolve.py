@@ -2,8 +2,9 @@
 
 :func:`load` is the façade. The order of work for one file, a robot or a library alike: parse;
 tables of names; data types; the outside of all components, imports included; then their behaviour;
-last requirements and data, and the rules about the whole. Each step goes on past errors, and an unknown
-type or name is silent in all that depends on it, so that one run tells all faults and each once.
+last requirements and data, and the rules about the whole. Each step goes on past errors, and an
+unknown type or name is silent in all that depends on it, so that one run tells all faults and each
+once.
 """
 
 from __future__ import annotations
@@ -215,9 +216,8 @@ class _FileResolver:
         model = Model(components, requirements, provides)
         model = settle_state(model, self.assembly, self._report)
         check_case(self._scope, self.assembly, self._report)
-        communications = [c for component in components for c in component.communications]
-        check_topics(communications, self._report)
-        if not self._report.has_errors:
+        check_topics(self.assembly, self._report)
+        if not self._report.has_errors and not self.assembly.broken:
             check_unused(self._scope, self.assembly, model, self._loader.universe, self._report)
         return model
 
@@ -250,6 +250,8 @@ class _FileResolver:
             return None
         assert library.assembly is not None
         original = library.assembly.instances.get(node.component.text)
+        if original is None and node.component.text in library.assembly.broken:
+            return None
         if original is None:
             self._report.add(
                 "unknown-component",

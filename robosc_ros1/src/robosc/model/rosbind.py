@@ -164,7 +164,7 @@ class Binder:
         if isinstance(carried, NoneType):
             return None
         if isinstance(carried, ObjectType):
-            self._check_object(carried, definition, part.sending, part.node.span)
+            self._check_object(carried, definition, part.sending)
             return None
         fields = [f for f in definition.fields if f.type.base != "std_msgs/Header"]
         if len(fields) != 1:
@@ -188,27 +188,27 @@ class Binder:
             )
         return fields[0].name
 
-    def _check_object(
-        self, object_: ObjectType, definition: Definition, sending: bool, use: Span
-    ) -> None:
+    def _check_object(self, object_: ObjectType, definition: Definition, sending: bool) -> None:
         key = (object_, definition.name, sending)
         if key in self._checked:
             return
         self._checked.add(key)
         for name, type_ in object_.properties:
-            span = self._universe.property_span(object_, name) or use
+            node = self._universe.property_node(object_, name)
             field = definition.field(name)
             if field is None:
-                self._unknown_field(definition, name, span)
+                self._unknown_field(definition, name, node.name.span)
                 continue
             problem = self._misfit(type_, field.type, sending)
             if problem is not None:
                 code, message = problem
                 self._report.add(
-                    code, span, f"{definition.name} has {field.type} {name}: {message}"
+                    code,
+                    node.type.span,
+                    f"{definition.name} has {field.type} {name}: {message}",
                 )
             else:
-                self._descend(type_, field.type, sending, span)
+                self._descend(type_, field.type, sending, node.type.span)
 
     def _unknown_field(self, definition: Definition, name: str, span: Span) -> None:
         names = [f.name for f in definition.fields]
@@ -232,7 +232,7 @@ class Binder:
             return
         nested = self._definitions.fields(field.element)
         if isinstance(nested, Definition):
-            self._check_object(type_, nested, sending, span)
+            self._check_object(type_, nested, sending)
         elif isinstance(nested, Missing):
             if nested.reason == "package":
                 self._package_not_found(nested.package, span)

@@ -1,8 +1,9 @@
 """Real definitions of messages, services and actions, found and read without anything being built.
 
 Definitions are read by genmsg from ``.msg``, ``.srv`` and ``.action`` files, so a package in a
-source workspace serves as well as an installed one. Without genmsg and rospkg (a machine that has
-no ROS) every package is simply not found.
+source workspace serves as well as an installed one. Where only generated Python bindings are
+installed, they serve too. Without genmsg and rospkg (a machine that has no ROS) no package is
+found.
 
 Packages are looked for, the first find winning, in:
 
@@ -23,6 +24,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from robosc.model import rosbindings
 
 __all__ = [
     "BASIC", "Definition", "Field", "FieldType", "INTEGERS", "Interface", "MessageDefinitions",
@@ -132,6 +135,8 @@ _IN_DEBIAN = frozenset({
 
 def install_advice(package: str) -> str:
     """What to install for a package that is not there, by rosdep key and, if known, Debian name."""
+    if package == "actionlib":
+        return "install it: apt install python3-actionlib libactionlib-dev (rosdep key actionlib)"
     if package in _IN_DEBIAN:
         name = package.replace("_", "-")
         return (
@@ -250,25 +255,49 @@ class MessageDefinitions:
 
     def _read(self, package: str, type_: str, folder: str) -> Interface | Missing:
         home = self.package(package)
-        if home is None:
-            return Missing("package", package)
-        file = home / folder / f"{type_}.{folder}"
-        if not file.is_file():
-            names = sorted(p.stem for p in (home / folder).glob(f"*.{folder}"))
-            return Missing("file", package, tuple(names))
+        file = home / folder / f"{type_}.{folder}" if home is not None else None
+        if file is None or not file.is_file():
+            return self._generated(package, type_, folder, home)
         try:
             text = file.read_text(encoding="utf-8", errors="replace")
             return Interface(package, type_, tuple(_parts(text, package, type_, folder)))
         except (OSError, ValueError) as error:
-            return Missing("faulty", package, detail=f"{file}: {error}")
+            return Missing("faulty", package, detail=f"{package}/{folder}/{file.name} {error}")
+
+    def _generated(
+        self, package: str, type_: str, folder: str, home: Path | None
+    ) -> Interface | Missing:
+        """A definition from installed Python bindings, or what there is instead of it."""
+        names = {p.stem for p in (home / folder).glob(f"*.{folder}")} if home is not None else set()
+        for root, _ in self._order:
+            bindings = root.parent / "lib" / "python3" / "dist-packages" / package
+            if not _is_share(root) or not bindings.is_dir():
+                continue
+            parts = rosbindings.read(bindings, type_, folder)
+            if parts is not None:
+                named = zip(parts, _PARTS[folder], strict=True)
+                definitions = (_slotted(f"{package}/{type_}{part}", p) for p, part in named)
+                return Interface(package, type_, tuple(definitions))
+            names.update(rosbindings.names(bindings, folder))
+        if home is None and not names:
+            return Missing("package", package)
+        return Missing("file", package, tuple(sorted(names)))
+
+
+_PARTS = {"msg": ("",), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
+
+
+def _slotted(name: str, slots: rosbindings.Slots) -> Definition:
+    return Definition(name, tuple(Field(field, _parse_type(type_)) for field, type_ in slots))
+
+
+def _parse_type(text: str) -> FieldType:
+    base, bracket, length = text.rstrip("]").partition("[")
+    return FieldType(base, bool(bracket), int(length) if length else None)
 
 
 def _parts(text: str, package: str, type_: str, folder: str) -> Iterator[Definition]:
-    names = {
-        "msg": ("",),
-        "srv": ("Request", "Response"),
-        "action": ("Goal", "Result", "Feedback"),
-    }[folder]
+    names = _PARTS[folder]
     texts = [text] if folder == "msg" else re.split(r"^---.*$", text, flags=re.MULTILINE)
     if len(texts) != len(names):
         raise ValueError(f"has {len(texts)} parts instead of {len(names)}, separated by ---")
@@ -283,13 +312,8 @@ def _definition(text: str, name: str) -> Definition:
         spec = genmsg.msg_loader.load_msg_from_string(context, text, name)
     except genmsg.InvalidMsgSpec as error:
         raise ValueError(str(error)) from error
-    fields = (Field(field.name, _field_type(genmsg, field.type)) for field in spec.parsed_fields())
+    fields = (Field(field.name, _parse_type(field.type)) for field in spec.parsed_fields())
     return Definition(name, tuple(fields), tuple(c.name for c in spec.constants))
-
-
-def _field_type(genmsg: Any, text: str) -> FieldType:
-    base, is_array, length = genmsg.msgs.parse_type(text)
-    return FieldType(base, bool(is_array), length)
 
 
 @cache

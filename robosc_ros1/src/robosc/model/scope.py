@@ -76,7 +76,7 @@ def report_duplicate(what: str, second: Name, first: Span, report: Report) -> No
     report.add(
         "duplicate-name",
         second.span,
-        f"there is already a {what} '{second.text}'",
+        f"another {what} is called '{second.text}' already",
         "give one of them another name",
         [Note("the first one is here", first)],
     )

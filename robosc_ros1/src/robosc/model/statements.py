@@ -143,7 +143,7 @@ class StatementResolver:
         for item in node.fields:
             name = item.name.text
             if name in seen:
-                report_duplicate("value for", item.name, seen[name], self._report)
+                report_duplicate("value", item.name, seen[name], self._report)
                 whole = False
                 continue
             seen[name] = item.name.span

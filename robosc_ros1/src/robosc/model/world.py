@@ -165,6 +165,11 @@ class LibraryNames(Names):
                 found.append(instance.communications[name])
         return found
 
+    def _with_prefix(self) -> str:
+        assert self.own is not None and self.own.imported is not None
+        prefix = self.own.imported.prefix
+        return f" with prefix: {prefix.span.text}" if prefix is not None else ""
+
     def _import_of(self, wanted: Instance) -> Instance | None:
         assert self.own is not None and self.own.imported is not None
         if wanted is self.original:
@@ -180,7 +185,7 @@ class LibraryNames(Names):
             self.own.imported.component.span,
             f"{self.original.name} of library {library} refers to its component {wanted.name},"
             + (" which is not imported" if not found else " which is imported several times"),
-            f"add: component {wanted.name} from {library} import {wanted.name}"
+            f"add: component {wanted.name} from {library} import {wanted.name}{self._with_prefix()}"
             if not found
             else "give the imports that belong together one prefix",
             [Note(f"{wanted.name} is declared here", wanted.node.name.span)],
