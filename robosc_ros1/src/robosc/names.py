@@ -1,7 +1,8 @@
 """What may be a name: identifiers of the language, and graph and package names of ROS.
 
 ROS names follow http://wiki.ros.org/Names for ROS 1 and the stricter rules of
-https://design.ros2.org/articles/topic_and_service_names.html for ROS 2; package names follow REP 144.
+https://design.ros2.org/articles/topic_and_service_names.html for ROS 2; package names follow
+REP 144.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ def package_name(name: str) -> str:
 def ros_name_fault(name: str) -> str | None:
     """Why ROS does not allow ``name`` for a topic, service or action; None if it does.
 
-    Accepted are relative (``a/b``), absolute (``/a/b``) and private (``~a``) names that are valid in
-    ROS 1 and ROS 2 alike, so that one model serves both.
+    Accepted are relative (``a/b``), absolute (``/a/b``) and private (``~a``) names that are valid
+    in ROS 1 and ROS 2 alike, so that one model serves both.
     """
     if not name:
         return "it is empty"

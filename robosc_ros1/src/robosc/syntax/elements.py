@@ -30,7 +30,9 @@ from robosc.syntax.scan import MAX_FAULTS, Scan
 __all__ = ["Build", "Built", "Fault", "ModelText", "Nested", "Terminal", "skip_space", "text_of"]
 
 _SPACE = re.compile(r"[ \t\r\n]*")
-_LEXEME = re.compile(r"\^?\w+|\d+(?:\.\d+)?|\"[^\"\n]*\"?|'[^'\n]*'?|[=!<>:]=|=>|->|\.\.|.", re.ASCII)
+_LEXEME = re.compile(
+    r"\^?\w+|\d+(?:\.\d+)?|\"[^\"\n]*\"?|'[^'\n]*'?|[=!<>:]=|=>|->|\.\.|.", re.ASCII
+)
 _WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _QUOTED = re.compile(r"'(\w+)")
 _ADVICE = {
@@ -67,10 +69,10 @@ class ModelText(str):
 
     ``item_start`` is where the declaration begins that is being read; ``depth`` counts the levels
     of the construct that nests just now; ``settled`` is a place whose fault is already told: what
-    goes wrong exactly there is its consequence. ``reopened`` tells that a block was continued behind
-    its closing brace, so that the braces no longer count. ``broken`` collects the words of everything that
-    was skipped: names that later stages must not call unknown. ``lifted`` holds, by block, nodes of
-    declarations that stood in a block inside it.
+    goes wrong exactly there is its consequence. ``reopened`` tells that a block was continued
+    behind its closing brace, so that the braces no longer count. ``broken`` collects the words of
+    everything that was skipped: names that later stages must not call unknown. ``lifted`` holds,
+    by block, nodes of declarations that stood in a block inside it.
     """
 
     source: Source
@@ -215,9 +217,7 @@ class Terminal(Token):
 
     def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
         match = self._match(instring, loc)
-        if match is None or (
-            self._is_name and is_declaration(instring, loc, match.group())
-        ):
+        if match is None or (self._is_name and is_declaration(instring, loc, match.group())):
             raise ParseException(instring, loc, self.errmsg, self)
         end = match.end()
         if self._build is None:

@@ -200,9 +200,7 @@ class _Builder:
         assert operand.node is not None
         span = Span(self.text.source, pending.at, operand.end)
         node = UnaryNode(cast(Literal["!", "-"], pending.symbol), operand.node, span=span)
-        return self._limited(
-            _Operand(node, pending.at, operand.end, operand.depth + 1), pending.at
-        )
+        return self._limited(_Operand(node, pending.at, operand.end, operand.depth + 1), pending.at)
 
     def _binary(self, symbol: str, at: int, left: _Operand, right: _Operand) -> _Operand:
         assert left.node is not None and right.node is not None
@@ -226,9 +224,7 @@ class _Builder:
             left.end = right.end
             return left
         parts = [self._finished(left), right]
-        return _Operand(
-            None, left.start, right.end, 1, pending.symbol, parts, [pending.at]
-        )
+        return _Operand(None, left.start, right.end, 1, pending.symbol, parts, [pending.at])
 
     def _finished(self, operand: _Operand) -> _Operand:
         if operand.parts is None or operand.joints is None:

@@ -44,9 +44,7 @@ _ALL = "|".join(
     (*LOOKS, *_CLAUSES, "from", "to", "with", "use", "links", "import", "and", "or", "default")
 )
 _DECLARATION = re.compile("|".join(LOOKS.values()), re.ASCII)
-_CLAUSE = re.compile(
-    rf"(?:do|goto|needs|disables|not)[ \t]+(?!(?:{_ALL})\b){NAME}", re.ASCII
-)
+_CLAUSE = re.compile(rf"(?:do|goto|needs|disables|not)[ \t]+(?!(?:{_ALL})\b){NAME}", re.ASCII)
 _SUSPECTS = frozenset((*LOOKS, *_CLAUSES, "not"))
 
 

@@ -12,10 +12,11 @@ from pyparsing import ParserElement
 from robosc.errors import Diagnostic, Severity, UsageError, sort_diagnostics
 from robosc.names import IDENTIFIER
 from robosc.source import Source, Span
-from robosc.syntax.blocks import Block
+from robosc.syntax.blocks import Block, Header
 from robosc.syntax.elements import ModelText, skip_space, text_of
-from robosc.syntax.expressions import NAME, make_name
+from robosc.syntax.expressions import make_name
 from robosc.syntax.grammar import library_block, robot_block
+from robosc.syntax.keywords import NAME
 from robosc.syntax.nodes import FileNode
 from robosc.syntax.scan import MAX_FAULTS, scan
 
@@ -47,8 +48,8 @@ def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
 def parse(source: Source) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
     """The tree of what could be read, and every fault found on the way, in reading order.
 
-    The tree is None where no robot or library begins, and after too many errors. Declarations with faults are left out
-    of it; ``FileNode.broken`` has the words in them. Never raises for any text.
+    The tree is None where no robot or library begins, and after too many errors. Declarations with
+    faults are left out of it; ``FileNode.broken`` has the words in them. Never raises for any text.
     """
     scanned = scan(source)
     text = ModelText.of(source, scanned)
@@ -97,7 +98,7 @@ class _File(ParserElement):
         opened = _opening(text, start, loc, name is not None, kind, block)
         if opened is None:
             return len(text), []
-        end, declarations = block.read(text, opened, (start, loc))
+        end, declarations = block.read(text, opened, Header(start, loc))
         end, declarations = _rest(text, end, block, kind, declarations)
         if name is not None:
             span = text.span(start, end)
@@ -168,7 +169,7 @@ def _rest(
         if block.belongs(text, loc):
             end, declarations = block.read(text, loc, None, declarations)
         else:
-            end = text.settled = max(loc + 1, block.resume(text, loc, loc))
+            end = text.settled = max(loc + 1, block.landmarks.resume(text, loc, loc))
 
 
 def _trailing(text: ModelText, loc: int, kind: str, block: Block) -> None:

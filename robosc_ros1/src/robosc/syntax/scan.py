@@ -59,7 +59,7 @@ class Comment:
 class Scan:
     """``text`` is the source with blanks for all that the grammar shall not see.
 
-    ``faults`` are the places of all lexical faults in order; ``diagnostics`` tell of the first ones.
+    ``faults`` are the places of all lexical faults in order; ``diagnostics`` tell of the first.
     ``open_end`` tells that an unterminated comment has swallowed the rest of the file. ``binary``
     tells that the file is no text at all.
     """
