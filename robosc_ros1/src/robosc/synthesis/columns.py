@@ -2,9 +2,9 @@
 
 An expression over a few axes is evaluated for all their values in one go: each axis is a *column*,
 an array of indexes into its values, shaped so that numpy broadcasts columns against each other.
-Results equal :func:`robosc.ir.expr.evaluate` exactly: integers never overflow and never pass through
-a double that cannot hold them (Python's own integers take over where 64 bits might not do), and
-division is that of IEEE 754.
+Results equal :func:`robosc.ir.expr.evaluate` exactly: integers never overflow and never pass
+through a double that cannot hold them (Python's own integers take over where 64 bits might not do),
+and division is that of IEEE 754.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def _leaf(axis: Axis, expr: Expr, indexes: Indexes) -> NDArray[Any]:
             result: NDArray[Any] = indexes == axis.values.index(name)
             return result
         case PhaseRef():
-            return indexes == 1
+            return np.asarray(indexes == 1)
         case VariableRef(type=EnumType(values=names)):
             codes = [names.index(str(v)) for v in axis.values]
             return np.array(codes, dtype=np.int64)[indexes]

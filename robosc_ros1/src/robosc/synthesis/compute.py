@@ -12,8 +12,10 @@ from robosc.ir.automaton import Plant
 from robosc.model.expr import FALSE, TRUE
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.dense import DenseEngine, DenseSolution, Progress
+from robosc.synthesis.explain import explain_empty, explain_guards
 from robosc.synthesis.guards import Facts, make_guard
 from robosc.synthesis.layout import Layout
+from robosc.synthesis.search import DenseSystem
 
 __all__ = ["DEFAULT_MAX_STATES", "synthesize"]
 
@@ -41,13 +43,23 @@ def synthesize(
         raise too_large(plant, layout, max_states)
     dense = DenseEngine(plant, layout, progress)
     solution = dense.solve()
-    if solution is None:
-        return _empty(plant, "dense", time.perf_counter() - start, dense.plant_states)
+    if solution.empty:
+        return _empty(solution, time.perf_counter() - start)
     guards, transitions = _measure(plant, dense, solution)
     states = int(np.count_nonzero(solution.states))
     seconds = time.perf_counter() - start
+    explanations = explain_guards(DenseSystem(solution), guards)
     return Supervisor(
-        plant, "dense", seconds, dense.plant_states, states, transitions, guards, (), ()
+        plant=plant,
+        engine="dense",
+        seconds=seconds,
+        plant_states=dense.plant_states,
+        controlled_states=states,
+        controlled_transitions=transitions,
+        guards=guards,
+        explanations=explanations,
+        properties=(),
+        diagnostics=tuple(e.diagnostic for e in explanations if e.trace),
     )
 
 
@@ -74,13 +86,27 @@ def _measure(
     return tuple(guards), transitions
 
 
-def _empty(plant: Plant, engine: str, seconds: float, plant_states: int) -> Supervisor:
+def _empty(solution: DenseSolution, seconds: float) -> Supervisor:
+    plant = solution.engine.plant
     guards = tuple(
         Guard(e, FALSE, TRUE if e.requirement is None else e.requirement, "never")
         for e in plant.events
         if e.controllable
     )
-    return Supervisor(plant, engine, seconds, plant_states, 0, 0, guards, (), (), (), True)
+    explanation = explain_empty(DenseSystem(solution))
+    return Supervisor(
+        plant=plant,
+        engine="dense",
+        seconds=seconds,
+        plant_states=solution.engine.plant_states,
+        controlled_states=0,
+        controlled_transitions=0,
+        guards=guards,
+        explanations=(explanation,),
+        properties=(),
+        diagnostics=(explanation.diagnostic,),
+        empty=True,
+    )
 
 
 def too_large(plant: Plant, layout: Layout, max_states: int) -> StateSpaceError:

@@ -1,4 +1,4 @@
-"""The explicit engine: one boolean per state of the product, fixpoints as array operations in place.
+"""The explicit engine: one boolean per state of the product, fixpoints as operations in place.
 
 The product space holds states that are never reached; what the fixpoints say of those means nothing
 and does no harm, since nothing leads there. Sweeps go over the events in model order, so that those
@@ -43,12 +43,18 @@ class _Steps:
 
 @dataclass(frozen=True, eq=False)
 class DenseSolution:
-    """The controlled system: the states reached under control, in the engine's layout."""
+    """The controlled system, in the engine's layout.
+
+    ``states`` are those reached under control, ``good`` those that need not be avoided.
+    ``restricted`` tells whether synthesis forbids anything that the requirements allow, ``empty``
+    whether not even the initial state can be kept (then ``states`` mean nothing).
+    """
 
     engine: DenseEngine
     states: Bools
     good: Bools
     restricted: bool
+    empty: bool
 
 
 class DenseEngine:
@@ -80,8 +86,8 @@ class DenseEngine:
 
     # --- synthesis
 
-    def solve(self) -> DenseSolution | None:
-        """The controlled system; None if the supervisor is empty."""
+    def solve(self) -> DenseSolution:
+        """The controlled system."""
         initial = self.layout.index(self.plant.initial)
         assert initial is not None
         plant_stages = [step.plant for step in self.steps]
@@ -99,7 +105,7 @@ class DenseEngine:
             if bad:
                 self._close_bad(good)
             if not good[initial]:
-                return None
+                return DenseSolution(self, good, good, True, True)
             back = self._coreachable(good, restricted)
             before = np.count_nonzero(good)
             if restricted:
@@ -113,7 +119,7 @@ class DenseEngine:
         if restricted:
             states = self._only(initial)
             self._forward(states, required_stages, good)
-        return DenseSolution(self, states, good, restricted)
+        return DenseSolution(self, states, good, restricted, False)
 
     def _only(self, index: int) -> Bools:
         states = np.zeros(self.layout.size, np.bool_)
@@ -377,7 +383,7 @@ def _uncontrolled(op: Operation, good: Bools) -> None:
     safe = op.slice(good, op.targets[0])
     for target in op.targets[1:]:
         safe = safe & op.slice(good, target)
-    for number, (source, masks) in enumerate(op.sources):
+    for source, masks in op.sources:
         here = op.slice(good, source)
         kept = safe
         if masks:

@@ -10,6 +10,8 @@ from robosc.ir.step import Values
 from robosc.model.entities import EventKind
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
+from robosc.synthesis.system import make_step
+from robosc.synthesis.wording import path_text
 
 __all__ = [
     "event_document",
@@ -81,9 +83,14 @@ def explore_document(graph: Graph) -> dict[str, Any]:
         "transitions": [
             {
                 "source": t.source,
-                "event": _transition_event(
-                    plant, plant.events[t.event], t.values, graph.states[t.source],
-                    graph.states[t.target],
+                "event": step_document(
+                    make_step(
+                        plant,
+                        plant.events[t.event],
+                        t.values,
+                        graph.states[t.source],
+                        graph.states[t.target],
+                    )
                 ),
                 "controllable": plant.events[t.event].controllable,
                 "target": t.target,
@@ -108,21 +115,6 @@ def _state(plant: Plant, number: int, state: PlantState) -> dict[str, Any]:
     }
 
 
-def _transition_event(
-    plant: Plant, event: Event, values: Values, before: PlantState, after: PlantState
-) -> dict[str, Any]:
-    if event.kind is EventKind.TAU:
-        values = tau_values(plant, event, before, after)
-    return step_document(Step(event, values))
-
-
-def tau_values(plant: Plant, event: Event, before: PlantState, after: PlantState) -> Values:
-    """The value of a tau: ``("from->to",)``."""
-    axis = event.participants[0].axis
-    names = plant.axes[axis].values
-    return (f"{names[before[axis]]}->{names[after[axis]]}",)
-
-
 def _value(event: Event, values: Values) -> Any:
     if not event.parameters:
         return None
@@ -132,11 +124,3 @@ def _value(event: Event, values: Values) -> Any:
         path_text(parameter.path): value
         for parameter, value in zip(event.parameters, values, strict=True)
     }
-
-
-def path_text(path: tuple[str | int, ...]) -> str:
-    """``position.x``, ``items[0].kind``."""
-    text = ""
-    for part in path:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
-    return text

@@ -3,8 +3,8 @@
 Synthesis gives each controllable event a set of states; users want a condition. Where the
 requirements alone give the same set, their own wording is the guard. Otherwise an expression is
 made that is right in every state of the controlled system in which the plant can do the event, and
-means nothing elsewhere: the axes that do not matter are dropped one after another, and what the rest
-tells apart is covered by few and wide boxes (:mod:`robosc.synthesis.cover`).
+means nothing elsewhere: the axes that do not matter are dropped one after another, and what the
+rest tells apart is covered by few and wide boxes (:mod:`robosc.synthesis.cover`).
 
 Engines hand in their sets as :class:`Cases`; nothing here knows how they hold them.
 """
@@ -46,9 +46,9 @@ class Cases(Protocol):
 class Facts:
     """What an engine knows of a controllable event, of states of the controlled system alone.
 
-    ``required`` is how many states allow it in the plant under requirements, ``enabled`` in how many
-    of them it is allowed under control. The functions give the refused states among those in which
-    requirements allow it, and among all those in which the plant can do it.
+    ``required`` is how many states allow it in the plant under requirements, ``enabled`` in how
+    many of them it is allowed under control. The functions give the refused states among those in
+    which requirements allow it, and among all those in which the plant can do it.
     """
 
     required: int

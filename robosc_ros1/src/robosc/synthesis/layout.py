@@ -39,6 +39,24 @@ class Dim:
         return len(self.table)
 
     @cached_property
+    def _spread(self) -> tuple[int, ...]:
+        """One more than the largest value of each axis."""
+        return tuple(int(n) + 1 for n in self.table.max(axis=0))
+
+    @cached_property
+    def _codes(self) -> tuple[Indexes, Indexes]:
+        """The rows as single numbers, ascending, and the place of each."""
+        codes = np.ravel_multi_index(tuple(self.table.T), self._spread)
+        order = np.argsort(codes)
+        return codes[order], order
+
+    def find(self, columns: Sequence[Indexes]) -> Indexes:
+        """The places of many rows, each of which must be there; one array per axis."""
+        codes, order = self._codes
+        found = np.searchsorted(codes, np.ravel_multi_index(tuple(columns), self._spread))
+        return np.asarray(order[found], dtype=np.intp)
+
+    @cached_property
     def places(self) -> dict[tuple[int, ...], int]:
         return {tuple(row): place for place, row in enumerate(self.table.tolist())}
 

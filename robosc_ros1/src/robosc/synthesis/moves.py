@@ -1,9 +1,9 @@
 """The plant's events as conditions and writes over axes: what engines compile further.
 
 An event in all states is a set of *moves*. A move has a condition, a conjunction of sets of values
-per axis and of tests over several axes, and what it writes: per axis, which old values lead to which
-new ones. For one combination of parameter values the conditions of an event's moves exclude each
-other; combinations that behave alike share one move, whose writes are then sets.
+per axis and of tests over several axes, and what it writes: per axis, which old values lead to
+which new ones. For one combination of parameter values the conditions of an event's moves exclude
+each other; combinations that behave alike share one move, whose writes are then sets.
 
 Events with many participants are cut into *stages*, sets of moves that follow one another. No stage
 writes what a later one reads, so the result is that of all at once; within a stage exactly one move
@@ -25,7 +25,7 @@ from robosc.ir.automaton import Edge, Event, Participant, Plant
 from robosc.model.expr import Binary, Expr, Unary
 from robosc.model.types import BooleanType, EnumType
 from robosc.synthesis.columns import Bools, Columns, evaluate_columns, support
-from robosc.synthesis.parameters import Chosen, choices, defined_update, specialise
+from robosc.synthesis.parameters import Chosen, choices, defined_update, specialise, weight
 from robosc.synthesis.stages import stages_of
 
 __all__ = ["ALWAYS", "Compiler", "Condition", "EventMoves", "Factor", "Move", "Writes"]
@@ -143,8 +143,7 @@ class Compiler:
             stages.append(moves)
             leaving.extend(both for one in out if (both := one.both(entry)) is not None)
         required = (ALWAYS,) if event.requirement is None else self.condition(event.requirement)
-        weight = prod(len(p.values) for p in event.parameters)
-        return EventMoves(event, tuple(stages), tuple(leaving), required, weight)
+        return EventMoves(event, tuple(stages), tuple(leaving), required, weight(event))
 
     # --- conditions
 

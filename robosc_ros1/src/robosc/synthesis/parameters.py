@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
+from math import prod
 from typing import TypeAlias
 
 from robosc.ir.automaton import Event, Plant
 from robosc.ir.expr import conjunction, disjunction, negation
+from robosc.ir.step import Values, valuations
 from robosc.model.expr import FALSE, Binary, Expr, Literal, Unary, ValueRef, VariableRef, walk
 from robosc.model.types import BooleanType, Value
 
-__all__ = ["Chosen", "choices", "defined_update", "specialise"]
+__all__ = ["Chosen", "choices", "defined_update", "specialise", "weight"]
 
 Chosen: TypeAlias = Mapping[tuple[str | int, ...], Value | None]
 """Values by path."""
@@ -25,9 +27,23 @@ Chosen: TypeAlias = Mapping[tuple[str | int, ...], Value | None]
 def choices(event: Event, read: Iterable[Expr]) -> Iterator[Chosen]:
     """All combinations of the parameters that the expressions read; one, empty, if none."""
     paths = {node.path for expr in read for node in walk(expr) if isinstance(node, ValueRef)}
-    used = [p for p in event.parameters if p.path in paths]
-    for values in product(*(p.values for p in used)):
-        yield {p.path: value for p, value in zip(used, values, strict=True)}
+    used = [i for i, p in enumerate(event.parameters) if p.path in paths]
+    taken = [event.parameters[i] for i in used]
+    combinations: Iterable[Values]
+    if len(taken) > 1 and any(None in p.values for p in taken):
+        # Which missing parts go together is for the reference semantics to say.
+        combinations = dict.fromkeys(tuple(v[i] for i in used) for v in valuations(event))
+    else:
+        combinations = product(*(p.values for p in taken))
+    for values in combinations:
+        yield {p.path: value for p, value in zip(taken, values, strict=True)}
+
+
+def weight(event: Event) -> int:
+    """How many combinations of parameter values an event has."""
+    if any(None in p.values for p in event.parameters):
+        return sum(1 for _ in valuations(event))
+    return prod(len(p.values) for p in event.parameters)
 
 
 def specialise(guard: Expr, chosen: Chosen) -> Expr:

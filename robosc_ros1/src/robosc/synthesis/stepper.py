@@ -1,6 +1,6 @@
 """Single steps of a plant, compiled: :func:`robosc.ir.step.outcome` as Python functions.
 
-Exploring goes through every state, event and value; each event becomes one function of plain tuples.
+Exploring goes through every state, event and value; each event becomes one function of tuples.
 """
 
 from __future__ import annotations

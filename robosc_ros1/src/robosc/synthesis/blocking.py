@@ -1,0 +1,144 @@
+"""What is said of a state from which no marked state can be reached, whatever is done."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from robosc.ir.automaton import AxisKind, Edge, Event, Plant, PlantState
+from robosc.ir.step import Verdict, valuations
+from robosc.model.entities import EventKind
+from robosc.source import Span
+from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.system import steps_of
+from robosc.synthesis.wording import listing
+
+__all__ = ["Blocked", "why_blocked"]
+
+_MOST_STATES = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Blocked:
+    reason: str
+    remedy: str | None
+    span: Span | None
+
+
+def why_blocked(stepper: Stepper, path: Sequence[PlantState]) -> Blocked | None:
+    """Why no marked state can be reached from the end of a path; None if one can, or too far off.
+
+    The path is one of uncontrollable events; the last of them may be what the stuck component fails
+    to react to.
+    """
+    plant = stepper.plant
+    states = _reachable(stepper, path[-1])
+    if states is None or any(plant.is_marked(state) for state in states):
+        return None
+    stuck = [
+        number
+        for number, axis in enumerate(plant.axes)
+        if axis.marked is not None and not any(state[number] in axis.marked for state in states)
+    ]
+    if not stuck:
+        names = [
+            plant.axes[n].name
+            for n, axis in enumerate(plant.axes)
+            if axis.marked is not None and any(s[n] not in axis.marked for s in states)
+        ]
+        reason = f"{listing(names)} are never in marked states at the same time again"
+        return Blocked(reason, None, None)
+    axis = min(stuck, key=lambda n: plant.axes[n].kind is AxisKind.PHASE)
+    return _told(stepper, path, states, axis)
+
+
+def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
+    """All that the plant under its requirements reaches; None if that is too much."""
+    plant = stepper.plant
+    events = [(n, e, tuple(valuations(e))) for n, e in enumerate(plant.events)]
+    seen = {start}
+    states = [start]
+    for state in states:  # grows while it is walked
+        if plant.is_marked(state):
+            return states
+        for number, event, combinations in events:
+            if event.requirement is not None and not stepper.holds(event.requirement, state):
+                continue
+            for values in combinations:
+                target = stepper.outcome(number, values, state)
+                if not isinstance(target, Verdict) and target not in seen:
+                    seen.add(target)
+                    states.append(target)
+        if len(states) > _MOST_STATES:
+            return None
+    return states
+
+
+def _told(
+    stepper: Stepper, path: Sequence[PlantState], states: Sequence[PlantState], axis: int
+) -> Blocked:
+    plant = stepper.plant
+    places = sorted({state[axis] for state in states})
+    names = [str(plant.axes[axis].values[place]) for place in places]
+    name = plant.axes[axis].name
+    if plant.axes[axis].kind is AxisKind.PHASE:
+        return Blocked(f"{plant.robot.display_names[name]} stays busy for good", None, None)
+    if len(places) > 1:
+        reason = f"{name} never gets back to a marked state (it stays in {listing(names, 'or')})"
+        return Blocked(reason, None, plant.robot.component(name).span)
+    (place,) = places
+    reason = f"{name} is stuck in {name}.{names[0]}, from where no marked state can be reached"
+    behaviour = plant.robot.component(name).behaviour
+    assert behaviour is not None
+    return Blocked(reason, _remedy(stepper, path, axis, place), behaviour.states[place].span)
+
+
+def _remedy(stepper: Stepper, path: Sequence[PlantState], axis: int, place: int) -> str | None:
+    plant = stepper.plant
+    name = plant.axes[axis].name
+    here = str(plant.axes[axis].values[place])
+    back = plant.axes[axis].initial
+    for step in reversed(steps_of(stepper, path)):
+        event = step.event
+        if event.kind is EventKind.TAU or _edges(event, axis, place):
+            continue
+        others = _leaving_by(plant, event.key, axis, place)
+        if others:
+            # What leads out on a good result is the best guess for what should on a bad one.
+            target = plant.axes[axis].values[others[0].target]
+            direction = "to" if event.kind is EventKind.REQUEST else "from"
+            return (
+                f"add 'on {event.kind.value} {direction} {event.name} goto {target}'"
+                f" in state {here} of {name}"
+            )
+    leaving = [
+        event
+        for event in plant.events
+        if any(edge.target != place for edge in _edges(event, axis, place))
+    ]
+    if not leaving:
+        target = plant.axes[axis].values[back]
+        return f"nothing leaves state {here} of {name}: add a transition, as in 'goto {target}'"
+    return None
+
+
+def _edges(event: Event, axis: int, place: int) -> list[Edge]:
+    """What a component, told by its axis, does on an event in a state."""
+    return [
+        edge
+        for participant in event.participants
+        if participant.axis == axis
+        for edge in participant.edges
+        if edge.source == place
+    ]
+
+
+def _leaving_by(plant: Plant, key: str, axis: int, place: int) -> list[Edge]:
+    """Edges out of a state by other events of a communication."""
+    return [
+        edge
+        for event in plant.events
+        if event.key == key and event.kind is not EventKind.TAU
+        for edge in _edges(event, axis, place)
+        if edge.target != place
+    ]

@@ -1,0 +1,194 @@
+"""Reasons: why a command is restricted further than its requirements, or the supervisor is empty.
+
+The story of a refused command: a shortest path under control to a state in which the requirements
+would allow it; the command; then the uncontrollable events that lead on, over states that must all
+be avoided, to the first where the harm is plain: a state requirement fails, a variable leaves its
+range, or no marked state can be reached any more. Told from single steps (:class:`Stepper`), so
+that it does not depend on the engine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from robosc.errors import Diagnostic, Note, Severity
+from robosc.ir.automaton import Event, Plant, PlantState
+from robosc.ir.expr import conjunction, negation
+from robosc.ir.step import Outcome, Verdict, valuations
+from robosc.model.entities import EventKind
+from robosc.model.expr import FALSE
+from robosc.source import Span
+from robosc.supervisor import Explanation, Guard, Step
+from robosc.synthesis.blocking import why_blocked
+from robosc.synthesis.leaving import leaving_remedy
+from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
+from robosc.synthesis.wording import event_text, trace_text
+
+__all__ = ["explain_empty", "explain_guards"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Harm:
+    """A state to be avoided, and the path of uncontrollable events to it: ``states``, ``last``."""
+
+    states: tuple[PlantState, ...]
+    last: Step | None
+    reason: str
+    remedy: str | None
+    span: Span | None
+
+
+def explain_guards(system: System, guards: tuple[Guard, ...]) -> tuple[Explanation, ...]:
+    """An explanation per guard that is restricted or never."""
+    explainer = _Explainer(system)
+    return tuple(explainer.guard(guard) for guard in guards if guard.status != "as required")
+
+
+def explain_empty(system: System) -> Explanation:
+    """Why not even the initial state can be kept."""
+    return _Explainer(system).empty()
+
+
+class _Explainer:
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.plant: Plant = system.plant
+        self.stepper = Stepper(self.plant)
+
+    def empty(self) -> Explanation:
+        robot = self.plant.robot
+        harm = self._harm(self.plant.initial)
+        trace = self._trace(harm.states, harm.last)
+        start = f"after {trace_text(trace)}, which no controller can prevent, " if trace else ""
+        message = f"no controller can keep the requirements: {start}{harm.reason}"
+        diagnostic = Diagnostic(
+            Severity.ERROR, "empty-supervisor", message, robot.span, harm.remedy, _notes(harm)
+        )
+        return Explanation(None, message, trace, harm.remedy, diagnostic)
+
+    def guard(self, guard: Guard) -> Explanation:
+        event = guard.event
+        refused = conjunction([allowed(self.plant, event), negation(guard.expr)])
+        path = self.system.nearest(refused)
+        if path is None:
+            return self._never_asked(guard)
+        number = next(i for i, e in enumerate(self.plant.events) if e is event)
+        target = self.stepper.outcome(number, (), path[-1])
+        assert not isinstance(target, Verdict)
+        harm = self._harm(target)
+        command = make_step(self.plant, event, (), path[-1], target)
+        after = self._trace(harm.states, harm.last)
+        trace = (*steps_of(self.stepper, path), command, *after)
+        name = event_text(event)
+        never = guard.status == "never"
+        head = f"{name} can never be allowed" if never else f"{name} is restricted further"
+        before = trace_text(trace[: len(trace) - len(after)])
+        forced = f" the controller cannot prevent {trace_text(after)}; then" if after else ","
+        message = f"{head}: after {before}{forced} {harm.reason}"
+        diagnostic = Diagnostic(
+            Severity.WARNING,
+            "never-allowed" if never else "restricted-command",
+            message,
+            event.span,
+            harm.remedy,
+            _notes(harm),
+        )
+        return Explanation(event, message, trace, harm.remedy, diagnostic)
+
+    def _never_asked(self, guard: Guard) -> Explanation:
+        """Never, though synthesis takes nothing away: plant or requirements never allow it."""
+        event = guard.event
+        name = event_text(event)
+        path = self.system.nearest(possible(self.plant, event))
+        trace: tuple[Step, ...] = ()
+        if path is None:
+            reason = f"{name} never happens: {self._impossible(event)}"
+        elif event.kind is EventKind.CANCEL and guard.required == FALSE:
+            reason = f"{name} never happens: no requirement speaks of {event.name}"
+        else:
+            reason = (
+                f"{name} never happens: its requirements hold in no state of the controlled system"
+                " in which it is possible"
+            )
+        diagnostic = Diagnostic(Severity.WARNING, "never-allowed", reason, event.span)
+        return Explanation(event, reason, trace, None, diagnostic)
+
+    def _impossible(self, event: Event) -> str:
+        if event.kind is EventKind.CANCEL:
+            return f"{event.name} never runs in the controlled system"
+        if event.kind is EventKind.TAU:
+            return "the controlled system reaches no state in which it is possible"
+        return "the controlled system reaches no state in which all components agree to it"
+
+    def _trace(self, states: tuple[PlantState, ...], last: Step | None) -> tuple[Step, ...]:
+        steps = steps_of(self.stepper, states)
+        return steps if last is None else (*steps, last)
+
+    # --- the harm
+
+    def _harm(self, start: PlantState) -> _Harm:
+        """From a state that must be avoided to the nearest one where the harm is plain."""
+        paths: list[tuple[PlantState, ...]] = []
+        for path in self._unpreventable(start):
+            found = self._plain(path)
+            if found is not None:
+                return found
+            paths.append(path)
+        for path in paths:
+            blocked = why_blocked(self.stepper, path)
+            if blocked is not None:
+                return _Harm(path, None, blocked.reason, blocked.remedy, blocked.span)
+        return _Harm(
+            (start,),
+            None,
+            "each way back to a marked state passes through states that must be avoided",
+            None,
+            None,
+        )
+
+    def _unpreventable(self, start: PlantState) -> Iterator[tuple[PlantState, ...]]:
+        """Paths of uncontrollable events over states to be avoided, shortest first."""
+        seen = {start}
+        paths: list[tuple[PlantState, ...]] = [(start,)]
+        for path in paths:  # grows while it is walked
+            yield path
+            for _, target in self._uncontrollable(path[-1]):
+                if isinstance(target, Verdict) or target in seen:
+                    continue
+                if not self.system.is_good(target):
+                    seen.add(target)
+                    paths.append((*path, target))
+            if len(paths) > _MOST_PATHS:
+                return
+
+    def _uncontrollable(self, state: PlantState) -> Iterator[tuple[Step, Outcome]]:
+        for number, event in enumerate(self.plant.events):
+            if event.controllable:
+                continue
+            for values in valuations(event):
+                target = self.stepper.outcome(number, values, state)
+                if target is not Verdict.IMPOSSIBLE:
+                    yield Step(event, values), target
+
+    def _plain(self, path: tuple[PlantState, ...]) -> _Harm | None:
+        robot = self.plant.robot
+        state = path[-1]
+        for condition, index in self.plant.invariants:
+            if not self.stepper.holds(condition, state):
+                requirement = robot.requirements[index]
+                reason = f"'{requirement.text}' fails"
+                return _Harm(path, None, reason, None, requirement.span)
+        for step, target in self._uncontrollable(state):
+            if target is Verdict.OUT_OF_RANGE:
+                found = leaving_remedy(self.stepper, step, state)
+                return _Harm(path, step, found.reason, found.remedy, found.span)
+        return None
+
+
+_MOST_PATHS = 20_000
+
+
+def _notes(harm: _Harm) -> tuple[Note, ...]:
+    return () if harm.span is None else (Note("this is where it goes wrong", harm.span),)

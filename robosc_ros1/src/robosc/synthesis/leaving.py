@@ -1,0 +1,112 @@
+"""What is said of an uncontrollable event that takes a variable out of its range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robosc.ir.automaton import Edge, Participant, Plant, PlantState
+from robosc.ir.expr import Leaf, Undefined, evaluate, to_dsl
+from robosc.model.expr import Binary, Expr, Literal, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.model.types import BooleanType, Value
+from robosc.source import Span
+from robosc.supervisor import Step
+from robosc.synthesis.columns import axis_of
+from robosc.synthesis.stepper import Stepper
+
+__all__ = ["Leaving", "leaving_remedy"]
+
+
+@dataclass(frozen=True, slots=True)
+class Leaving:
+    reason: str
+    remedy: str | None
+    span: Span | None
+
+
+def leaving_remedy(stepper: Stepper, step: Step, state: PlantState) -> Leaving:
+    """Which variable leaves its range by the step, and which guard would prevent it."""
+    plant = stepper.plant
+
+    def lookup(leaf: Leaf) -> Value | None:
+        if isinstance(leaf, ValueRef):
+            return next(
+                value
+                for parameter, value in zip(step.event.parameters, step.values, strict=True)
+                if parameter.path == leaf.path
+            )
+        axis = axis_of(plant, leaf)
+        assert axis is not None
+        value = plant.axes[axis].values[state[axis]]
+        match leaf:
+            case StateRef(state=name):
+                return value == name
+            case PhaseRef():
+                return value == "busy"
+        return value
+
+    for participant in step.event.participants:
+        edge = _taken(participant, state, lookup)
+        for axis, expr in edge.updates if edge is not None else ():
+            try:
+                value = evaluate(expr, lookup)
+            except Undefined:
+                continue
+            if value not in plant.axes[axis].values:
+                assert edge is not None
+                return _told(plant, participant, edge, axis, expr, value, step)
+    raise AssertionError("no variable leaves its range")
+
+
+def _taken(participant: Participant, state: PlantState, lookup: object) -> Edge | None:
+    for edge in participant.edges:
+        if edge.source != state[participant.axis]:
+            continue
+        if edge.guard is None:
+            return edge
+        try:
+            if evaluate(edge.guard, lookup) is True:  # type: ignore[arg-type]
+                return edge
+        except Undefined:
+            continue
+    return None
+
+
+def _told(
+    plant: Plant,
+    participant: Participant,
+    edge: Edge,
+    axis: int,
+    expr: Expr,
+    value: Value,
+    step: Step,
+) -> Leaving:
+    name, values = plant.axes[axis].name, plant.axes[axis].values
+    reason = f"{name} leaves its range {values[0]}..{values[-1]} (it becomes {value})"
+    guard = _preventing(plant, axis, expr)
+    widen = f"widen the range of {name}"
+    if guard is None:
+        return Leaving(reason, widen, edge.span)
+    condition = to_dsl(guard, plant.robot)
+    event = step.event
+    where = (
+        f"'on {event.kind.value} from {event.name}' in state"
+        f" {plant.axes[participant.axis].values[edge.source]} of {participant.component}"
+    )
+    remedy = f"add 'if {condition}' to {where}, or {widen}"
+    return Leaving(reason, remedy, edge.span)
+
+
+def _preventing(plant: Plant, axis: int, expr: Expr) -> Expr | None:
+    """A guard that keeps ``x := x + c`` or ``x := x - c`` inside the range."""
+    values = plant.axes[axis].values
+    match expr:
+        case Binary(
+            operator="+" | "-" as op, left=VariableRef() as variable, right=Literal(value=int(by))
+        ) if axis_of(plant, variable) == axis:
+            shift = by if op == "+" else -by
+            if shift >= 0:
+                bound = int(values[-1]) - shift
+                return Binary("<=", variable, Literal(bound, variable.type), BooleanType())
+            bound = int(values[0]) - shift
+            return Binary(">=", variable, Literal(bound, variable.type), BooleanType())
+    return None

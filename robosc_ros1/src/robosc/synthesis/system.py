@@ -1,0 +1,130 @@
+"""What reports ask of a controlled system, whichever engine computed it.
+
+Questions are conditions over the state, as expressions: where the plant can do an event
+(:func:`possible`), where requirements allow it (:func:`allowed`), where the supervisor does
+(:func:`enabled`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Protocol
+
+from robosc.ir.automaton import Edge, Event, Participant, Plant, PlantState
+from robosc.ir.expr import conjunction, disjunction, negation
+from robosc.ir.step import Values, valuations
+from robosc.model.entities import EventKind
+from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, PhaseRef, StateRef
+from robosc.model.types import BooleanType, IntegerType
+from robosc.supervisor import Guard, Step
+from robosc.synthesis.stepper import Stepper
+
+__all__ = ["System", "allowed", "enabled", "make_step", "possible", "steps_of", "tau_values"]
+
+
+class System(Protocol):
+    """A plant under its supervisor."""
+
+    @property
+    def plant(self) -> Plant: ...
+
+    def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
+        """A shortest path, under control, from the initial state to one where the condition holds.
+
+        Both ends included; None if there is no such state in the controlled system.
+        """
+
+    def is_good(self, state: PlantState) -> bool:
+        """Whether a state need not be avoided.
+
+        Asked only of states that the plant under its requirements can reach.
+        """
+
+
+def possible(plant: Plant, event: Event) -> Expr:
+    """Where the plant can do a controllable event."""
+    parts: list[Expr] = []
+    if event.phase is not None:
+        busy = PhaseRef(plant.axes[event.phase.axis].name)
+        parts.append(busy if event.phase.source else negation(busy))
+    for participant in event.participants:
+        cases: list[Expr] = []
+        fails: dict[int, list[Expr]] = {}
+        for edge in participant.edges:
+            before = fails.setdefault(edge.source, [])
+            here = StateRef(participant.component, _location(plant, participant.axis, edge.source))
+            guard = [] if edge.guard is None else [edge.guard]
+            cases.append(conjunction([here, *before, *guard, *_inside(plant, edge)]))
+            before.append(FALSE if edge.guard is None else negation(edge.guard))
+        if not participant.blocking:
+            cases.append(_stays(plant, participant, fails))
+        parts.append(disjunction(cases))
+    return conjunction(parts)
+
+
+def _stays(plant: Plant, participant: Participant, fails: dict[int, list[Expr]]) -> Expr:
+    """Where no edge of a participant is taken."""
+    stays: list[Expr] = []
+    for place, conditions in fails.items():
+        location = _location(plant, participant.axis, place)
+        elsewhere = negation(StateRef(participant.component, location))
+        stays.append(disjunction([elsewhere, conjunction(conditions)]))
+    return conjunction(stays)
+
+
+def _location(plant: Plant, axis: int, place: int) -> str:
+    return str(plant.axes[axis].values[place])
+
+
+def _inside(plant: Plant, edge: Edge) -> Iterator[Expr]:
+    """That the edge's updates keep to the ranges."""
+    for axis, expr in edge.updates:
+        values = plant.axes[axis].values
+        if isinstance(values, range):
+            low = Literal(values[0], IntegerType())
+            high = Literal(values[-1], IntegerType())
+            yield Binary(">=", expr, low, BooleanType())
+            yield Binary("<=", expr, high, BooleanType())
+
+
+def allowed(plant: Plant, event: Event) -> Expr:
+    """Where the plant under its requirements can do a controllable event."""
+    return conjunction([TRUE if event.requirement is None else event.requirement,
+                        possible(plant, event)])  # fmt: skip
+
+
+def enabled(plant: Plant, guard: Guard) -> Expr:
+    """Where the supervisor lets a controllable event happen."""
+    return conjunction([guard.expr, possible(plant, guard.event)])
+
+
+def steps_of(stepper: Stepper, states: Sequence[PlantState]) -> tuple[Step, ...]:
+    """The events along a path of the plant under its requirements, the first that fit."""
+    return tuple(_step_between(stepper, before, after) for before, after in pairwise(states))
+
+
+def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> Step:
+    plant = stepper.plant
+    for number, event in enumerate(plant.events):
+        if event.requirement is not None and not stepper.holds(event.requirement, before):
+            continue
+        for values in valuations(event):
+            if stepper.outcome(number, values, before) == after:
+                return make_step(plant, event, values, before, after)
+    raise AssertionError("the states do not follow each other")
+
+
+def make_step(
+    plant: Plant, event: Event, values: Values, before: PlantState, after: PlantState
+) -> Step:
+    """One step of a trace; a tau's value says from where to where."""
+    if event.kind is EventKind.TAU:
+        values = tau_values(plant, event, before, after)
+    return Step(event, values)
+
+
+def tau_values(plant: Plant, event: Event, before: PlantState, after: PlantState) -> Values:
+    """The value of a tau: ``("from->to",)``."""
+    axis = event.participants[0].axis
+    return (f"{_location(plant, axis, before[axis])}->{_location(plant, axis, after[axis])}",)
