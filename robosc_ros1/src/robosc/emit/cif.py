@@ -1,0 +1,364 @@
+"""CIF 3 text of the plant, its requirements and its supervisor, for the Eclipse ESCET tools.
+
+Written after the CIF language reference and the manual of data-based controller synthesis
+(https://eclipse.dev/escet/cif/). What RoboSC leaves implicit, CIF wants said:
+
+- A CIF event happens only if *every* automaton that has it in its alphabet takes part. A component
+  that merely does not react to an uncontrollable event gets a self-loop for it.
+- A CIF event of synthesis carries no data: an event with a value becomes one event per value.
+- An assignment that leaves a range is a fault in CIF. Where that can happen, the edge's guard rules
+  it out, and for an uncontrollable event a requirement forbids the states in which it would.
+- Names of controllable events begin with ``c_``, of uncontrollable ones with ``u_``, as CIF asks.
+
+Synthesis in CIF knows booleans, enumerations and ranges of integers from 0 upwards, comparisons of
+their sums, and no reals. See :mod:`robosc.emit.cif_expr` for what that does to expressions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import product
+
+from robosc.emit.cif_expr import Context, Names, condition, in_range, initial, offset, update
+from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant
+from robosc.ir.expr import Undefined, evaluate
+from robosc.model.entities import EventKind, Requirement
+from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, StateRef, Unary, ValueRef
+from robosc.model.types import BooleanType, EnumType, IntegerType, Type, Value
+from robosc.supervisor import Supervisor
+
+__all__ = ["cif_plant", "cif_supervised"]
+
+
+def cif_plant(plant: Plant) -> str:
+    """Plant and requirements: the input of CIF's data-based synthesis."""
+    return _Writer(plant).specification()
+
+
+def cif_supervised(supervisor: Supervisor) -> str:
+    """The same with robosc's supervisor as an automaton of guards, for simulation and comparison."""
+    return _Writer(supervisor.plant).specification(supervisor)
+
+
+@dataclass(frozen=True, slots=True)
+class _Occurrence:
+    """An event with one value: an event of its own in CIF."""
+
+    event: Event
+    values: dict[tuple[str | int, ...], Value | None]
+    name: str
+
+
+@dataclass
+class _Writer:
+    plant: Plant
+    lines: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.names = Names()
+        self.context = Context(self.plant, self.names)
+        self.occurrences = list(self._occurrences())
+
+    def specification(self, supervisor: Supervisor | None = None) -> str:
+        robot = self.plant.robot
+        self.lines = [f"// {robot.name}: plant and requirements, written by robosc."]
+        self._enums()
+        self._events()
+        for component in robot.components:
+            if (AxisKind.LOCATION, component.name) in self.plant.axis_index:
+                self._component(component.name)
+            for communication in component.communications:
+                if communication.has_phase:
+                    self._phase(communication.key)
+        self._messages()
+        self._requirements()
+        if supervisor is not None:
+            self._supervisor(supervisor)
+        return "\n".join(self.lines) + "\n"
+
+    # --- declarations ------------------------------------------------------------------------
+
+    def _enums(self) -> None:
+        """One declaration per enum; literals carry its name, since enums may share values."""
+        enums = self.context.enums()
+        if enums:
+            self.lines.append("")
+        for enum, literals in enums:
+            self.lines.append(f"enum {enum} = {', '.join(literals)};")
+
+    def _events(self) -> None:
+        for word, controllable in (("controllable", True), ("uncontrollable", False)):
+            names = [o.name for o in self.occurrences if o.event.controllable == controllable]
+            if names:
+                self.lines.append("")
+                self.lines += [f"{word} {name};" for name in names]
+
+    def _occurrences(self) -> Iterator[_Occurrence]:
+        for event in self.plant.events:
+            for values in product(*(p.values for p in event.parameters)):
+                words = [_event_name(event), *(_value_name(value) for value in values)]
+                name = self.names.fresh("_".join(words))
+                paths = [p.path for p in event.parameters]
+                yield _Occurrence(event, dict(zip(paths, values, strict=True)), name)
+
+    # --- automata ----------------------------------------------------------------------------
+
+    def _component(self, name: str) -> None:
+        axis = self.plant.axes[self.plant.axis_index[AxisKind.LOCATION, name]]
+        self.lines += ["", f"plant automaton {self.context.automaton(name)}:"]
+        self.lines += [f"  {line}" for line in self._variables(name)]
+        for index, location in enumerate(axis.values):
+            marked = axis.marked is None or index in axis.marked
+            self.lines.append(f"  location {self.context.location(name, str(location))}:")
+            flags = ["initial;"] * (index == axis.initial) + ["marked;"] * marked
+            body = flags + [
+                line
+                for occurrence in self.occurrences
+                for participant in occurrence.event.participants
+                if participant.component == name
+                for line in self._edges(occurrence, participant, index)
+            ]
+            self.lines += [f"    {line}" for line in body]
+        self.lines.append("end")
+
+    def _variables(self, component: str) -> Iterator[str]:
+        for axis in self.plant.axes:
+            if axis.kind is AxisKind.VARIABLE and axis.name.split(".")[0] == component:
+                variable = self.context.variables[axis.name]
+                shift = offset(variable.type)
+                note = f" // minus {shift}" if shift else ""
+                start = initial(self.context, variable.type, axis.values[axis.initial])
+                type_ = self.context.type(variable.type)
+                name = self.context.own_variable(axis.name)
+                yield f"disc {type_} {name} = {start};{note}"
+
+    def _edges(
+        self, occurrence: _Occurrence, participant: Participant, location: int
+    ) -> Iterator[str]:
+        """The edges of one event in one location, and the self-loop that keeps it possible."""
+        left_over: list[Expr] = []
+        for edge in participant.edges:
+            if edge.source != location:
+                continue
+            guard = self._given(edge.guard, occurrence)
+            if guard == FALSE:
+                continue
+            conditions = [] if guard == TRUE else [condition(self.context, guard)]
+            updates = []
+            for axis, expr in self._updates(edge, occurrence):
+                conditions += in_range(self.context, self._type(axis), expr)
+                updates.append(self._update(axis, expr))
+            yield self._edge(occurrence, participant, location, edge, conditions, updates)
+            left_over.append(guard)
+        if not participant.blocking and TRUE not in left_over:
+            parts = [f"not {condition(self.context, guard, 9)}" for guard in left_over]
+            when = f" when {' and '.join(parts)}" if parts else ""
+            yield f"edge {occurrence.name}{when};"
+
+    def _edge(
+        self,
+        occurrence: _Occurrence,
+        participant: Participant,
+        location: int,
+        edge: Edge,
+        conditions: list[str],
+        updates: list[str],
+    ) -> str:
+        text = f"edge {occurrence.name}"
+        if conditions:
+            text += f" when {', '.join(conditions)}"
+        if updates:
+            text += f" do {', '.join(updates)}"
+        if edge.target != location:
+            names = self.plant.axes[participant.axis].values
+            target = self.context.location(participant.component, str(names[edge.target]))
+            text += f" goto {target}"
+        return f"{text};"
+
+    def _type(self, axis: int) -> Type:
+        return self.context.variables[self.plant.axes[axis].name].type
+
+    def _update(self, axis: int, expr: Expr) -> str:
+        name = self.plant.axes[axis].name
+        return f"{self.context.own_variable(name)} := {update(self.context, self._type(axis), expr)}"
+
+    def _updates(self, edge: Edge, occurrence: _Occurrence) -> Iterator[tuple[int, Expr]]:
+        """Assignments with the value put in; those that read a missing element drop out."""
+        for axis, expr in edge.updates:
+            try:
+                yield axis, _with_values(expr, occurrence.values)
+            except Undefined:
+                continue
+
+    def _given(self, guard: Expr | None, occurrence: _Occurrence) -> Expr:
+        if guard is None:
+            return TRUE
+        try:
+            return _with_values(guard, occurrence.values)
+        except Undefined:
+            return FALSE
+
+    def _phase(self, key: str) -> None:
+        """The automaton of a service or action itself."""
+        index = self.plant.axis_index[AxisKind.PHASE, key]
+        steps = [o for o in self.occurrences if o.event.phase and o.event.phase.axis == index]
+        self.lines += ["", f"plant automaton {self.context.phase(key)}:"]
+        for number, location in enumerate(("idle", "busy")):
+            self.lines.append(f"  location {location}:")
+            if location == "idle":
+                self.lines += ["    initial;", "    marked;"]
+            for occurrence in steps:
+                phase = occurrence.event.phase
+                assert phase is not None
+                if phase.source == number:
+                    goto = f" goto {('idle', 'busy')[phase.target]}"
+                    there = "" if phase.target == number else goto
+                    self.lines.append(f"    edge {occurrence.name}{there};")
+        self.lines.append("end")
+
+    def _messages(self) -> None:
+        """Messages that no component reacts to: always possible, changing nothing."""
+        free = [
+            o.name
+            for o in self.occurrences
+            if o.event.phase is None and not o.event.participants
+        ]
+        if free:
+            name = self.names.fresh("Messages")
+            self.lines += ["", f"plant automaton {name}:", "  location:"]
+            self.lines += ["    initial;", "    marked;"]
+            self.lines += [f"    edge {event};" for event in free]
+            self.lines.append("end")
+
+    # --- requirements ------------------------------------------------------------------------
+
+    def _requirements(self) -> None:
+        for requirement in self.plant.robot.requirements:
+            self.lines += ["", f"// {' '.join(requirement.text.split())}"]
+            self.lines += list(self._requirement(requirement))
+        self._cancels()
+        self._ranges()
+
+    def _requirement(self, requirement: Requirement) -> Iterator[str]:
+        text = condition(self.context, requirement.condition)
+        if requirement.kind == "always":
+            yield f"requirement invariant {text};"
+        elif requirement.kind == "never":
+            yield f"requirement invariant not ({text});"
+        for occurrence in self.occurrences:
+            event = occurrence.event
+            if event.kind is EventKind.REQUEST and event.key in requirement.communications:
+                if requirement.kind == "needs":
+                    yield f"requirement invariant {occurrence.name} needs {text};"
+                else:
+                    yield f"requirement invariant {text} disables {occurrence.name};"
+
+    def _cancels(self) -> None:
+        cancels = [o for o in self.occurrences if o.event.kind is EventKind.CANCEL]
+        if cancels:
+            self.lines += ["", "// An action is cancelled only where one of its requirements fails."]
+        for occurrence in cancels:
+            requirement = occurrence.event.requirement
+            text = condition(self.context, FALSE if requirement is None else requirement)
+            self.lines.append(f"requirement invariant {occurrence.name} needs {text};")
+
+    def _ranges(self) -> None:
+        """States in which an uncontrollable event would leave a range."""
+        found = [
+            text
+            for occurrence in self.occurrences
+            if not occurrence.event.controllable
+            for participant in occurrence.event.participants
+            for edge in participant.edges
+            for text in self._overflows(occurrence, participant, edge)
+        ]
+        if found:
+            self.lines += ["", "// What cannot be prevented must not take a variable out of its range."]
+            self.lines += list(dict.fromkeys(found))
+
+    def _overflows(
+        self, occurrence: _Occurrence, participant: Participant, edge: Edge
+    ) -> Iterator[str]:
+        guard = self._given(edge.guard, occurrence)
+        if guard == FALSE:
+            return
+        place = str(self.plant.axes[participant.axis].values[edge.source])
+        parts = [condition(self.context, StateRef(participant.component, place))]
+        phase = occurrence.event.phase
+        if phase is not None:
+            busy = ("idle", "busy")[phase.source]
+            parts.append(f"{self.context.phase(occurrence.event.key)}.{busy}")
+        if guard != TRUE:
+            parts.append(condition(self.context, guard, 3))
+        where = " and ".join(parts)
+        for axis, expr in self._updates(edge, occurrence):
+            inside = in_range(self.context, self._type(axis), expr)
+            if inside:
+                yield f"requirement invariant {where} => {' and '.join(inside)};"
+
+    # --- supervisor --------------------------------------------------------------------------
+
+    def _supervisor(self, supervisor: Supervisor) -> None:
+        guards = {(g.event.kind, g.event.key, g.event.index): g.expr for g in supervisor.guards}
+        name = self.names.fresh("Supervisor")
+        self.lines += ["", f"supervisor automaton {name}:", "  location:"]
+        self.lines += ["    initial;", "    marked;"]
+        for occurrence in self.occurrences:
+            event = occurrence.event
+            if event.controllable:
+                guard = condition(self.context, guards[event.kind, event.key, event.index])
+                self.lines.append(f"    edge {occurrence.name} when {guard};")
+        self.lines.append("end")
+
+
+def _event_name(event: Event) -> str:
+    prefix = "c" if event.controllable else "u"
+    name = event.name.replace(".", "_")
+    if event.kind is EventKind.TAU:
+        return f"{prefix}_{name}_tau{event.index}"
+    return f"{prefix}_{name}_{event.kind.value}"
+
+
+def _value_name(value: Value | None) -> str:
+    match value:
+        case None:
+            return "missing"
+        case bool():
+            return str(value).lower()
+        case int():
+            return f"m{-value}" if value < 0 else str(value)
+    return str(value)
+
+
+def _with_values(expr: Expr, values: dict[tuple[str | int, ...], Value | None]) -> Expr:
+    """The expression with ``value`` replaced by what it is.
+
+    Raises:
+        Undefined: a missing element decides, as it would when the expression is evaluated.
+    """
+    match expr:
+        case ValueRef(path=path, type=type_):
+            value = values[path]
+            if value is None:
+                raise Undefined
+            return Literal(value, type_)
+        case Unary(operator=operator, operand=operand):
+            return _folded(Unary(operator, _with_values(operand, values), expr.type))
+        case Binary(operator=operator, left=left, right=right):
+            first = _with_values(left, values)
+            decided = {"and": FALSE, "or": TRUE, "=>": FALSE}.get(operator)
+            if decided is not None and first == decided:
+                return TRUE if operator in ("or", "=>") else FALSE
+            return _folded(Binary(operator, first, _with_values(right, values), expr.type))
+    return expr
+
+
+def _folded(expr: Unary | Binary) -> Expr:
+    parts = [expr.operand] if isinstance(expr, Unary) else [expr.left, expr.right]
+    if not all(isinstance(part, Literal) for part in parts):
+        return expr
+    value = evaluate(expr, lambda leaf: None)
+    return Literal(value, BooleanType() if isinstance(value, bool) else expr.type)
+
+

@@ -1,0 +1,163 @@
+"""What people read about a generated package: its parameters and its README."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robosc.emit.controller import SORTS
+from robosc.emit.naming import place
+from robosc.ir.expr import to_dsl
+from robosc.model.entities import Communication, Kind, Robot
+from robosc.runtime import settings
+from robosc.runtime.model import Communication as Declared
+from robosc.supervisor import Supervisor
+
+__all__ = ["ParameterView", "ReadmeContext", "parameter_views", "readme_context"]
+
+
+@dataclass(frozen=True)
+class ParameterView:
+    """A private parameter; ``default`` as YAML, ``argument`` its name as a launch argument."""
+
+    name: str
+    argument: str
+    type: str
+    default: str
+    doc: str
+
+
+def parameter_views(robot: Robot) -> tuple[ParameterView, ...]:
+    declared = settings.declared(
+        [
+            Declared(c.key, robot.display_names[c.key], SORTS[c.kind])
+            for c in robot.communications.values()
+        ]
+    )
+    return tuple(
+        ParameterView(
+            p.name,
+            p.name.replace("/", "_"),
+            p.type,
+            _yaml(p.default),
+            p.meaning + (f" ({', '.join(p.choices)})" if p.choices else ""),
+        )
+        for p in declared
+    )
+
+
+def _yaml(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return f'"{value}"'
+    return str(value)
+
+
+@dataclass(frozen=True)
+class InterfaceView:
+    """A topic, service or action with its ROS type and the model's names for it."""
+
+    name: str
+    type: str
+    communication: str
+    place: str
+
+
+@dataclass(frozen=True)
+class GuardView:
+    event: str
+    guard: str
+    status: str
+    requirements: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class DiagramView:
+    """A component's automaton as lines of a mermaid state diagram."""
+
+    component: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ReadmeContext:
+    package: str
+    robot: str
+    source: str
+    subscribed: tuple[InterfaceView, ...]
+    published: tuple[InterfaceView, ...]
+    services: tuple[InterfaceView, ...]
+    actions: tuple[InterfaceView, ...]
+    parameters: tuple[ParameterView, ...]
+    guards: tuple[GuardView, ...]
+    diagrams: tuple[DiagramView, ...]
+
+
+def readme_context(
+    supervisor: Supervisor, package: str, source: str, parameters: tuple[ParameterView, ...]
+) -> ReadmeContext:
+    robot = supervisor.plant.robot
+
+    def interfaces(kind: Kind) -> tuple[InterfaceView, ...]:
+        return tuple(
+            _interface(c, robot) for c in robot.communications.values() if c.kind is kind
+        )
+
+    return ReadmeContext(
+        package=package,
+        robot=robot.name,
+        source=source,
+        subscribed=interfaces(Kind.OUTGOING),
+        published=interfaces(Kind.INCOMING),
+        services=interfaces(Kind.SERVICE),
+        actions=interfaces(Kind.ACTION),
+        parameters=parameters,
+        guards=tuple(_guards(supervisor)),
+        diagrams=tuple(_diagrams(robot)),
+    )
+
+
+def _interface(communication: Communication, robot: Robot) -> InterfaceView:
+    binding = communication.binding
+    suffix = "Action" if communication.kind is Kind.ACTION else ""
+    return InterfaceView(
+        communication.identifier,
+        f"{binding.package}/{binding.type}{suffix}",
+        robot.display_names[communication.key],
+        place(communication.span),
+    )
+
+
+def _guards(supervisor: Supervisor) -> list[GuardView]:
+    robot = supervisor.plant.robot
+    views = []
+    for guard in supervisor.guards:
+        event = guard.event
+        name = f"{event.name} {event.kind.value}" + (f" {event.index}" if event.index else "")
+        texts = tuple(
+            f"{robot.requirements[i].text} ({place(robot.requirements[i].span)})"
+            for i in event.requirements
+        )
+        views.append(GuardView(name, to_dsl(guard.expr, robot), guard.status, texts))
+    return views
+
+
+def _diagrams(robot: Robot) -> list[DiagramView]:
+    """Component automata in mermaid's syntax; transitions of every state leave from a note."""
+    views = []
+    for component in robot.components:
+        behaviour = component.behaviour
+        if behaviour is None:
+            continue
+        initial = next(s.name for s in behaviour.states if s.initial)
+        lines = [f"[*] --> {initial}"]
+        for state in behaviour.states:
+            for t in (*behaviour.transitions, *state.transitions):
+                label = f"{t.event.value} {robot.display_names[t.communication]}"
+                label += " [guarded]" if t.guard is not None else ""
+                lines.append(f"{state.name} --> {t.goto or state.name} : {label}")
+            for tau in (*behaviour.taus, *state.taus):
+                target = tau.goto or state.name
+                lines.append(f"{state.name} --> {target} : step {tau.index}")
+        views.append(DiagramView(component.name, tuple(dict.fromkeys(lines))))
+    return views

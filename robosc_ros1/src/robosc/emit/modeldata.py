@@ -1,0 +1,315 @@
+"""The model as plain data, for viewers (``~model``) and for the test that plays the robot.
+
+Nothing here is derived: components, transitions, requirements as the user wrote them. So the test of
+a package has the model from here and does not believe the controller.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robosc.emit.naming import place
+from robosc.ir.expr import to_dsl
+from robosc.model.entities import (
+    Behaviour,
+    Communication,
+    Component,
+    Data,
+    DataObject,
+    ResultTransition,
+    Robot,
+    Tau,
+)
+from robosc.model.expr import (
+    Binary,
+    Expr,
+    Literal,
+    PhaseRef,
+    StateRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+)
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+    Type,
+)
+from robosc.supervisor import Supervisor
+
+__all__ = ["model_document", "plant_data"]
+
+Json = Any
+
+
+def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
+    """The document of ``~model``: the model as a person reads it, expressions as text."""
+    robot = supervisor.plant.robot
+    names = robot.display_names
+    return {
+        "version": 1,
+        "robot": robot.name,
+        "source": source,
+        "components": [_component(component, robot) for component in robot.components],
+        "communications": [
+            {
+                "name": names[c.key],
+                "component": c.component,
+                "kind": c.kind.value,
+                "identifier": c.identifier,
+                "request": str(c.request),
+                "response": str(c.response),
+                "feedback": str(c.feedback),
+                "place": place(c.span),
+            }
+            for c in robot.communications.values()
+        ],
+        "requirements": [
+            {
+                "text": requirement.text,
+                "place": place(requirement.span),
+                "communications": [names[key] for key in requirement.communications],
+            }
+            for requirement in robot.requirements
+        ],
+        "commands": [
+            {
+                "event": _event(guard.event.kind.value, guard.event.name, guard.event.index),
+                "guard": to_dsl(guard.expr, robot),
+                "status": guard.status,
+            }
+            for guard in supervisor.guards
+        ],
+    }
+
+
+def _event(kind: str, name: str, index: int) -> dict[str, Json]:
+    event: dict[str, Json] = {"kind": kind, "name": name}
+    if index:
+        event["index"] = index
+    return event
+
+
+def _component(component: Component, robot: Robot) -> dict[str, Json]:
+    behaviour = component.behaviour
+    states: list[Json] = []
+    variables: list[Json] = []
+    transitions: list[Json] = []
+    if behaviour is not None:
+        states = [
+            {"name": s.name, "initial": s.initial, "marked": s.marked} for s in behaviour.states
+        ]
+        variables = [
+            {"name": v.name, "type": str(v.type), "initial": v.initial}
+            for v in behaviour.variables
+        ]
+        transitions = _transitions(behaviour, component.name, robot)
+    return {
+        "name": component.name,
+        "place": place(component.span),
+        "library": component.library,
+        "states": states,
+        "variables": variables,
+        "transitions": transitions,
+    }
+
+
+def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Json]:
+    """All transitions; ``from`` None stands for every state, ``to`` None for staying."""
+
+    def guard(expr: Expr | None) -> str | None:
+        return None if expr is None else to_dsl(expr, robot)
+
+    def result(state: str | None, transition: ResultTransition) -> Json:
+        name = robot.display_names[transition.communication]
+        return {
+            "from": state,
+            "to": transition.goto,
+            "event": _event(transition.event.value, name, 0),
+            "guard": guard(transition.guard),
+            "assignments": [
+                f"{a.variable} := {to_dsl(a.value, robot)}" for a in transition.assignments
+            ],
+            "place": place(transition.span),
+        }
+
+    def step(state: str | None, tau: Tau) -> Json:
+        return {
+            "from": state,
+            "to": tau.goto,
+            "event": _event("tau", component, tau.index),
+            "guard": guard(tau.guard),
+            "assignments": [],
+            "place": place(tau.span),
+        }
+
+    everywhere = [result(None, t) for t in behaviour.transitions]
+    everywhere += [step(None, t) for t in behaviour.taus]
+    return everywhere + [
+        entry
+        for state in behaviour.states
+        for entry in (
+            [result(state.name, t) for t in state.transitions]
+            + [step(state.name, t) for t in state.taus]
+        )
+    ]
+
+
+# --- the same with expressions as trees ----------------------------------------------------------
+
+
+def plant_data(robot: Robot) -> dict[str, Json]:
+    """What an interpreter needs: expressions and types as nested lists.
+
+    Expressions are ``["=", left, right]`` and the like, ``["!", e]``, ``["negative", e]``, and the
+    leaves ``["literal", v]``, ``["variable", "C.v"]``, ``["state", "C", "s"]``,
+    ``["value", path, type]``.
+    """
+    enums: dict[str, EnumType] = {}
+    return {
+        "robot": robot.name,
+        "components": [_plant_component(c, enums) for c in robot.components if c.behaviour],
+        "communications": [_plant_communication(c, robot, enums) for c in _communications(robot)],
+        "requirements": [
+            {
+                "kind": r.kind,
+                "communications": list(r.communications),
+                "condition": _tree(r.condition, enums),
+                "text": r.text,
+                "place": place(r.span),
+            }
+            for r in robot.requirements
+        ],
+        "provides": [
+            {
+                "communication": p.communication,
+                "condition": None if p.condition is None else _tree(p.condition, enums),
+                "data": _data(p.data, robot.communications[p.communication], enums),
+            }
+            for p in robot.provides
+        ],
+        "enums": _enum_tables(enums),
+    }
+
+
+def _communications(robot: Robot) -> list[Communication]:
+    return list(robot.communications.values())
+
+
+def _plant_communication(
+    communication: Communication, robot: Robot, enums: dict[str, EnumType]
+) -> Json:
+    binding = communication.binding
+    return {
+        "key": communication.key,
+        "name": robot.display_names[communication.key],
+        "kind": communication.kind.value,
+        "identifier": communication.identifier,
+        "interface": [binding.package, binding.type],
+        "response": _type(communication.response, enums),
+        "feedback": _type(communication.feedback, enums),
+        "response_field": binding.response_field,
+        "feedback_field": binding.feedback_field,
+    }
+
+
+def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
+    behaviour = component.behaviour
+    assert behaviour is not None
+    entries: list[tuple[str | None, ResultTransition]] = [
+        (None, t) for t in behaviour.transitions
+    ]
+    taus: list[tuple[str | None, Tau]] = [(None, t) for t in behaviour.taus]
+    for state in behaviour.states:
+        entries.extend((state.name, t) for t in state.transitions)
+        taus.extend((state.name, t) for t in state.taus)
+    return {
+        "name": component.name,
+        "states": [s.name for s in behaviour.states],
+        "initial": next(s.name for s in behaviour.states if s.initial),
+        "variables": [
+            {"name": v.name, "type": _type(v.type, enums), "initial": v.initial}
+            for v in behaviour.variables
+        ],
+        "transitions": [
+            {
+                "from": state,
+                "event": t.event.value,
+                "communication": t.communication,
+                "guard": None if t.guard is None else _tree(t.guard, enums),
+                "assign": [[a.variable, _tree(a.value, enums)] for a in t.assignments],
+                "goto": t.goto,
+            }
+            for state, t in entries
+        ],
+        "taus": [
+            {
+                "from": state,
+                "index": t.index,
+                "guard": None if t.guard is None else _tree(t.guard, enums),
+                "goto": t.goto,
+            }
+            for state, t in taus
+        ],
+    }
+
+
+def _data(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:
+    if isinstance(data, DataObject):
+        return {"fields": [[name, _data(d, communication, enums)] for name, d in data.fields]}
+    return {"field": communication.binding.request_field, "value": _tree(data, enums)}
+
+
+def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
+    match expr:
+        case Literal(value=value):
+            return ["literal", value]
+        case VariableRef(component=component, variable=name):
+            return ["variable", f"{component}.{name}"]
+        case StateRef(component=component, state=state):
+            return ["state", component, state]
+        case ValueRef(path=path, type=type_):
+            return ["value", list(path), _type(type_, enums)]
+        case Unary(operator=operator, operand=operand):
+            return ["negative" if operator == "-" else operator, _tree(operand, enums)]
+        case Binary(operator=operator, left=left, right=right):
+            return [operator, _tree(left, enums), _tree(right, enums)]
+        case PhaseRef():
+            raise TypeError("a phase in the text of a model")
+
+
+def _type(type_: Type, enums: dict[str, EnumType]) -> Json:
+    match type_:
+        case NoneType() | BooleanType() | StringType() | DoubleType():
+            return [str(type_)]
+        case IntegerType(bounds=bounds):
+            return ["integer", *(bounds or ())]
+        case ArrayType(element=element):
+            return ["array", _type(element, enums)]
+        case ObjectType(properties=properties):
+            return ["object", [[name, _type(inner, enums)] for name, inner in properties]]
+        case EnumType():
+            name = f"{type_.origin}.{type_.name}"
+            enums.setdefault(name, type_)
+            return ["enum", name]
+
+
+def _enum_tables(enums: dict[str, EnumType]) -> dict[str, Json]:
+    """All enums found, and those that their rules and sources mention."""
+    tables: dict[str, Json] = {}
+    while pending := [name for name in enums if name not in tables]:
+        for name in pending:
+            enum = enums[name]
+            tables[name] = {
+                "from": _type(enum.source, enums),
+                "values": list(enum.values),
+                "default": enum.default,
+                "rules": [[_tree(rule.condition, enums), rule.value] for rule in enum.rules],
+            }
+    return tables

@@ -1,0 +1,47 @@
+"""Names in generated code: unique, legal in Python, and close to what the user wrote."""
+
+from __future__ import annotations
+
+import builtins
+import keyword
+from collections.abc import Iterable
+from pathlib import Path
+
+from robosc.source import Span
+
+__all__ = ["Names", "field_attribute", "file_of", "place"]
+
+# Keywords that came after Python 3.8 or are about to come ("match" may stay a name).
+_WORDS = frozenset(keyword.kwlist) | frozenset(dir(builtins))
+
+
+class Names:
+    """Hands out identifiers, each once; a taken or reserved one gets a number behind it."""
+
+    def __init__(self, reserved: Iterable[str] = ()) -> None:
+        self._taken = set(_WORDS) | set(reserved)
+
+    def take(self, wish: str) -> str:
+        name = wish if wish.isidentifier() else f"n_{wish}"
+        if name in _WORDS:
+            name += "_"
+        candidate, number = name, 2
+        while candidate in self._taken:
+            candidate, number = f"{name}_{number}", number + 1
+        self._taken.add(candidate)
+        return candidate
+
+
+def field_attribute(name: str) -> str:
+    """A message's field as an attribute in Python: genpy puts ``_`` behind a keyword."""
+    return f"{name}_" if keyword.iskeyword(name) else name
+
+
+def file_of(span: Span) -> str:
+    """The model file's name without its folder, so that output does not depend on where it lies."""
+    return Path(span.source.path).name
+
+
+def place(span: Span) -> str:
+    """Where something stands in the model: ``line_follower.rscd:42``."""
+    return f"{file_of(span)}:{span.line}"

@@ -1,0 +1,177 @@
+"""Expressions and types of the model as Python source."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from robosc.emit.naming import field_attribute
+from robosc.ir.expr import Leaf, to_python
+from robosc.model.expr import (
+    Binary,
+    Expr,
+    Literal,
+    PhaseRef,
+    StateRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    walk,
+)
+from robosc.model.types import BooleanType, EnumType, IntegerType, StringType, Type, Value
+
+__all__ = [
+    "Attributes", "access", "converted", "converter_counts", "in_controller", "in_enum_rule",
+    "literal", "operand", "path_text", "reads_array", "within",
+]  # fmt: skip
+
+Path = tuple[str | int, ...]
+
+_LOCATION = "\0location"  # no variable can be called so
+
+
+@dataclass(frozen=True)
+class Attributes:
+    """The controller's attributes: component to its state, ``Component.variable``, key to phase."""
+
+    locations: Mapping[str, str]
+    variables: Mapping[str, str]
+    phases: Mapping[str, str]
+    enums: Mapping[EnumType, str]
+
+
+def literal(value: Value) -> str:
+    """A value as Python source, strings always in double quotes."""
+    if isinstance(value, str):
+        text = repr(value)
+        if text[0] == "'" and '"' not in text:
+            return f'"{text[1:-1]}"'
+        return text
+    return repr(value)
+
+
+def _literal(node: Literal) -> str:
+    return literal(node.value)
+
+
+def path_text(path: Path) -> str:
+    """A part of a value as users see it: ``pose.x``, ``ranges[0]``; empty for the whole."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")
+
+
+def reads_array(expr: Expr) -> bool:
+    """Whether the expression can be undefined."""
+    return any(
+        isinstance(part, ValueRef) and any(isinstance(p, int) for p in part.path)
+        for part in walk(expr)
+    )
+
+
+def in_controller(expr: Expr, attributes: Attributes) -> str:
+    """An expression over the controller's state and an event's ``value``.
+
+    The value of a basic type or enum is a plain one, that of an object a dict by path. An element
+    of an array may be None there.
+    """
+
+    def leaf(node: Leaf) -> str:
+        match node:
+            case VariableRef(component=component, variable=name):
+                if name == _LOCATION:
+                    return f"self.{attributes.locations[component]}"
+                return f"self.{attributes.variables[f'{component}.{name}']}"
+            case StateRef():
+                raise AssertionError("states are spread before")
+            case PhaseRef(communication=key):
+                return f"self.{attributes.phases[key]}"
+            case ValueRef(path=()):
+                return "value"
+            case ValueRef(path=path):
+                part = f"value[{literal(path_text(path))}]"
+                return f"given({part})" if any(isinstance(p, int) for p in path) else part
+
+    return to_python(_spread(expr), leaf, _literal)
+
+
+def _spread(expr: Expr) -> Expr:
+    """State tests as comparisons of the component's state, which need fewer parentheses."""
+    match expr:
+        case StateRef():
+            return _state_test("=", expr)
+        case Unary(operator="!", operand=StateRef() as state):
+            return _state_test("!=", state)
+        case Unary(operand=inner):
+            return replace(expr, operand=_spread(inner))
+        case Binary(left=left, right=right):
+            return replace(expr, left=_spread(left), right=_spread(right))
+    return expr
+
+
+def _state_test(operator: str, state: StateRef) -> Binary:
+    text = StringType()
+    location = VariableRef(state.component, _LOCATION, text)
+    return Binary(operator, location, Literal(state.state, text), BooleanType())
+
+
+def in_enum_rule(expr: Expr, enums: Mapping[EnumType, str]) -> str:
+    """An expression over the raw ``value`` that an enum converts."""
+
+    def leaf(node: Leaf) -> str:
+        if not isinstance(node, ValueRef):
+            raise TypeError(f"{node} in the rule of an enum")
+        return converted(node.type, access("value", node.path), enums)
+
+    return to_python(expr, leaf, _literal)
+
+
+def access(root: str, path: Path) -> str:
+    """A part of a ROS message by attributes and indexes."""
+    return root + "".join(
+        f"[{part}]" if isinstance(part, int) else f".{field_attribute(part)}" for part in path
+    )
+
+
+def converted(
+    type_: Type, text: str, enums: Mapping[EnumType, str], counter: str = "undefined"
+) -> str:
+    """What came in as a value of the language: enums applied, ranges checked."""
+    match type_:
+        case EnumType():
+            extra = f", {counter}" if converter_counts(type_) else ""
+            return f"{enums[type_]}({text}{extra})"
+        case IntegerType(bounds=(low, high)):
+            return f'in_range({text}, {low}, {high}, "the value")'
+    return text
+
+
+def converter_counts(enum: EnumType) -> bool:
+    """Whether a rule of the enum can be undefined, so that its function takes a counter."""
+    for rule in enum.rules:
+        for part in walk(rule.condition):
+            if isinstance(part, ValueRef):
+                if any(isinstance(p, int) for p in part.path):
+                    return True
+                if isinstance(part.type, EnumType) and converter_counts(part.type):
+                    return True
+    return False
+
+
+def within(expr: Expr, type_: Type) -> bool:
+    """Whether a value assigned to a variable of this type is surely in its range."""
+    if not (isinstance(type_, IntegerType) and type_.bounds):
+        return True
+    low, high = type_.bounds
+    match expr:
+        case Literal(value=int(value)):
+            return low <= value <= high
+        case VariableRef() | ValueRef() if isinstance(expr.type, IntegerType):
+            bounds = expr.type.bounds
+            return bounds is not None and low <= bounds[0] and bounds[1] <= high
+    return False
+
+
+def operand(expr: Expr, text: str) -> str:
+    """The text of a condition as an operand of ``and``."""
+    weak = isinstance(expr, Binary) and expr.operator in ("or", "=>")
+    return f"({text})" if weak else text
