@@ -153,13 +153,14 @@ def _excerpt(span: Span) -> tuple[tuple[str, str], str]:
     Tabs stay tabs in the lead so that the caret stands under its character in any terminal; a very
     long line is cut to the part around the span.
     """
-    text = "".join(c if c == "\t" or c.isprintable() else "�" for c in span.source.line(span.line))
+    text = span.source.line(span.line)
     start = span.column - 1
     end = span.end_column - 1 if span.end_line == span.line else len(text)
     if len(text) > _WIDEST:
         cut = max(0, min(start - _WIDEST // 4, len(text) - _WIDEST))
         text = text[cut : cut + _WIDEST]
         start, end = start - cut, min(end - cut, _WIDEST)
+    text = "".join(c if c == "\t" or c.isprintable() else "�" for c in text)
     lead = "".join(c if c == "\t" else " " for c in text[:start])
     number = f"{span.line:5} | "
     width = max(1, end - start)

@@ -105,7 +105,8 @@ class Block(ParserElement):
     def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
         text = text_of(instring)
         header = Header(text.item_start, loc)
-        return self.read(text, self._open(text, loc, header), header)
+        nodes: list[Any] = []
+        return self.read(text, self._open(text, loc, header), header, nodes), nodes
 
     # --- what may stand where ---
 
@@ -178,15 +179,11 @@ class Block(ParserElement):
             return junk.end()
         raise ParseException(text, loc, self.errmsg, self)
 
-    def read(
-        self, text: ModelText, loc: int, header: Header | None, before: Sequence[Any] = ()
-    ) -> tuple[int, list[Any]]:
-        """Declarations up to the closing brace; the place behind it, and their nodes.
+    def read(self, text: ModelText, loc: int, header: Header | None, nodes: list[Any]) -> int:
+        """Read declarations up to the closing brace into ``nodes``; the place behind it.
 
-        ``header`` is None for a block that is opened again, whose end nobody will miss; ``before``
-        are the nodes that such a block has already.
+        ``header`` is None for a block that is opened again, whose end nobody will miss.
         """
-        nodes: list[Any] = list(before)
         tail: tuple[str, ...] = ()
         while True:
             loc = skip_space(text, loc)
@@ -212,7 +209,8 @@ class Block(ParserElement):
                 self._close_early(text, loc, word, header)
                 break
             tail = ()
-        return loc, nodes + text.lifted.pop(self, [])
+        nodes += text.lifted.pop(self, [])
+        return loc
 
     def _rule(self, text: ModelText, loc: int) -> tuple[Rule | None, int]:
         """The rule for the declaration at ``loc``, and where its grammar goes on."""
@@ -268,7 +266,7 @@ class Block(ParserElement):
         """Something that begins no declaration of this block or of one around it."""
         if text.startswith("{", loc) and not nodes:
             text.report("unexpected-brace", "this '{' opens nothing", loc)
-            return loc + 1
+            return len(text) - len(text[loc:].lstrip("{ \t\n"))
         if word in self._inner:
             return self._open_again(text, loc, word, nodes)
         keyword = nearest_keyword(word, tuple(self.items.rules))
@@ -291,7 +289,8 @@ class Block(ParserElement):
             hint = "is there a '}' too many above?"
             text.report("unexpected-brace", f"'{word}' cannot stand here", loc, hint=hint)
         text.reopened = True
-        end, late = self.child.block.read(text, loc, None)
+        late: list[Any] = []
+        end = self.child.block.read(text, loc, None, late)
         if nodes and (node := self.child.adopt(nodes[-1], late)) is not None:
             nodes[-1] = node
         else:

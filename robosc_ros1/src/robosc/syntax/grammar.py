@@ -319,7 +319,8 @@ def _adopt(kind: type[ComponentNode] | type[BehaviourNode]) -> Callable[[Any, li
     """How a block that was closed too early gets the rest of its items."""
 
     def adopt(node: Any, late: list[Any]) -> Any:
-        return replace(node, items=(*node.items, *late)) if type(node) is kind else None
+        grown: Any = node
+        return replace(grown, items=(*grown.items, *late)) if isinstance(node, kind) else None
 
     return adopt
 

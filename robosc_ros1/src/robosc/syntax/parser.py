@@ -92,14 +92,15 @@ class _File(ParserElement):
         if kind is None:
             return len(text), []
         block = robot_block() if kind == "robot" else library_block()
-        name, loc = _header(text, loc, kind)
+        name, loc = _name(text, loc, kind)
         loc = skip_space(text, loc)
         text.item_start = start
         opened = _opening(text, start, loc, name is not None, kind, block)
         if opened is None:
             return len(text), []
-        end, declarations = block.read(text, opened, Header(start, loc))
-        end, declarations = _rest(text, end, block, kind, declarations)
+        declarations: list[Any] = []
+        end = block.read(text, opened, Header(start, loc), declarations)
+        end = _rest(text, end, block, kind, declarations)
         if name is not None:
             span = text.span(start, end)
             broken = frozenset(text.broken)
@@ -117,18 +118,19 @@ def _kind(text: ModelText, start: int) -> tuple[Literal["robot", "library"] | No
         hint = f"did you mean '{near[0]}'?" if near else None
         text.report("syntax", "expected 'robot' or 'library'", start, hint=hint)
     if match and near:
+        text.settled = skip_space(text, match.end())
         return cast(Literal["robot", "library"], near[0]), match.end()
     return None, start
 
 
-def _header(text: ModelText, loc: int, kind: str) -> tuple[Any, int]:
+def _name(text: ModelText, loc: int, kind: str) -> tuple[Any, int]:
     loc = skip_space(text, loc)
     match = _NAME.match(text, loc)
     if match:
         return make_name(text, loc, match.end(), match.group()), match.end()
-    if not text.has_lexical_fault(0, loc + 1):
+    if text.settled != loc and not text.has_lexical_fault(0, loc + 1):
         text.report("syntax", f"expected a name for the {kind}", loc)
-        text.settled = skip_space(text, loc)
+    text.settled = loc
     return None, loc
 
 
@@ -147,10 +149,8 @@ def _opening(
     return junk.end() + 1 if junk else None
 
 
-def _rest(
-    text: ModelText, end: int, block: Block, kind: str, declarations: list[Any]
-) -> tuple[int, list[Any]]:
-    """What follows the closing brace: nothing, or the traces of a brace too many.
+def _rest(text: ModelText, end: int, block: Block, kind: str, declarations: list[Any]) -> int:
+    """Read what follows the closing brace: nothing, or the traces of a brace too many.
 
     Only the first trace is reported; further declarations are read all the same.
     """
@@ -159,15 +159,15 @@ def _rest(
         loc = skip_space(text, end)
         word = _WORD.match(text, loc)
         if loc >= text.body_end:
-            return end, declarations
+            return end
         if not told:
             _trailing(text, loc, kind, block)
             told = True
         if word and word.group() in ("robot", "library"):
-            return end, declarations
+            return end
         text.settled = loc
         if block.belongs(text, loc):
-            end, declarations = block.read(text, loc, None, declarations)
+            end = block.read(text, loc, None, declarations)
         else:
             end = text.settled = max(loc + 1, block.landmarks.resume(text, loc, loc))
 
