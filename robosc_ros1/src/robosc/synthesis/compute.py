@@ -13,8 +13,10 @@ from robosc.model.expr import FALSE, TRUE
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.dense import DenseEngine, DenseSolution, Progress
 from robosc.synthesis.explain import explain_empty, explain_guards
+from robosc.synthesis.folding import fold
 from robosc.synthesis.guards import Facts, make_guard
 from robosc.synthesis.layout import Layout
+from robosc.synthesis.moves import Compiler
 from robosc.synthesis.search import DenseSystem
 
 __all__ = ["DEFAULT_MAX_STATES", "synthesize"]
@@ -38,10 +40,12 @@ def synthesize(
         StateSpaceError: the product is larger than ``max_states``, and no other engine may be used.
     """
     start = time.perf_counter()
-    layout = Layout.plain(plant)
+    compiler = Compiler(plant)
+    moves = [compiler.event(event) for event in plant.events]
+    layout = fold(plant, moves)
     if layout.size > max_states:
         raise too_large(plant, layout, max_states)
-    dense = DenseEngine(plant, layout, progress)
+    dense = DenseEngine(compiler, moves, layout, progress)
     solution = dense.solve()
     if solution.empty:
         return _empty(solution, time.perf_counter() - start)

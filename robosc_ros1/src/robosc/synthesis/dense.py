@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robosc.ir.automaton import Event, Plant
+from robosc.ir.automaton import Event
 from robosc.synthesis.cases import DenseCases
 from robosc.synthesis.columns import Bools
+from robosc.synthesis.kernels import Stages, backward, forward, image, preimage, uncontrolled
 from robosc.synthesis.layout import Layout, Operation
 from robosc.synthesis.moves import Compiler, Condition, EventMoves
 
@@ -60,21 +61,26 @@ class DenseSolution:
 class DenseEngine:
     """Synthesis over a layout; allocates arrays of ``layout.size`` bytes, three at the most."""
 
-    def __init__(self, plant: Plant, layout: Layout, progress: Progress | None = None) -> None:
-        self.plant = plant
+    def __init__(
+        self,
+        compiler: Compiler,
+        moves: Iterable[EventMoves],
+        layout: Layout,
+        progress: Progress | None = None,
+    ) -> None:
+        self.plant = compiler.plant
         self.layout = layout
-        self.compiler = Compiler(plant)
+        self.compiler = compiler
         self._progress = progress
         self.plant_states = 0
-        self.steps = tuple(self._compile(event) for event in plant.events)
+        self.steps = tuple(self._compile(event) for event in moves)
 
-    def _compile(self, event: Event) -> _Steps:
-        moves = self.compiler.event(event)
+    def _compile(self, moves: EventMoves) -> _Steps:
         plant = tuple(
             tuple(op for move in stage for op in self.layout.operations(move))
             for stage in moves.stages
         )
-        if event.requirement is None:
+        if moves.event.requirement is None:
             return _Steps(moves, plant, plant)
         first = tuple(
             op
@@ -129,7 +135,7 @@ class DenseEngine:
     def _forward(
         self,
         states: Bools,
-        events: Sequence[tuple[tuple[Operation, ...], ...]],
+        events: Sequence[Stages],
         within: Bools | None = None,
     ) -> None:
         """Add all that is reached from ``states``, inside ``within`` if given."""
@@ -139,9 +145,9 @@ class DenseEngine:
             for stages in events:
                 if len(stages) == 1:
                     for op in stages[0]:
-                        _forward(op, states, states, within)
+                        forward(op, states, states, within)
                 else:
-                    reached = self._image(stages, states)
+                    reached = image(stages, states)
                     if within is not None:
                         reached &= within
                     np.logical_or(states, reached, out=states)
@@ -180,9 +186,9 @@ class DenseEngine:
             for stages in events:
                 if len(stages) == 1:
                     for op in stages[0]:
-                        _uncontrolled(op, good)
+                        uncontrolled(op, good)
                 else:
-                    lost = self._preimage(stages, np.logical_not(good))
+                    lost = preimage(stages, np.logical_not(good))
                     np.logical_and(good, np.logical_not(lost), out=good)
 
         self._fixpoint("states to be avoided", good, sweep, 0)
@@ -207,9 +213,9 @@ class DenseEngine:
             for stages in events:
                 if len(stages) == 1:
                     for op in stages[0]:
-                        _backward(op, back, within)
+                        backward(op, back, within)
                 else:
-                    found = self._preimage(stages, back)
+                    found = preimage(stages, back)
                     if within is not None:
                         found &= within
                     np.logical_or(back, found, out=back)
@@ -236,27 +242,6 @@ class DenseEngine:
             if self._progress is not None:
                 self._progress(what, now, states.size)
 
-    # --- events in stages
-
-    def _image(self, stages: Sequence[Sequence[Operation]], states: Bools) -> Bools:
-        for stage in stages:
-            after = np.zeros(self.layout.size, np.bool_)
-            for op in stage:
-                _forward(op, states, after, None)
-            states = after
-        return states
-
-    def _preimage(self, stages: Sequence[Sequence[Operation]], states: Bools) -> Bools:
-        for stage in reversed(stages):
-            before = np.zeros(self.layout.size, np.bool_)
-            for op in stage:
-                found = _targets(op, states)
-                for number in range(len(op.sources)):
-                    here = op.slice(before, op.sources[number][0])
-                    np.logical_or(here, _masked(op, number, found), out=here)
-            states = before
-        return states
-
     # --- counting
 
     def count(self, states: Bools, conditions: Iterable[Condition]) -> int:
@@ -280,12 +265,10 @@ class DenseEngine:
         """How many of ``states`` allow an event in the plant."""
         return self._count_steps(step.plant, states, None)
 
-    def _count_steps(
-        self, stages: Sequence[Sequence[Operation]], states: Bools, within: Bools | None
-    ) -> int:
+    def _count_steps(self, stages: Stages, states: Bools, within: Bools | None) -> int:
         if len(stages) > 1:
             everything = np.ones(self.layout.size, np.bool_) if within is None else within
-            before = self._preimage(stages, everything)
+            before = preimage(stages, everything)
             return int(np.count_nonzero(np.logical_and(before, states, out=before)))
         total = 0
         for op in stages[0]:
@@ -303,13 +286,11 @@ class DenseEngine:
         np.logical_and(refused, np.logical_not(allowed), out=refused)
         return DenseCases(self.plant, self.layout.dims, allowed, refused)
 
-    def _sources_of(
-        self, stages: Sequence[Sequence[Operation]], states: Bools, within: Bools | None
-    ) -> Bools:
+    def _sources_of(self, stages: Stages, states: Bools, within: Bools | None) -> Bools:
         """The states that allow a controllable event, and lead inside ``within`` if given."""
         if len(stages) > 1:
             everything = np.ones(self.layout.size, np.bool_) if within is None else within
-            before = self._preimage(stages, everything)
+            before = preimage(stages, everything)
             return np.logical_and(before, states, out=before)
         found = np.zeros(self.layout.size, np.bool_)
         for op in stages[0]:
@@ -329,66 +310,3 @@ class DenseEngine:
         values = np.zeros(self.plant.axes[phase.axis].size, np.bool_)
         values[phase.source] = True
         return self.count(states, [Condition({phase.axis: values})]) * step.moves.weight
-
-
-def _masked(op: Operation, number: int, states: Bools) -> Bools:
-    for mask in op.sources[number][1]:
-        states = states & op.mask(mask)
-    return states
-
-
-def _sources(op: Operation, states: Bools) -> Bools:
-    """All sources of an operation in one."""
-    found = op.source(states, 0)
-    for number in range(1, len(op.sources)):
-        found = found | op.source(states, number)
-    return found
-
-
-def _targets(op: Operation, states: Bools) -> Bools:
-    """All targets of an operation in one."""
-    found = op.slice(states, op.targets[0])
-    for target in op.targets[1:]:
-        found = found | op.slice(states, target)
-    return found
-
-
-def _forward(op: Operation, states: Bools, after: Bools, within: Bools | None) -> None:
-    if op.stays and states is after:
-        return
-    found = _sources(op, states)
-    for target in op.targets:
-        here = op.slice(after, target)
-        if within is None:
-            np.logical_or(here, found, out=here)
-        else:
-            np.logical_or(here, found & op.slice(within, target), out=here)
-
-
-def _backward(op: Operation, states: Bools, within: Bools | None) -> None:
-    if op.stays:
-        return
-    found = _targets(op, states)
-    for number, (source, _) in enumerate(op.sources):
-        here = op.slice(states, source)
-        add = _masked(op, number, found)
-        if within is not None:
-            add = add & op.slice(within, source)
-        np.logical_or(here, add, out=here)
-
-
-def _uncontrolled(op: Operation, good: Bools) -> None:
-    if op.stays:
-        return
-    safe = op.slice(good, op.targets[0])
-    for target in op.targets[1:]:
-        safe = safe & op.slice(good, target)
-    for source, masks in op.sources:
-        here = op.slice(good, source)
-        kept = safe
-        if masks:
-            where = op.mask(masks[0])
-            for mask in masks[1:]:
-                where = where & op.mask(mask)
-            kept = np.logical_or(safe, np.logical_not(where))
-        np.logical_and(here, kept, out=here)

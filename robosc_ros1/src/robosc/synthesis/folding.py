@@ -1,0 +1,159 @@
+"""Axes that depend on each other, folded into one dimension before anything is allocated.
+
+A component often mirrors the phase of its service, and then half of the combinations of the two
+never occur. For a group of axes, the combinations that the plant can reach are over-approximated
+by looking at the group alone: conditions on other axes are taken to hold. What is found is closed
+under every event of the plant, so all reachable states have their combination among it, and the
+others need no place in memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from robosc.ir.automaton import Plant
+from robosc.synthesis.columns import Bools
+from robosc.synthesis.kernels import Stages, forward, image
+from robosc.synthesis.layout import Dim, Layout
+from robosc.synthesis.moves import Condition, EventMoves, Move
+
+__all__ = ["fold"]
+
+_LARGEST_LOOK = 2**14
+"""Groups with more combinations than this are not looked at."""
+_LARGEST_DIM = 256
+_WORTH = 0.75
+"""A fold must leave at most this part of the combinations: long dimensions make more operations."""
+
+
+def fold(plant: Plant, moves: Sequence[EventMoves]) -> Layout:
+    """The layout of a plant with dependent axes in common dimensions.
+
+    The size of the layout bounds the memory of the engine and is what ``max_states`` speaks of.
+    """
+    folder = _Folder(plant, moves)
+    folder.reduce_axes()
+    folder.merge()
+    return Layout(plant, sorted(folder.dims(), key=lambda dim: dim.axes[0]))
+
+
+class _Folder:
+    def __init__(self, plant: Plant, moves: Sequence[EventMoves]) -> None:
+        self.plant = plant
+        self.moves = moves
+        self.written = [_written(event) for event in moves]
+        self.touched = [
+            written | _read(event) for event, written in zip(moves, self.written, strict=True)
+        ]
+        self.dim_of = {
+            number: Dim((number,), np.arange(axis.size).reshape(-1, 1))
+            for number, axis in enumerate(plant.axes)
+        }
+
+    def dims(self) -> list[Dim]:
+        return list({id(dim): dim for dim in self.dim_of.values()}.values())
+
+    def reduce_axes(self) -> None:
+        """Drop the values that an axis never takes."""
+        for axis, dim in self.dim_of.items():
+            if 1 < dim.size <= _LARGEST_LOOK:
+                self.dim_of[axis] = self._reached([dim])
+
+    def merge(self) -> None:
+        """Fold groups, the most dependent first, as long as it pays."""
+        ranked = []
+        for first, second in sorted(self._related()):
+            one, other = self.dim_of[first], self.dim_of[second]
+            if min(one.size, other.size) > 1 and one.size * other.size <= _LARGEST_LOOK:
+                ratio = self._reached([one, other]).size / (one.size * other.size)
+                if ratio <= _WORTH:
+                    ranked.append((ratio, first, second))
+        for _, first, second in sorted(ranked):
+            one, other = self.dim_of[first], self.dim_of[second]
+            most = one.size * other.size
+            if one is other or most > _LARGEST_LOOK:
+                continue
+            joint = self._reached([one, other])
+            if joint.size <= _LARGEST_DIM and joint.size <= _WORTH * most:
+                self.dim_of.update(dict.fromkeys(joint.axes, joint))
+
+    def _related(self) -> set[tuple[int, int]]:
+        """Pairs of axes of which one event writes one and reads or writes the other."""
+        return {
+            (min(a, b), max(a, b))
+            for written, touched in zip(self.written, self.touched, strict=True)
+            for a in written
+            for b in touched
+            if a != b
+        }
+
+    def _reached(self, dims: Sequence[Dim]) -> Dim:
+        """The combinations of some dimensions that can occur, as one dimension."""
+        axes = tuple(axis for dim in dims for axis in dim.axes)
+        layout = Layout(self.plant, dims)
+        events = [
+            stages
+            for event, written in zip(self.moves, self.written, strict=True)
+            if not written.isdisjoint(axes)
+            for stages in [self._projected(event, layout, set(axes))]
+        ]
+        states = np.zeros(layout.size, np.bool_)
+        states[_place(layout, self.plant)] = True
+        before, now = 0, 1
+        while before != now < layout.size:
+            for stages in events:
+                _apply(stages, states)
+            before, now = now, int(np.count_nonzero(states))
+        places = np.flatnonzero(states)
+        columns = []
+        for dim, stride in zip(layout.dims, layout.strides, strict=True):
+            columns.append(dim.table[places // stride % dim.size])
+        table = np.concatenate(columns, axis=1)
+        order = np.argsort(axes)
+        return Dim(tuple(sorted(axes)), table[:, order])
+
+    def _projected(self, event: EventMoves, layout: Layout, axes: set[int]) -> Stages:
+        return tuple(
+            tuple(op for move in _distinct(stage, axes) for op in layout.operations(move))
+            for stage in event.stages
+        )
+
+
+def _apply(stages: Stages, states: Bools) -> None:
+    if len(stages) == 1:
+        for op in stages[0]:
+            forward(op, states, states, None)
+    else:
+        np.logical_or(states, image(stages, states), out=states)
+
+
+def _place(layout: Layout, plant: Plant) -> int:
+    place = layout.index(plant.initial)
+    assert place is not None
+    return place
+
+
+def _distinct(stage: Iterable[Move], axes: set[int]) -> list[Move]:
+    """The moves as far as they concern some axes, each once."""
+    found: dict[tuple[object, ...], Move] = {}
+    for move in stage:
+        condition = Condition(
+            {axis: values for axis, values in move.condition.allowed.items() if axis in axes},
+            tuple(factor for factor in move.condition.factors if axes.issuperset(factor.axes)),
+        )
+        writes = {axis: write for axis, write in move.writes.items() if axis in axes}
+        found[condition.key(), tuple(sorted(writes.items()))] = Move(condition, writes)
+    return list(found.values())
+
+
+def _written(event: EventMoves) -> set[int]:
+    return {axis for stage in event.stages for move in stage for axis in move.writes}
+
+
+def _read(event: EventMoves) -> set[int]:
+    conditions = [move.condition for stage in event.stages for move in stage]
+    return {axis for condition in conditions for axis in condition.allowed} | {
+        axis for condition in conditions for factor in condition.factors for axis in factor.axes
+    }
