@@ -1,0 +1,99 @@
+"""Synthesis with the symbolic engine: from a plant to the same supervisor as the dense engine's."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+
+from robosc.errors import StateSpaceError
+from robosc.ir.automaton import Event, Plant
+from robosc.ir.expr import conjunction
+from robosc.model.expr import FALSE, TRUE, Expr
+from robosc.supervisor import Explanation, Guard, Supervisor
+from robosc.synthesis.bdd_cases import SymbolicCases, TooWide, wide_condition
+from robosc.synthesis.bdd_diagrams import DEFAULT_MEMORY, available, install_hint
+from robosc.synthesis.bdd_engine import Progress, SymbolicEngine, SymbolicSolution
+from robosc.synthesis.bdd_events import EventRelation
+from robosc.synthesis.bdd_search import SymbolicSystem
+from robosc.synthesis.explain import explain_empty, explain_guards
+from robosc.synthesis.guards import Facts, make_guard
+
+__all__ = ["available", "install_hint", "synthesize_bdd"]
+
+
+def synthesize_bdd(
+    plant: Plant, progress: Progress | None = None, memory: int = DEFAULT_MEMORY
+) -> Supervisor:
+    """The supervisor of a plant; an empty one is a result, not an error.
+
+    Raises:
+        StateSpaceError: the library is missing, or ``memory`` bytes do not suffice.
+    """
+    start = time.perf_counter()
+    try:
+        solution = SymbolicEngine(plant, progress, memory).solve()
+        guards = tuple(
+            _guard(solution, event)
+            for event in solution.engine.events
+            if plant.events[event.number].controllable
+        )
+        transitions = solution.controlled_transitions
+        seconds = time.perf_counter() - start
+        system = SymbolicSystem(solution)
+        explanations: tuple[Explanation, ...]
+        if solution.empty:
+            explanations = (explain_empty(system),)
+        else:
+            explanations = explain_guards(system, guards)
+    except MemoryError:
+        raise _too_large(plant, memory) from None
+    return Supervisor(
+        plant=plant,
+        engine="bdd",
+        seconds=seconds,
+        plant_states=solution.plant_states,
+        controlled_states=solution.controlled_states,
+        controlled_transitions=transitions,
+        guards=guards,
+        explanations=explanations,
+        properties=(),
+        diagnostics=tuple(e.diagnostic for e in explanations if e.trace or solution.empty),
+        empty=solution.empty,
+    )
+
+
+def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
+    plant = solution.engine.plant
+    event = plant.events[relation.number]
+    if solution.empty:
+        return Guard(event, FALSE, _required(event), "never")
+    encoding = solution.engine.encoding
+    enabled = solution.enabled(relation)
+    possible = solution.possible(relation)
+    required = possible & relation.required
+    axes = tuple(range(len(plant.axes)))
+    cases = partial(SymbolicCases, encoding, axes, enabled)
+    facts = Facts(
+        required=encoding.count(required),
+        enabled=encoding.count(enabled),
+        within_requirement=lambda: cases(required & ~enabled),
+        within_plant=lambda: cases(possible & ~enabled),
+    )
+    try:
+        return make_guard(plant, event, facts)
+    except TooWide:
+        extra = wide_condition(cases(required & ~enabled))
+        return Guard(event, conjunction([_required(event), extra]), _required(event), "restricted")
+
+
+def _required(event: Event) -> Expr:
+    return TRUE if event.requirement is None else event.requirement
+
+
+def _too_large(plant: Plant, memory: int) -> StateSpaceError:
+    ranked = sorted(plant.axes, key=lambda axis: -axis.size)
+    names = ", ".join(f"{axis.name} ({axis.size} values)" for axis in ranked[:5])
+    return StateSpaceError(
+        f"the symbolic engine ran out of the {memory // 2**20} MB that it may use. The largest"
+        f" contributors are {names}: narrow their ranges, or drop variables that no condition needs"
+    )

@@ -1,0 +1,158 @@
+"""Decision diagrams: the library behind the symbolic engine, found late and kept within a limit.
+
+The library is OxiDD (https://oxidd.net), an optional extra. It was chosen over CUDD (``dd``) by
+measurement: twelve times faster on transfer lines, exact counts of any size, an error instead of a
+full machine when the nodes run out, and one wheel for every Python from 3.9 on all platforms.
+Methods and algorithms: Bryant, "Graph-based algorithms for Boolean function manipulation", IEEE
+Trans. Computers 35(8), 1986.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Protocol, TypeAlias, TypeVar
+
+from robosc.errors import StateSpaceError
+
+__all__ = ["DEFAULT_MEMORY", "Diagrams", "Set", "available", "install_hint"]
+
+DEFAULT_MEMORY = 2 * 2**30
+"""Bytes that the diagrams of one synthesis may take."""
+
+_BYTES_PER_NODE = 36  # measured, with the unique table, at the worst moment of its growth
+_BYTES_PER_CACHE_ENTRY = 24
+_CACHE_ENTRIES = 2**20
+_FEWEST_NODES = 2**16
+
+_Result = TypeVar("_Result")
+
+
+class Set(Protocol):
+    """A set of states: a boolean function. Equal sets are equal objects, and hash alike."""
+
+    def __and__(self, other: Set, /) -> Set: ...
+
+    def __or__(self, other: Set, /) -> Set: ...
+
+    def __invert__(self) -> Set: ...
+
+    def __hash__(self) -> int: ...
+
+    def __eq__(self, other: object, /) -> bool: ...
+
+
+Renaming: TypeAlias = Any
+"""A substitution of variables for others, prepared by :meth:`Diagrams.renaming`."""
+
+
+def available() -> bool:
+    """Whether the library can be imported."""
+    return importlib.util.find_spec("oxidd") is not None
+
+
+def install_hint() -> str:
+    """What to type so that the library is found by the Python that runs now."""
+    python = sys.executable or "python3"
+    options = "" if sys.prefix != sys.base_prefix else " --user --break-system-packages"
+    hint = f"{python} -m pip install{options} oxidd"
+    if importlib.util.find_spec("pip") is None:
+        hint = f"sudo apt install python3-pip && {hint}"
+    return hint
+
+
+class Diagrams:
+    """All diagrams of one synthesis, over ``variables`` boolean variables in their fixed order.
+
+    Operations raise MemoryError when the nodes that fit into ``memory`` bytes are used up; nothing
+    is allocated beyond that.
+    """
+
+    def __init__(self, variables: int, memory: int = DEFAULT_MEMORY) -> None:
+        if not available():
+            raise StateSpaceError(
+                f"the symbolic engine needs the Python package oxidd; type: {install_hint()}"
+            )
+        from oxidd import bdd, util
+
+        entries = min(_CACHE_ENTRIES, max(2**12, memory // 8 // _BYTES_PER_CACHE_ENTRY))
+        rest = memory - entries * _BYTES_PER_CACHE_ENTRY
+        self.capacity = max(_FEWEST_NODES, rest // _BYTES_PER_NODE)
+        self.variables = variables
+        self._and = util.BooleanOperator.AND
+        self._function: Any = bdd.BDDFunction
+        self._manager = bdd.BDDManager(self.capacity, entries, 1)
+        self._manager.add_vars(variables)
+        self.true: Set = self._manager.true()
+        self.false: Set = self._manager.false()
+
+    def literal(self, variable: int, positive: bool) -> Set:
+        found: Set = (
+            self._manager.var(variable) if positive else self._manager.not_var(variable)
+        )
+        return found
+
+    def cube(self, variables: Iterable[int]) -> Set:
+        """The conjunction of variables, which names them as a set to quantify over."""
+        result = self.true
+        for variable in sorted(variables, reverse=True):
+            result = self.literal(variable, True) & result
+        return result
+
+    def union(self, sets: Iterable[Set]) -> Set:
+        """All of them, pairwise, so that intermediate results stay small."""
+        level = list(sets)
+        while len(level) > 1:
+            pairs = [a | b for a, b in zip(level[::2], level[1::2], strict=False)]
+            level = pairs + level[len(pairs) * 2 :]
+        return level[0] if level else self.false
+
+    def exists(self, states: Any, cube: Set) -> Set:
+        found: Set = states.exists(cube)
+        return found
+
+    def conjoin_exists(self, first: Any, second: Set, cube: Set) -> Set:
+        """The conjunction, with the variables of ``cube`` quantified away on the way."""
+        found: Set = first.apply_exists(self._and, second, cube)
+        return found
+
+    def renaming(self, pairs: Sequence[tuple[int, int]]) -> Renaming:
+        """Each first variable becomes the second one."""
+        return self._function.make_substitution(
+            [(old, self.literal(new, True)) for old, new in pairs]
+        )
+
+    def rename(self, states: Any, renaming: Renaming) -> Set:
+        found: Set = states.substitute(renaming)
+        return found
+
+    def count(self, states: Any, free: int) -> int:
+        """How many assignments of all variables but ``free`` ones, which it does not read."""
+        exact: int = states.sat_count(self.variables)
+        return exact >> free
+
+    def pick(self, states: Any) -> Sequence[bool | None]:
+        """One assignment of a set that is not empty; None where a variable may be either."""
+        found: Sequence[bool | None] = states.pick_cube()
+        return found
+
+    def size(self, states: Any) -> int:
+        found: int = states.node_count()
+        return found
+
+    @property
+    def nodes(self) -> int:
+        """Nodes in use, those not collected yet included."""
+        found: int = self._manager.approx_num_inner_nodes()
+        return found
+
+    def run(self, operation: Callable[[], _Result]) -> _Result:
+        """An operation, a second time after collecting garbage if the nodes ran out."""
+        if self.nodes > self.capacity // 2:
+            self._manager.gc()
+        try:
+            return operation()
+        except MemoryError:
+            self._manager.gc()
+            return operation()

@@ -1,0 +1,374 @@
+"""Axes and parameters as boolean variables, expressions as sets of states.
+
+An axis of n values takes the bits of the numbers below n, the most significant one first; each bit
+has a second variable beside it for the value after an event. Codes that stand for no value are in
+no set of states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+from robosc.errors import StateSpaceError
+from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
+from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.model.expr import (
+    Binary,
+    Expr,
+    PhaseRef,
+    StateRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    walk,
+)
+from robosc.model.types import Value
+from robosc.synthesis.bdd_diagrams import Diagrams, Set
+from robosc.synthesis.bdd_order import order_items
+
+__all__ = ["Encoding", "Partition", "Source", "axes_read"]
+
+_MOST_PAIRS = 2**22
+
+Source: TypeAlias = int | tuple[int, int]
+"""Where a leaf reads: an axis, or (number of the event, number of its parameter)."""
+
+Partition: TypeAlias = list[tuple[Value | None, Set]]
+"""The values that an expression can have, each once, with the states where it has it.
+
+None: it is undefined."""
+
+
+def axes_read(plant: Plant, expr: Expr) -> set[int]:
+    """The axes that an expression reads."""
+    return {axis for leaf in _leaves(expr) if (axis := _axis_of(plant, leaf)) is not None}
+
+
+def _leaves(expr: Expr) -> Iterator[Leaf]:
+    for node in walk(expr):
+        if isinstance(node, VariableRef | StateRef | PhaseRef | ValueRef):
+            yield node
+
+
+def _axis_of(plant: Plant, leaf: Leaf) -> int | None:
+    match leaf:
+        case VariableRef(component=component, variable=name):
+            return plant.axis_index[AxisKind.VARIABLE, f"{component}.{name}"]
+        case StateRef(component=component):
+            return plant.axis_index[AxisKind.LOCATION, component]
+        case PhaseRef(communication=key):
+            return plant.axis_index[AxisKind.PHASE, key]
+        case ValueRef():
+            return None
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    """The variables of an axis or parameter; ``after`` is empty for a parameter."""
+
+    size: int
+    now: tuple[int, ...]
+    after: tuple[int, ...]
+
+
+class Encoding:
+    """The variables of one plant, and sets over them."""
+
+    def __init__(self, plant: Plant, memory: int) -> None:
+        self.plant = plant
+        parameters = [
+            (e, p) for e, event in enumerate(plant.events) for p in range(len(event.parameters))
+        ]
+        items: list[Source] = [*range(len(plant.axes)), *parameters]
+        self._blocks: dict[Source, _Block] = {}
+        first = 0
+        for item in order_items(len(items), _groups(plant, items)):
+            block = self._block(items[item], first)
+            self._blocks[items[item]] = block
+            first += len(block.now) + len(block.after)
+        self.diagrams = Diagrams(first, memory)
+        self._bits = sum(len(self._blocks[axis].now) for axis in range(len(plant.axes)))
+
+    def _block(self, source: Source, first: int) -> _Block:
+        if isinstance(source, int):
+            size = self.plant.axes[source].size
+            bits = (size - 1).bit_length()
+            places = range(first, first + 2 * bits)
+            return _Block(size, tuple(places[::2]), tuple(places[1::2]))
+        event, number = source
+        size = len(self.plant.events[event].parameters[number].values)
+        return _Block(size, tuple(range(first, first + (size - 1).bit_length())), ())
+
+    # --- sets of states
+
+    def place(self, axis: int) -> int:
+        """Where an axis stands in the order: its first variable."""
+        now = self._blocks[axis].now
+        return now[0] if now else 0
+
+    def value(self, source: Source, index: int) -> Set:
+        """The states in which an axis (or parameter) has the value of this index."""
+        return self._indexes(self._blocks[source].now, (index,))
+
+    def values(self, source: Source, indexes: Collection[int]) -> Set:
+        """The states in which an axis (or parameter) has one of these values."""
+        return self._indexes(self._blocks[source].now, indexes)
+
+    def value_after(self, axis: int, index: int) -> Set:
+        return self._indexes(self._blocks[axis].after, (index,))
+
+    def all_values(self, source: Source) -> Set:
+        return self.values(source, range(self._blocks[source].size))
+
+    def unchanged(self, axis: int) -> Set:
+        """The axis has the same value after the event as before."""
+        block = self._blocks[axis]
+        return self.diagrams.union(
+            self.value(axis, index) & self.value_after(axis, index) for index in range(block.size)
+        )
+
+    def _indexes(self, variables: Sequence[int], indexes: Collection[int]) -> Set:
+        diagrams = self.diagrams
+
+        def build(depth: int, chosen: Collection[int]) -> Set:
+            if not chosen:
+                return diagrams.false
+            if depth == len(variables) or len(chosen) == 1 << len(variables) - depth:
+                return diagrams.true
+            bit = 1 << len(variables) - depth - 1
+            high = build(depth + 1, [i for i in chosen if i & bit])
+            low = build(depth + 1, [i for i in chosen if not i & bit])
+            if high == low:
+                return high
+            variable = variables[depth]
+            return (diagrams.literal(variable, True) & high) | (
+                diagrams.literal(variable, False) & low
+            )
+
+        return build(0, indexes)
+
+    @cached_property
+    def initial(self) -> Set:
+        return self.state(self.plant.initial)
+
+    def state(self, state: PlantState) -> Set:
+        result = self.diagrams.true
+        for axis in sorted(range(len(state)), key=self.place, reverse=True):
+            result = self.value(axis, state[axis]) & result
+        return result
+
+    @cached_property
+    def marked(self) -> Set:
+        result = self.diagrams.true
+        for number, axis in enumerate(self.plant.axes):
+            if axis.marked is not None:
+                result = result & self.values(number, axis.marked)
+        return result
+
+    def pick(self, states: Set) -> PlantState:
+        """One state of a set that is not empty."""
+        assignment = self.diagrams.pick(states)
+        state = []
+        for axis in range(len(self.plant.axes)):
+            index = 0
+            for variable in self._blocks[axis].now:
+                index = index << 1 | bool(assignment[variable])
+            state.append(index)
+        return tuple(state)
+
+    def least(self, states: Set) -> PlantState:
+        """The first state of a set that is not empty, in the order of axes and their values."""
+        state = []
+        for axis in range(len(self.plant.axes)):
+            for index in range(self._blocks[axis].size):
+                here = states & self.value(axis, index)
+                if here != self.diagrams.false:
+                    states = here
+                    state.append(index)
+                    break
+        return tuple(state)
+
+    def count(self, states: Set) -> int:
+        """How many states, exactly."""
+        return self.diagrams.count(states, self.diagrams.variables - self._bits)
+
+    def count_with_parameters(self, event: int, states: Set) -> int:
+        """How many pairs of a state and a combination of the event's parameter values."""
+        bits = self._bits + sum(len(self._blocks[p].now) for p in self.parameters(event))
+        return self.diagrams.count(states, self.diagrams.variables - bits)
+
+    def parameters(self, event: int) -> list[Source]:
+        return [(event, n) for n in range(len(self.plant.events[event].parameters))]
+
+    def now(self, sources: Iterable[Source]) -> Set:
+        """The variables of axes and parameters before an event, to quantify over."""
+        return self.diagrams.cube(v for source in sources for v in self._blocks[source].now)
+
+    def after(self, axes: Iterable[int]) -> Set:
+        return self.diagrams.cube(v for axis in axes for v in self._blocks[axis].after)
+
+    def pairs(self, axes: Iterable[int]) -> list[tuple[int, int]]:
+        """The variables of axes before and after an event."""
+        return [
+            pair
+            for axis in axes
+            for pair in zip(self._blocks[axis].now, self._blocks[axis].after, strict=True)
+        ]
+
+    # --- expressions
+
+    def holds(self, expr: Expr, event: int | None = None) -> Set:
+        """Where a condition is true; ``event`` is the one whose ``value`` it reads."""
+        found = self.partition(expr, event)
+        return next((states for value, states in found if value is True), self.diagrams.false)
+
+    def partition(self, expr: Expr, event: int | None = None) -> Partition:
+        """The values of an expression."""
+        sources = {self._source(leaf, event) for leaf in _leaves(expr)}
+        if len(sources) <= 1:
+            return self._of_one_source(expr, sources, event)
+        match expr:
+            case Unary(operator=op, operand=operand):
+                return self._unary(op, self.partition(operand, event))
+            case Binary(operator="and" | "or" | "=>" as op, left=left, right=right):
+                first = self.partition(left, event)
+                return self._lazily(op, first, self.partition(right, event))
+            case Binary(operator=op, left=left, right=right):
+                first = self.partition(left, event)
+                return self._strictly(expr, first, self.partition(right, event))
+        raise AssertionError("a leaf reads one source")
+
+    def _source(self, leaf: Leaf, event: int | None) -> Source:
+        axis = _axis_of(self.plant, leaf)
+        if axis is not None:
+            return axis
+        assert event is not None and isinstance(leaf, ValueRef)
+        return event, self._parameter(self.plant.events[event], leaf)
+
+    def _parameter(self, event: Event, leaf: ValueRef) -> int:
+        return next(n for n, p in enumerate(event.parameters) if p.path == leaf.path)
+
+    def _of_one_source(self, expr: Expr, sources: set[Source], event: int | None) -> Partition:
+        """By the reference evaluation, value by value."""
+        if not sources:
+            return [(_value(expr, lambda leaf: None), self.diagrams.true)]
+        (source,) = sources
+        found: dict[object, tuple[Value | None, list[int]]] = {}
+        for index in range(self._blocks[source].size):
+            value = _value(expr, lambda leaf, i=index: self._read(leaf, event, i))  # type: ignore[misc]
+            found.setdefault(_key(value), (value, []))[1].append(index)
+        return [(value, self.values(source, indexes)) for value, indexes in found.values()]
+
+    def _read(self, leaf: Leaf, event: int | None, index: int) -> Value | None:
+        axis = _axis_of(self.plant, leaf)
+        if axis is None:
+            assert event is not None and isinstance(leaf, ValueRef)
+            taken = self.plant.events[event]
+            return taken.parameters[self._parameter(taken, leaf)].values[index]
+        value = self.plant.axes[axis].values[index]
+        match leaf:
+            case StateRef(state=name):
+                return value == name
+            case PhaseRef():
+                return index == 1
+        return value
+
+    def _unary(self, op: str, operand: Partition) -> Partition:
+        grouped = _Grouping()
+        for value, states in operand:
+            if value is None:
+                grouped.add(None, states)
+            else:
+                grouped.add((not value) if op == "!" else -value, states)  # type: ignore[operator]
+        return grouped.partition(self.diagrams)
+
+    def _lazily(self, op: str, left: Partition, right: Partition) -> Partition:
+        decided_by, decided = (True, True) if op == "or" else (False, op == "=>")
+        grouped = _Grouping()
+        for value, states in left:
+            if value is None:
+                grouped.add(None, states)
+            elif value is decided_by:
+                grouped.add(decided, states)
+            else:
+                for second, others in right:
+                    grouped.add(second, states & others)
+        return grouped.partition(self.diagrams)
+
+    def _strictly(self, expr: Binary, left: Partition, right: Partition) -> Partition:
+        if len(left) * len(right) > _MOST_PAIRS:
+            raise StateSpaceError(
+                f"an expression combines {len(left)} values with {len(right)}: "
+                "reduce the ranges of the variables that it reads"
+            )
+        operate = _operation(expr)
+        grouped = _Grouping()
+        for first, states in left:
+            for second, others in right:
+                both = states & others
+                if first is None or second is None:
+                    grouped.add(None, both)
+                else:
+                    grouped.add(operate(first, second), both)
+        return grouped.partition(self.diagrams)
+
+
+def _operation(expr: Binary) -> Callable[[Value, Value], Value]:
+    """What the reference evaluation makes of two values."""
+    left, right = StateRef("", "left"), StateRef("", "right")
+    bare = Binary(expr.operator, left, right, expr.type)
+
+    def operate(first: Value, second: Value) -> Value:
+        return evaluate(bare, lambda leaf: first if leaf is left else second)
+
+    return operate
+
+
+def _value(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value | None:
+    try:
+        return evaluate(expr, lookup)
+    except Undefined:
+        return None
+
+
+def _key(value: Value | None) -> object:
+    """Floats by their text: 0.0 and -0.0 differ when divided by, and a NaN is itself here."""
+    return repr(value) if isinstance(value, float) else (type(value), value)
+
+
+class _Grouping:
+    """States collected by value."""
+
+    def __init__(self) -> None:
+        self._found: dict[object, tuple[Value | None, list[Set]]] = {}
+
+    def add(self, value: Value | None, states: Set) -> None:
+        self._found.setdefault(_key(value), (value, []))[1].append(states)
+
+    def partition(self, diagrams: Diagrams) -> Partition:
+        united = [(value, diagrams.union(sets)) for value, sets in self._found.values()]
+        return [(value, states) for value, states in united if states != diagrams.false]
+
+
+def _groups(plant: Plant, items: Sequence[Source]) -> Iterator[list[int]]:
+    """What stands together in the variable order: what an event or a condition touches."""
+    number = {item: n for n, item in enumerate(items)}
+    for e, event in enumerate(plant.events):
+        group = [number[e, p] for p in range(len(event.parameters))]
+        if event.phase is not None:
+            group.append(event.phase.axis)
+        for participant in event.participants:
+            group.append(participant.axis)
+            for edge in participant.edges:
+                if edge.guard is not None:
+                    group.extend(axes_read(plant, edge.guard))
+                for axis, expr in edge.updates:
+                    group.extend((axis, *axes_read(plant, expr)))
+        yield group
+        if event.requirement is not None:
+            yield [*group, *axes_read(plant, event.requirement)]
+    for condition, _ in plant.invariants:
+        yield list(axes_read(plant, condition))

@@ -1,0 +1,303 @@
+"""The plant's events as partitioned relations over the variables of an encoding.
+
+An event is a set of *moves*. A move that gives axes constant values needs no variables for the state
+afterwards: its image quantifies those axes away and conjoins the new values. Only where that would
+make too many moves (a counter of many values, many participants with a choice each) do a move's axes
+use the variables beside, as a relation between old and new values. Axes that an event does not write
+do not occur, so nothing says that they stay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from operator import and_
+
+from robosc.ir.automaton import Edge, Participant
+from robosc.synthesis.bdd_diagrams import Renaming, Set
+from robosc.synthesis.bdd_encoding import Encoding, Partition, axes_read
+
+__all__ = ["EventRelation", "Move", "Relations"]
+
+MOST_MOVES = 3
+"""Moves of one event with constant new values, before variables for the state afterwards are used.
+"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Move:
+    """``relation`` is over the state before and over the values afterwards of ``moved``.
+
+    ``target`` are the values afterwards of the other axes that are written. ``written`` and
+    ``fixed`` are these axes' variables, ``after`` those of ``moved`` afterwards. ``stays``: nothing is
+    written.
+    """
+
+    relation: Set
+    target: Set
+    written: Set
+    fixed: Set
+    after: Set
+    forward: Renaming | None
+    backward: Renaming | None
+    stays: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EventRelation:
+    """One event of the plant; ``number`` is its place in ``Plant.events``.
+
+    ``possible`` is where the plant can do it with at least one value; ``leaving`` where a range is
+    left with at least one; ``occurring`` the same as ``possible`` with the parameters as further
+    variables. ``reads`` and ``writes`` are axes.
+    """
+
+    number: int
+    moves: tuple[Move, ...]
+    possible: Set
+    leaving: Set
+    occurring: Set
+    required: Set
+    reads: frozenset[int]
+    writes: frozenset[int]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Case:
+    """One way to take part, over state and parameters: ``constants`` are new values by axis."""
+
+    relation: Set
+    constants: tuple[tuple[int, int], ...]
+    moved: frozenset[int]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Part:
+    """A component's part in an event: the cases, where it consents, where no range is left."""
+
+    cases: list[_Case]
+    consent: Set
+    inside: Set
+
+
+class Relations:
+    """Builds the relations of a plant's events and computes with them."""
+
+    def __init__(self, encoding: Encoding, most_moves: int = MOST_MOVES) -> None:
+        self.encoding = encoding
+        self.diagrams = encoding.diagrams
+        self.most_moves = most_moves
+        self.events = tuple(self._event(n) for n in range(len(encoding.plant.events)))
+
+    # --- computing
+
+    def image(self, move: Move, states: Set) -> Set:
+        """Where a move leads from ``states``."""
+        diagrams = self.diagrams
+        found = diagrams.conjoin_exists(states, move.relation, move.written)
+        if move.forward is not None:
+            found = diagrams.rename(found, move.forward)
+        return found & move.target
+
+    def preimage(self, move: Move, states: Set) -> Set:
+        """From where a move leads into ``states``."""
+        diagrams = self.diagrams
+        found = diagrams.conjoin_exists(states, move.target, move.fixed)
+        if move.backward is None:
+            return found & move.relation
+        found = diagrams.rename(found, move.backward)
+        return diagrams.conjoin_exists(found, move.relation, move.after)
+
+    # --- building
+
+    def _event(self, number: int) -> EventRelation:
+        encoding, diagrams = self.encoding, self.diagrams
+        event = encoding.plant.events[number]
+        parameters = encoding.parameters(number)
+        start = reduce(and_, map(encoding.all_values, parameters), diagrams.true)
+        constants: tuple[tuple[int, int], ...] = ()
+        if event.phase is not None:
+            start = start & encoding.value(event.phase.axis, event.phase.source)
+            if event.phase.source != event.phase.target:
+                constants = ((event.phase.axis, event.phase.target),)
+        cases = [_Case(start, constants, frozenset())]
+        consent = inside = start
+        for participant in event.participants:
+            part = self._part(participant, number)
+            consent, inside = consent & part.consent, inside & part.inside
+            cases = self._product(cases, part.cases)
+        moves = self._moves(cases, encoding.now(parameters))
+        reads, writes = self._touched(number)
+        occurring = consent & inside
+        return EventRelation(
+            number=number,
+            moves=tuple(moves),
+            possible=diagrams.exists(occurring, encoding.now(parameters)),
+            leaving=diagrams.exists(consent & ~inside, encoding.now(parameters)),
+            occurring=occurring,
+            required=diagrams.true if event.requirement is None else encoding.holds(event.requirement),
+            reads=reads,
+            writes=writes,
+        )
+
+    def _product(self, first: Sequence[_Case], second: Sequence[_Case]) -> list[_Case]:
+        if len(first) * len(second) > self.most_moves and len(second) > 1:
+            second = [self._as_relation(second)]
+        return [
+            _Case(relation, one.constants + other.constants, one.moved | other.moved)
+            for one in first
+            for other in second
+            if (relation := one.relation & other.relation) != self.diagrams.false
+        ]
+
+    def _part(self, participant: Participant, event: int) -> _Part:
+        encoding, diagrams = self.encoding, self.diagrams
+        edges: dict[int, list[Edge]] = {}
+        for edge in participant.edges:
+            edges.setdefault(edge.source, []).append(edge)
+        cases: list[_Case] = []
+        consent: list[Set] = []
+        outside: list[Set] = []
+        for location in range(encoding.plant.axes[participant.axis].size):
+            left = encoding.value(participant.axis, location)
+            for edge in edges.get(location, ()):
+                here = left
+                if edge.guard is not None:
+                    here = left & encoding.holds(edge.guard, event)
+                left = left & ~here
+                consent.append(here)
+                cases.extend(self._edge(edge, participant.axis, here, event, outside))
+            if not participant.blocking:
+                consent.append(left)
+                cases.append(_Case(left, (), frozenset()))
+        everywhere = diagrams.union(consent)
+        return _Part(self._merge(cases), everywhere, everywhere & ~diagrams.union(outside))
+
+    def _edge(
+        self, edge: Edge, axis: int, here: Set, event: int, outside: list[Set]
+    ) -> list[_Case]:
+        """The cases of an edge where it is taken; ``outside`` gets where it leaves a range."""
+        constants = ((axis, edge.target),) if edge.target != edge.source else ()
+        cases = [_Case(here, constants, frozenset())]
+        for written, partition in self._assigned(edge, event).items():
+            values = self.encoding.plant.axes[written].values
+            updates: list[_Case] = []
+            for value, states in partition:
+                if value is None:
+                    updates.append(_Case(states, (), frozenset()))
+                elif value in values:
+                    constant = (written, values.index(value))
+                    updates.append(_Case(states, (constant,), frozenset()))
+                else:
+                    outside.append(here & states)
+            cases = self._merge(self._product(cases, updates))
+        return cases
+
+    def _assigned(self, edge: Edge, event: int) -> dict[int, Partition]:
+        """What an edge assigns, by axis.
+
+        Of several assignments to one axis the last one that is defined counts; a value outside the
+        range counts wherever it stands, so it is kept beside.
+        """
+        found: dict[int, Partition] = {}
+        for axis, expr in edge.updates:
+            partition = self.encoding.partition(expr, event)
+            if axis in found:
+                values = self.encoding.plant.axes[axis].values
+                partition = [
+                    (first if keep else second, both)
+                    for first, states in found[axis]
+                    for second, others in partition
+                    if (both := states & others) != self.diagrams.false
+                    for keep in [second is None or (first is not None and first not in values)]
+                ]
+            found[axis] = partition
+        return found
+
+    def _merge(self, cases: Iterable[_Case]) -> list[_Case]:
+        """Cases with the same effect in one; those that never happen left out."""
+        found: dict[tuple[frozenset[tuple[int, int]], frozenset[int]], list[Set]] = {}
+        for case in cases:
+            # Of two assignments to one axis the later one counts.
+            constants = frozenset(dict(case.constants).items())
+            found.setdefault((constants, case.moved), []).append(case.relation)
+        united = [(effect, self.diagrams.union(sets)) for effect, sets in found.items()]
+        return [
+            _Case(states, tuple(sorted(constants)), moved)
+            for (constants, moved), states in united
+            if states != self.diagrams.false
+        ]
+
+    def _as_relation(self, cases: Sequence[_Case]) -> _Case:
+        """All cases in one that says for each axis what it is afterwards."""
+        written = {axis for case in cases for axis, _ in case.constants}
+        moved = written.union(*(case.moved for case in cases))
+        relations = []
+        for case in cases:
+            relation = case.relation
+            constants = dict(case.constants)
+            for axis in sorted(moved - case.moved):
+                if axis in constants:
+                    relation = relation & self.encoding.value_after(axis, constants[axis])
+                else:
+                    relation = relation & self.encoding.unchanged(axis)
+            relations.append(relation)
+        return _Case(self.diagrams.union(relations), (), frozenset(moved))
+
+    def _moves(self, cases: Sequence[_Case], parameters: Set) -> list[Move]:
+        """Moves over the state alone; those that differ only in the new values become one."""
+        bare = [
+            _Case(self.diagrams.exists(case.relation, parameters), case.constants, case.moved)
+            for case in cases
+        ]
+        targets: dict[tuple[Set, tuple[int, ...], frozenset[int]], list[Set]] = {}
+        for case in self._merge(bare):
+            target = self.diagrams.true
+            for axis, index in case.constants:
+                target = target & self.encoding.value(axis, index)
+            fixed = tuple(axis for axis, _ in case.constants)
+            targets.setdefault((case.relation, fixed, case.moved), []).append(target)
+        return [
+            self._move(relation, fixed, moved, self.diagrams.union(several))
+            for (relation, fixed, moved), several in targets.items()
+        ]
+
+    def _move(
+        self, relation: Set, fixed: Sequence[int], moved: frozenset[int], target: Set
+    ) -> Move:
+        encoding, diagrams = self.encoding, self.diagrams
+        pairs = encoding.pairs(sorted(moved))
+        return Move(
+            relation=relation,
+            target=target,
+            written=encoding.now([*fixed, *moved]),
+            fixed=encoding.now(fixed),
+            after=encoding.after(moved),
+            forward=diagrams.renaming([(new, old) for old, new in pairs]) if pairs else None,
+            backward=diagrams.renaming(pairs) if pairs else None,
+            stays=not fixed and not moved,
+        )
+
+    def _touched(self, number: int) -> tuple[frozenset[int], frozenset[int]]:
+        """The axes that an event reads (its requirement's too) and those that it writes."""
+        plant = self.encoding.plant
+        event = plant.events[number]
+        reads: set[int] = set()
+        writes: set[int] = set()
+        if event.phase is not None:
+            reads.add(event.phase.axis)
+            writes.add(event.phase.axis)
+        if event.requirement is not None:
+            reads |= axes_read(plant, event.requirement)
+        for participant in event.participants:
+            reads.add(participant.axis)
+            for edge in participant.edges:
+                if edge.guard is not None:
+                    reads |= axes_read(plant, edge.guard)
+                if edge.target != edge.source:
+                    writes.add(participant.axis)
+                for axis, expr in edge.updates:
+                    writes.add(axis)
+                    reads |= axes_read(plant, expr)
+        return frozenset(reads), frozenset(writes)

@@ -1,0 +1,77 @@
+"""The order of the variables: what an event touches together should stand together.
+
+The heuristic is FORCE (Aloul, Markov & Sakallah, "FORCE: a fast and easy-to-implement variable-
+ordering heuristic", GLSVLSI 2003): every item moves to the centre of the groups that it is in,
+until the groups get no shorter. It is started from the given order and from that of reverse
+Cuthill-McKee, and the better result is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import networkx as nx
+
+__all__ = ["order_items"]
+
+_ROUNDS = 60
+_PATIENCE = 5
+_LARGEST_CLIQUE = 12
+
+
+def order_items(count: int, groups: Iterable[Iterable[int]]) -> list[int]:
+    """The numbers 0 to ``count`` - 1 in an order in which the groups span little."""
+    distinct = dict.fromkeys(tuple(sorted(set(group))) for group in groups)
+    kept = [group for group in distinct if len(group) > 1]
+    starts = [list(range(count)), _cuthill_mckee(count, kept)]
+    return min((_force(start, kept) for start in starts), key=lambda order: _span(order, kept))
+
+
+def _cuthill_mckee(count: int, groups: Sequence[tuple[int, ...]]) -> list[int]:
+    graph = nx.Graph()
+    graph.add_nodes_from(range(count))
+    for group in groups:
+        if len(group) <= _LARGEST_CLIQUE:
+            graph.add_edges_from((a, b) for a in group for b in group if a < b)
+        else:
+            graph.add_edges_from(zip(group, group[1:], strict=False))
+    return list(nx.utils.reverse_cuthill_mckee_ordering(graph))
+
+
+def _force(order: list[int], groups: Sequence[tuple[int, ...]]) -> list[int]:
+    member_of: list[list[int]] = [[] for _ in order]
+    for number, group in enumerate(groups):
+        for item in group:
+            member_of[item].append(number)
+    best, least, waited = order, _span(order, groups), 0
+    for _ in range(_ROUNDS):
+        place = _places(order)
+        centres = [sum(place[item] for item in group) / len(group) for group in groups]
+        pull = [
+            sum(centres[g] for g in member_of[item]) / len(member_of[item])
+            if member_of[item]
+            else float(place[item])
+            for item in range(len(order))
+        ]
+        order = sorted(order, key=lambda item: (pull[item], place[item]))
+        span = _span(order, groups)
+        waited = 0 if span < least else waited + 1
+        if span < least:
+            best, least = order, span
+        elif waited >= _PATIENCE:
+            break
+    return best
+
+
+def _places(order: Sequence[int]) -> list[int]:
+    place = [0] * len(order)
+    for position, item in enumerate(order):
+        place[item] = position
+    return place
+
+
+def _span(order: Sequence[int], groups: Sequence[tuple[int, ...]]) -> int:
+    place = _places(order)
+    return sum(
+        max(place[item] for item in group) - min(place[item] for item in group) for group in groups
+    )
