@@ -19,7 +19,11 @@ __all__ = ["CODES", "Code", "page"]
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """One kind of fault. ``strict``: ``--strict`` makes the warning an error."""
+    """One kind of fault.
+
+    ``strict``: ``--strict`` makes the warning an error. ``needs_plant``: it is found on the
+    synthesised system, not in the text.
+    """
 
     code: str
     severity: Severity
@@ -28,6 +32,7 @@ class Code:
     example: str
     remedy: str
     strict: bool = False
+    needs_plant: bool = False
 
 
 _TEXT = "Reading the text"

@@ -185,8 +185,7 @@ class Typer:
     def _silently(self, node: ExprNode, place: str) -> None:
         """Check what stands beside something with an error: only what is wrong in itself."""
         if isinstance(node, Access) and not is_value(node):
-            meanings = self._meanings(node)
-            if meanings is not None and not meanings:
+            if self._meanings(node) == [] and node.path:
                 self._unknown(node, ANY)
         else:
             self.check(node, ANY, place)
@@ -195,8 +194,9 @@ class Typer:
         """The meanings of two names that are compared with each other."""
         first, second = self._meanings(left), self._meanings(right)
         if first is None or second is None:
+            # A bare name may be a value of an enum that has an error.
             for known, access in ((first, left), (second, right)):
-                if known == []:
+                if known == [] and access.path:
                     self._unknown(access, ANY)
             return None
         known_types = [m.type for m in first], [m.type for m in second]

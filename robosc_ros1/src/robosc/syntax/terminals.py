@@ -105,4 +105,6 @@ def _build_named(text: ModelText, start: int, end: int, found: str) -> NamedType
 
 def _build_integer(text: ModelText, start: int, end: int, parts: list[Any]) -> BasicTypeNode:
     bounds = (parts[0], parts[1]) if parts else None
+    # Without bounds, ``end`` is where they were looked for: behind white space.
+    end = end if parts else start + len("integer")
     return BasicTypeNode("integer", bounds, span=text.span(start, end))

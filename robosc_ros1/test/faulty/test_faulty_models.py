@@ -1,0 +1,52 @@
+"""Every diagnostic code has a model that shows it, with its exact output.
+
+To see the output of a changed message: run ``check`` on the model in this folder, read it, and put it
+into the .txt file.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from robosc.codes import CODES, page
+from robosc.errors import render_all
+from robosc.model.resolve import load
+from robosc.model.rosmsg import MessageDefinitions
+
+FOLDER = Path(__file__).parent
+MODELS = sorted(p.stem for p in FOLDER.glob("*.rscd") if not p.stem.startswith("_"))
+
+
+@pytest.mark.parametrize("code", MODELS)
+def test_output_is_exact(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = FOLDER / f"{code}.rscd"
+    if b"from example_msgs" in model.read_bytes() and importlib.util.find_spec("genmsg") is None:
+        pytest.skip("genmsg is not installed: message definitions cannot be read")
+    monkeypatch.chdir(FOLDER)
+    definitions = MessageDefinitions.for_model(model, {})
+    robot, diagnostics = load(model.name, definitions=definitions)
+    assert render_all(diagnostics) == (FOLDER / f"{code}.txt").read_text(encoding="utf-8")
+    shown = [d for d in diagnostics if d.code == code]
+    assert shown
+    assert all(d.severity is CODES[code].severity for d in shown)
+    assert (robot is None) == any(d.severity.value == "error" for d in diagnostics)
+
+
+def test_every_code_about_text_and_model_has_a_faulty_model() -> None:
+    # The codes of the plant have models in the tests of the synthesis.
+    without = [c.code for c in CODES.values() if c.code not in MODELS and not c.needs_plant]
+    assert without == []
+
+
+def test_every_faulty_model_shows_a_code_that_exists() -> None:
+    assert [name for name in MODELS if name not in CODES] == []
+
+
+def test_the_page_of_diagnostics_is_up_to_date() -> None:
+    written = FOLDER.parents[2] / "docs" / "diagnostics.md"
+    assert written.read_text(encoding="utf-8") == page(), "run: python3 -m robosc.codes " + str(
+        written
+    )

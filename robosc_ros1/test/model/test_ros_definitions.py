@@ -1,0 +1,419 @@
+"""Reading real definitions: installed ones, and source packages that were never built."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+from model_text import faults, resolve
+
+from robosc.errors import Severity
+from robosc.model import rosmsg
+from robosc.model.entities import Binding, Robot
+from robosc.model.resolve import load
+from robosc.model.rosmsg import FieldType, Interface, MessageDefinitions, Missing, install_advice
+from robosc.source import Source
+
+pytest.importorskip("genmsg", reason="genmsg is not installed: definitions cannot be read")
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+
+MANIFEST = "<package format='3'><name>{}</name></package>"
+
+
+def package(root: Path, name: str, **files: str) -> Path:
+    """A source package; ``msg__Name`` is msg/Name.msg."""
+    folder = root / name
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text(MANIFEST.format(name))
+    for key, text in files.items():
+        kind, _, stem = key.partition("__")
+        (folder / kind).mkdir(exist_ok=True)
+        (folder / kind / f"{stem}.{kind}").write_text(text)
+    return folder
+
+
+def found(result: Interface | Missing) -> Interface:
+    assert isinstance(result, Interface), result
+    return result
+
+
+def around(model: Path, **environment: str) -> MessageDefinitions:
+    return MessageDefinitions.for_model(model, environment)
+
+
+# --- reading -------------------------------------------------------------------------------------
+
+
+def test_all_kinds_of_field_are_read(tmp_path: Path) -> None:
+    text = """
+    # a comment
+    int8 LIMIT=5   # constants are no fields
+    string NAME=a # b
+    Header header
+    uint64 big
+    char c
+    byte b
+    time stamp
+    duration took
+    float64[] list
+    float32[3] three
+    Part part
+    geometry_msgs/Point[2] points
+    """
+    package(tmp_path, "p", msg__All=dedent(text), msg__Part="bool on\n")
+    (definition,) = found(around(tmp_path / "m.rscd").message("p", "All")).parts
+    assert definition.constants == ("LIMIT", "NAME")
+    assert [(f.name, str(f.type)) for f in definition.fields] == [
+        ("header", "std_msgs/Header"),
+        ("big", "uint64"),
+        ("c", "char"),
+        ("b", "byte"),
+        ("stamp", "time"),
+        ("took", "duration"),
+        ("list", "float64[]"),
+        ("three", "float32[3]"),
+        ("part", "p/Part"),
+        ("points", "geometry_msgs/Point[2]"),
+    ]
+
+
+def test_a_time_is_a_message_of_seconds_and_nanoseconds() -> None:
+    stamp = MessageDefinitions().fields(FieldType("time"))
+    assert not isinstance(stamp, Missing) and stamp is not None
+    assert [f.name for f in stamp.fields] == ["secs", "nsecs"]
+
+
+def test_both_spellings_of_an_action(tmp_path: Path) -> None:
+    package(tmp_path, "p", action__Grab="---\n---\n", action__MoveAction="int8 a\n---\n---\n")
+    definitions = around(tmp_path / "m.rscd")
+    assert found(definitions.action("p", "GrabAction")).type == "Grab"
+    assert found(definitions.action("p", "Grab")).type == "Grab"
+    assert found(definitions.action("p", "MoveAction")).type == "MoveAction"
+    missing = definitions.action("p", "Move")
+    assert isinstance(missing, Missing) and missing.names == ("Grab", "MoveAction")
+
+
+def test_a_definition_that_cannot_be_read_says_why(tmp_path: Path) -> None:
+    package(tmp_path, "p", msg__Bad="int8\n", srv__Bad="int8 a\n", msg__Odd="int8 a b c\n")
+    definitions = around(tmp_path / "m.rscd")
+    for result in (definitions.message("p", "Bad"), definitions.service("p", "Bad")):
+        assert isinstance(result, Missing) and result.reason == "faulty"
+        assert "Bad" in result.detail
+
+
+# --- where packages are found --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        ".",  # beside the model
+        "..",  # beside the model's folder
+        "../../src/deep/down",  # in the workspace
+        "../../other",  # ROS_PACKAGE_PATH
+        "../../other/deep",
+        "../../install/share",  # CMAKE_PREFIX_PATH
+    ],
+)
+def test_places(tmp_path: Path, place: str) -> None:
+    model = tmp_path / "src" / "robots" / "one" / "model.rscd"
+    model.parent.mkdir(parents=True)
+    (tmp_path / ".catkin_workspace").touch()
+    root = (model.parent / place).resolve()
+    if place.startswith("../../"):
+        root = (tmp_path / place.removeprefix("../../")).resolve()
+    package(root, "p", msg__M="int8 a\n")
+    definitions = around(
+        model,
+        ROS_PACKAGE_PATH=str(tmp_path / "other"),
+        CMAKE_PREFIX_PATH=str(tmp_path / "install"),
+    )
+    assert found(definitions.message("p", "M")).parts[0].fields[0].name == "a"
+
+
+def test_a_package_beside_the_one_that_holds_the_model(tmp_path: Path) -> None:
+    package(tmp_path, "p", msg__M="int8 a\n")
+    holder = package(tmp_path, "holder")
+    (holder / "models" / "deep").mkdir(parents=True)
+    assert found(around(holder / "models" / "deep" / "m.rscd").message("p", "M"))
+
+
+def test_the_name_counts_not_the_folder_and_ignored_packages_do_not_count(tmp_path: Path) -> None:
+    package(tmp_path, "p", msg__M="int8 a\n").rename(tmp_path / "renamed")
+    package(tmp_path, "q", msg__M="int8 a\n")
+    (tmp_path / "q" / "CATKIN_IGNORE").touch()
+    definitions = around(tmp_path / "m.rscd")
+    assert found(definitions.message("p", "M"))
+    assert definitions.message("q", "M") == Missing("package", "q")
+
+
+def test_a_broken_manifest_does_not_hide_other_packages(tmp_path: Path) -> None:
+    package(tmp_path / "ws", "p", msg__M="int8 a\n")
+    (tmp_path / "ws" / "a").mkdir()
+    (tmp_path / "ws" / "a" / "package.xml").write_text("<package")
+    definitions = around(tmp_path / "x" / "m.rscd", ROS_PACKAGE_PATH=str(tmp_path / "ws"))
+    assert found(definitions.message("p", "M"))
+
+
+def test_the_environment_comes_before_what_lies_around(tmp_path: Path) -> None:
+    package(tmp_path, "p", msg__M="int8 near\n")
+    package(tmp_path / "env", "p", msg__M="int8 far\n")
+    definitions = around(tmp_path / "m.rscd", ROS_PACKAGE_PATH=str(tmp_path / "env"))
+    assert found(definitions.message("p", "M")).parts[0].fields[0].name == "far"
+
+
+def test_without_genmsg_no_package_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package(tmp_path, "p", msg__M="int8 a\n")
+    monkeypatch.setattr(rosmsg, "_genmsg", lambda: None)
+    assert around(tmp_path / "m.rscd").message("p", "M") == Missing("package", "p")
+
+
+def test_advice_names_the_debian_packages() -> None:
+    assert "ros-geometry-msgs python3-geometry-msgs" in install_advice("geometry_msgs")
+    assert "rosdep resolve my_msgs" in install_advice("my_msgs")
+
+
+# --- what is really installed --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("type_", "fields"),
+    [
+        ("geometry_msgs/Twist", {"linear": "geometry_msgs/Vector3"}),
+        ("sensor_msgs/LaserScan", {"ranges": "float32[]", "header": "std_msgs/Header"}),
+        ("sensor_msgs/Imu", {"orientation_covariance": "float64[9]"}),
+        ("std_msgs/Int64", {"data": "int64"}),
+    ],
+)
+def test_installed_messages(ros: None, type_: str, fields: dict[str, str]) -> None:
+    package_name, _, name = type_.partition("/")
+    (definition,) = found(around(Path("m.rscd")).message(package_name, name)).parts
+    types = {f.name: str(f.type) for f in definition.fields}
+    assert fields.items() <= types.items()
+
+
+def test_installed_services(ros: None) -> None:
+    request, response = found(around(Path("m.rscd")).service("std_srvs", "SetBool")).parts
+    assert [f.name for f in request.fields] == ["data"]
+    assert [f.name for f in response.fields] == ["success", "message"]
+
+
+def test_actions_of_actionlib_are_found_though_only_their_bindings_are_installed(ros: None) -> None:
+    interface = found(around(Path("m.rscd")).action("actionlib", "TestAction"))
+    assert interface.type == "Test"
+    assert [[f.name for f in part.fields] for part in interface.parts] == [
+        ["goal"],
+        ["result"],
+        ["feedback"],
+    ]
+    missing = around(Path("m.rscd")).action("actionlib", "Tst")
+    assert isinstance(missing, Missing) and "TwoInts" in missing.names
+
+
+def test_bindings_tell_what_definitions_tell(ros: None, tmp_path: Path) -> None:
+    share = tmp_path / "share"
+    share.mkdir()
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "python3").symlink_to("/usr/lib/python3")
+    bare = MessageDefinitions(shallow=[share])
+    real = around(Path("m.rscd"))
+    for name in ("Twist", "PoseWithCovarianceStamped", "Polygon"):
+        assert (
+            found(bare.message("geometry_msgs", name)).parts[0].fields
+            == found(real.message("geometry_msgs", name)).parts[0].fields
+        )
+    assert [p.fields for p in found(bare.service("nav_msgs", "GetPlan")).parts] == [
+        p.fields for p in found(real.service("nav_msgs", "GetPlan")).parts
+    ]
+
+
+# --- bindings of communications ------------------------------------------------------------------
+
+
+@pytest.fixture
+def p(tmp_path: Path) -> MessageDefinitions:
+    package(
+        tmp_path,
+        "p",
+        msg__Number="Header header\nint32 value\n",
+        msg__Small="int8 i\nuint8 u\nfloat32 f\nstring s\nbool b\nchar c\nbyte y\n",
+        msg__Scan="float32[] ranges\nfloat64[2] two\nSmall[] small\ntime stamp\n",
+        msg__Lost="no_such_msgs/Thing thing\n",
+        srv__Add="int16 a\n---\nfloat64 sum\n",
+        action__Go="bool fast\n---\nstring how\n---\nfloat32 done\n",
+    )
+    return around(tmp_path / "m.rscd")
+
+
+def binding(robot: Robot, name: str) -> Binding:
+    return robot.communications[f"P.{name}"].binding
+
+
+def test_basic_types_have_their_standard_messages() -> None:
+    robot = resolve(
+        """
+        component P {
+            incoming message n with type: none
+            incoming message b with type: boolean
+            outgoing message i with type: integer(0..9)
+            outgoing message d with type: E
+            incoming message s with type: string
+        }
+        datatype enum E from double to { default -> a }
+        """
+    )
+    assert binding(robot, "n") == Binding("std_msgs", "Empty", True)
+    assert binding(robot, "b") == Binding("std_msgs", "Bool", True, request_field="data")
+    assert binding(robot, "i") == Binding("std_msgs", "Int16", True, response_field="data")
+    assert binding(robot, "d") == Binding("std_msgs", "Float32", True, response_field="data")
+    assert binding(robot, "s") == Binding("std_msgs", "String", True, request_field="data")
+
+
+LINKED = """
+component P {
+    outgoing message n with type: integer links number
+    service add with request: integer(0..100), response: double links add
+    action go with request: boolean, response: E, feedback: none links go
+}
+datatype enum E from string to { value = "well" -> good default -> bad }
+interface number use Number from p
+interface add use Add from p
+interface go use GoAction from p
+"""
+
+
+def test_basic_types_travel_through_the_only_field_of_a_linked_interface(
+    p: MessageDefinitions,
+) -> None:
+    robot = resolve(LINKED, p)
+    assert binding(robot, "n") == Binding("p", "Number", True, response_field="value")
+    assert binding(robot, "add") == Binding("p", "Add", True, "a", "sum")
+    assert binding(robot, "go") == Binding("p", "Go", True, "fast", "how", None)
+
+
+def test_a_package_that_is_not_found_is_told_once_and_the_robot_is_there_all_the_same() -> None:
+    source = Source("m.rscd", f"robot Test {{ {LINKED} }}")
+    robot, diagnostics = load(source, definitions=MessageDefinitions())
+    assert robot is not None
+    assert [d.code for d in diagnostics if d.code == "package-not-found"] == ["package-not-found"]
+    assert binding(robot, "go") == Binding("p", "Go", False)
+    robot, diagnostics = load(source, definitions=MessageDefinitions(), strict=True)
+    assert robot is None
+    assert any(d.severity is Severity.ERROR for d in diagnostics)
+
+
+@pytest.mark.parametrize(
+    ("type_", "field", "sent", "received"),
+    [
+        ("integer", "i", True, True),
+        ("integer(-128..127)", "i", True, True),
+        ("integer(-129..127)", "i", False, True),
+        ("integer(0..255)", "u", True, True),
+        ("integer(-1..255)", "u", False, True),
+        ("integer(0..255)", "c", True, True),
+        ("integer(-128..127)", "y", True, True),
+        ("double", "i", False, True),
+        ("integer", "f", True, False),
+        ("double", "f", True, True),
+        ("boolean", "b", True, True),
+        ("boolean", "u", False, False),
+        ("integer", "b", False, False),
+        ("string", "s", True, True),
+        ("string", "i", False, False),
+        ("double", "s", False, False),
+    ],
+)
+def test_what_fits_depends_on_the_direction(
+    p: MessageDefinitions, type_: str, field: str, sent: bool, received: bool
+) -> None:
+    text = f"""
+    component P {{ %s message m with type: O links small }}
+    datatype object O {{ {field}: {type_} }}
+    interface small use Small from p
+    """
+    assert (faults(text % "incoming", p) == []) is sent
+    assert (faults(text % "outgoing", p) == []) is received
+
+
+def test_arrays_times_and_nested_messages(p: MessageDefinitions) -> None:
+    text = """
+    component P { outgoing message m with type: Scan links scan }
+    datatype object Scan {
+        ranges: array(double)
+        two: array(double)
+        small: array(Small)
+        stamp: Time
+    }
+    datatype object Small { i: integer b: Flag }
+    datatype object Time { secs: integer nsecs: integer }
+    datatype enum Flag from boolean to { value -> on default -> off }
+    interface scan use Scan from p
+    """
+    assert [f for f in faults(text, p) if f[0] != "unused-enum-value"] == []
+    wrong = text.replace("i: integer", "ii: integer").replace("secs: integer n", "secs: string n")
+    assert [f for f in faults(wrong, p) if f[0] != "unused-enum-value"] == [
+        ("unknown-field", "ii"),
+        ("field-kind", "string"),
+    ]
+
+
+def test_a_nested_message_of_a_package_that_is_not_there_is_a_warning(
+    p: MessageDefinitions,
+) -> None:
+    text = """
+    component P { outgoing message m with type: Lost links lost }
+    datatype object Lost { thing: Thing }
+    datatype object Thing { x: double }
+    interface lost use Lost from p
+    """
+    assert faults(text, p) == [("package-not-found", "Thing")]
+
+
+def test_provided_values_must_fit_the_field(p: MessageDefinitions) -> None:
+    text = """
+    component P {
+        incoming message m with type: O links small
+        service add with request: integer, response: none links add
+        behaviour { variable wide: integer(0..200) initial marked state s {} }
+    }
+    datatype object O { i: integer u: integer f: double }
+    interface small use Small from p
+    interface add use Add from p
+    provide m with { i: %s, u: 255, f: 3 }
+    provide add with %s
+    """
+    assert faults(text % ("-128", "32767"), p) == [("unused-variable", "wide")]
+    assert faults(text % ("-129", "32768"), p) == [
+        ("field-range", "-129"),
+        ("field-range", "32768"),
+    ]
+    assert faults(text % ("P.wide", "1"), p) == [("field-range", "P.wide")]
+
+
+def test_one_object_is_checked_against_each_interface_once(p: MessageDefinitions) -> None:
+    text = """
+    component P {
+        incoming message m with identifier: "/m", type: O links small
+        incoming message n with identifier: "/n", type: O links small
+    }
+    datatype object O { missing: integer }
+    interface small use Small from p
+    """
+    assert faults(text, p) == [("unknown-field", "missing")]
+
+
+def test_the_line_follower_is_sound_without_any_environment(
+    monkeypatch: pytest.MonkeyPatch, ros: None
+) -> None:
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    monkeypatch.delenv("CMAKE_PREFIX_PATH", raising=False)
+    monkeypatch.chdir(EXAMPLES.parent)
+    robot, diagnostics = load("examples/line_follower/line_follower.rscd")
+    assert robot is not None
+    assert diagnostics == ()
+    assert all(c.binding.found for c in robot.communications.values())
+    assert robot.communications["ObstacleGrabber.grab"].binding.type == "Grabber"
