@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 __all__ = ["models", "random_model"]
 
-BUDGETS = {1: 60, 2: 400, 3: 2500, 4: 12000}
+BUDGETS = {1: 150, 2: 800, 3: 3000, 4: 12000}
 COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
 
 
@@ -98,6 +98,19 @@ class _Component:
     marked: set[str] = field(default_factory=set)
     variables: list[_Variable] = field(default_factory=list)
     communications: list[_Communication] = field(default_factory=list)
+    machine: bool = False  # works through its own communications in a cycle, and counts
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a transition stands: a state, or none for the automaton level.
+
+    ``targets`` collects where the transitions of the state lead. Those of the automaton level do
+    not count, since a state may hide them.
+    """
+
+    state: str | None = None
+    targets: set[str] = field(default_factory=set)
 
 
 @dataclass(frozen=True)
@@ -143,7 +156,7 @@ class _Builder:
             self.enum(index)
         for index in range(self.number(0, 2)):
             self.object(index)
-        for index in range(self.number(1, 4)):
+        for index in range(self.number(1, 4) if self.chance(30) else self.number(2, 4)):
             self.component(index)
         bodies = [self.component_text(component) for component in self.components]
         rest = self.requirements() + self.provides()
@@ -176,7 +189,7 @@ class _Builder:
             options = [BOOLEAN, _range(0, 2), _range(-1, 1), DOUBLE, STRING]
             options += self.enums + self.objects
             type_ = options[self.rng.randrange(len(options))]
-            if self.chance(15):
+            if self.chance(15) and type_.kind != "object":
                 type_ = _Type(f"array({type_.text})", "array", None, (("", type_),))
             properties.append((f"p{position}", type_))
         body = "\n".join(f"    {n}: {t.text}" for n, t in properties)
@@ -188,8 +201,7 @@ class _Builder:
         if type_.values is not None:
             return [(path, type_)]
         if type_.kind == "array":
-            element = type_.properties[0][1]
-            return [p for i in (0, 1) for p in self.paths(element, f"{path}[{i}]")]
+            return self.paths(type_.properties[0][1], f"{path}[1]")
         return [p for name, t in type_.properties for p in self.paths(t, f"{path}.{name}")]
 
     # --- components --------------------------------------------------------------------------
@@ -197,16 +209,17 @@ class _Builder:
     def component(self, index: int) -> None:
         component = _Component(f"Comp{index}")
         self.components.append(component)
-        for position in range(self.number(0, 2)):
+        for position in range(self.number(0, 3)):
             self.communication(component, f"c{index}_{position}")
-        if self.chance(10):
+        if self.chance(6):
             return
-        states = self.number(1, 3)
+        states = 1 if self.chance(12) else self.number(2, 4)
         while not self.spend(states):
             states -= 1
         # A state may be called like an enum value, or a keyword.
-        names = ["idle", "busy", self.pick(("near", "stuck", "^state", "from"))]
+        names = ["idle", "busy", self.pick(("near", "stuck", "^state", "from")), "last"]
         component.states = names[:states]
+        component.machine = states > 1 and self.chance(70)
         for position in range(self.number(0, 2)):
             self.variable(component, position)
 
@@ -280,8 +293,10 @@ class _Builder:
             if shape == 0:
                 return f"!({self.boolean(scope, depth - 1)})"
             operator = self.pick(("and", "or", "and", "or", "=>", "=", "!="))
-            left = self.boolean(scope, depth - 1)
-            return f"({left} {operator} {self.boolean(scope, depth - 1)})"
+            left, right = self.boolean(scope, depth - 1), self.boolean(scope, depth - 1)
+            if operator in ("=", "!="):
+                left, right = f"({left})", f"({right})"
+            return f"({left} {operator} {right})"
         atoms: list[Callable[[_Scope], str | None]] = [
             self.flag, self.place, self.comparison, self.enum_test, self.comparison,
         ]  # fmt: skip
@@ -348,7 +363,7 @@ class _Builder:
                 reference = variable.reference(scope.component, self.rng)
                 return f"{reference} + {self.pick(('1', '-1', '2'))}"
             if found and self.chance(40):
-                return self.integer(scope)
+                return f"{self.pick(found)} {self.pick('+-*')} {self.integer(scope)}"
         return self.pick(found) if found and self.chance(65) else self.pick(type_.values)
 
     def data_only(self, variable: _Variable, scope: _Scope) -> str:
@@ -386,8 +401,10 @@ class _Builder:
 
     def behaviour_text(self, component: _Component) -> str:
         edges: dict[str, set[str]] = {state: set() for state in component.states}
-        bodies = {state: self.state_transitions(component, state, edges) for state in edges}
-        general = self.automaton_transitions(component, edges)
+        bodies = {
+            state: self.state_transitions(component, _Place(state, edges[state])) for state in edges
+        }
+        general = self.automaton_transitions(component)
         component.marked = _enough_marked(self.rng, component.states, edges)
         lines = []
         for variable in component.variables:
@@ -402,27 +419,46 @@ class _Builder:
         lines[position:position] = general
         return "behaviour {\n" + "".join(map(_indented, lines)) + "}"
 
-    def state_transitions(
-        self, component: _Component, state: str, edges: dict[str, set[str]]
-    ) -> list[str]:
+    def state_transitions(self, component: _Component, place: _Place) -> list[str]:
         body = []
         for communication, event, own in self.events(component):
-            if self.chance(40 if own else 12):
-                targets = [edges[state]]
-                body += self.reactions(component, communication, event, targets)
+            if own and component.machine:
+                body += self.work(component, communication, event, place)
+            elif self.chance(45 if own else (4 if event == "request" else 10)):
+                body += self.reactions(component, communication, event, place)
         if self.chance(20):
-            body.append(self.tau(component, [edges[state]]))
+            body.append(self.tau(component, place))
             if self.chance(20):
-                body.append(self.tau(component, [edges[state]]))
+                body.append(self.tau(component, place))
         return body
 
-    def automaton_transitions(self, component: _Component, edges: dict[str, set[str]]) -> list[str]:
+    def work(
+        self, component: _Component, communication: _Communication, event: str, place: _Place
+    ) -> list[str]:
+        """A machine: a request starts it and uses up, what comes back ends it and adds."""
+        first, second = component.states[:2]
+        counters = [v for v in component.variables if v.type.kind == "integer" and v.type.values]
+        step = {"request": "-1", "response": "1"}.get(event)
+        if communication.kind == "incoming" and self.chance(70):
+            goto = ""  # makes room in any state
+        elif (event == "request") != (place.state == first) or not self.chance(85):
+            return []
+        else:
+            target = second if place.state == first else first
+            place.targets.add(target)
+            goto = f" goto {target}"
+        text = f"on {event} to {communication.name}"
+        if counters and step is not None and self.chance(75):
+            text += f" do {counters[0].name} := {counters[0].name} + {step}"
+        return [text + goto]
+
+    def automaton_transitions(self, component: _Component) -> list[str]:
         body = []
         for communication, event, own in self.events(component):
-            if self.chance(12 if own else 4):
-                body += self.reactions(component, communication, event, list(edges.values()))
-        if self.chance(6):
-            body.append(self.tau(component, list(edges.values())))
+            if self.chance(10 if own else 4):
+                body += self.reactions(component, communication, event, _Place())
+        if self.chance(5):
+            body.append(self.tau(component, _Place()))
         return body
 
     def events(self, component: _Component) -> list[tuple[_Communication, str, bool]]:
@@ -438,7 +474,7 @@ class _Builder:
         component: _Component,
         communication: _Communication,
         event: str,
-        edges: list[set[str]],
+        place: _Place,
     ) -> list[str]:
         """The transitions of one state for one event: one, or several whose guards exclude."""
         scope = _Scope(component.name, communication.value(event))
@@ -453,10 +489,10 @@ class _Builder:
             text = f"on {event} {self.pick(('from', 'to'))} {communication.name}"
             if guard is not None:
                 text += f" if {guard}"
-            texts.append(text + self.effects(component, scope, edges))
+            texts.append(text + self.effects(component, scope, place))
         return texts
 
-    def effects(self, component: _Component, scope: _Scope, edges: list[set[str]]) -> str:
+    def effects(self, component: _Component, scope: _Scope, place: _Place) -> str:
         text = ""
         assigned = []
         for variable in component.variables:
@@ -464,19 +500,21 @@ class _Builder:
                 assigned.append(f"{variable.name} := {self.assigned(variable, scope)}")
         if assigned:
             text += " do " + ", ".join(assigned)
-        return text + self.goto(component, edges, 65)
+        return text + self.goto(component, place, 70)
 
-    def goto(self, component: _Component, edges: list[set[str]], percent: int) -> str:
+    def goto(self, component: _Component, place: _Place, percent: int) -> str:
         if not self.chance(percent):
             return ""
-        target = self.pick(component.states)
-        for targets in edges:
-            targets.add(target)
+        states = component.states
+        target = self.pick(states)
+        if place.state is not None and self.chance(50):
+            target = states[(states.index(place.state) + 1) % len(states)]
+        place.targets.add(target)
         return f" goto {target}"
 
-    def tau(self, component: _Component, edges: list[set[str]]) -> str:
+    def tau(self, component: _Component, place: _Place) -> str:
         guard = f" if {self.boolean(_Scope(component.name))}" if self.chance(60) else ""
-        return f"transition{guard}{self.goto(component, edges, 90)}"
+        return f"transition{guard}{self.goto(component, place, 90)}"
 
     # --- requirements and data ---------------------------------------------------------------
 
@@ -490,12 +528,12 @@ class _Builder:
 
     def requirements(self) -> list[str]:
         names = [communication.name for communication in self.requestable()]
-        texts = []
-        for _ in range(self.number(0, 4)):
+        texts = self.work_requirements()
+        for _ in range(self.number(0, 3)):
             condition = self.boolean(_Scope())
             if not names or self.chance(20):
                 kind = self.pick(("never", "always"))
-                texts.append(f"requirement {kind} {self.rarely(kind, condition)}")
+                texts.append(f"requirement {kind} {self.rarely(kind)}")
                 continue
             chosen = self.rng.sample(names, min(len(names), 2 if self.chance(25) else 1))
             some = chosen[0] if len(chosen) == 1 else "{" + ", ".join(chosen) + "}"
@@ -505,10 +543,31 @@ class _Builder:
                 texts.append(f"requirement {condition} disables {some}")
         return texts
 
-    def rarely(self, kind: str, condition: str) -> str:
+    def work_requirements(self) -> list[str]:
+        """Machines that may not work together, and counters that are worth watching."""
+        machines = [component for component in self.components if component.machine]
+        texts = []
+        if len(machines) > 1 and self.chance(50):
+            both = " and ".join(f"{m.name}.{m.states[1]}" for m in machines[:2])
+            texts.append(f"requirement never {both}")
+        for machine in machines:
+            for variable in machine.variables:
+                if variable.type.kind == "integer" and variable.type.values and self.chance(60):
+                    reference = f"{machine.name}.{variable.name}"
+                    if not variable.silent:
+                        texts.append(
+                            f"requirement always {reference} <= {variable.type.values[-1]}"
+                        )
+        return texts
+
+    def rarely(self, kind: str) -> str:
         """A state requirement that leaves something: about a combination, not one condition."""
-        other = self.boolean(_Scope(), 1)
-        return f"({condition} and {other})" if kind == "never" else f"({condition} or {other})"
+        parts = [self.boolean(_Scope(), 1) for _ in range(2)]
+        if self.chance(60):
+            parts = [self.place(_Scope()) or part for part in parts]
+        if kind == "never":
+            return f"({parts[0]} and {parts[1]})"
+        return f"!({parts[0]} and {parts[1]})"
 
     def provides(self) -> list[str]:
         texts = []
@@ -540,7 +599,9 @@ class _Builder:
 
 def _enough_marked(rng: random.Random, states: list[str], edges: dict[str, set[str]]) -> set[str]:
     """Some states, such that each state reaches one of them in its own automaton."""
-    marked = {state for state in states if rng.randrange(100) < 45}
+    marked = {state for state in states[1:] if rng.randrange(100) < 35}
+    if rng.randrange(100) < 75:
+        marked.add(states[0])
     for state in states:
         reached, todo = {state}, [state]
         while todo:

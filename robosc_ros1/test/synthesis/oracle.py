@@ -608,7 +608,10 @@ class Oracle:
             "id": number,
             "components": those("at"),
             "variables": those("var"),
-            "communications": those("phase"),
+            "communications": {
+                self.name(Event(EventKind.REQUEST, key)): phase
+                for key, phase in those("phase").items()
+            },
             "marked": self.marked(state),
         }
 

@@ -396,7 +396,7 @@ class _Verifier:
         uncontrollable = [not event.controllable for event in self._plant.events]
         kept = bytearray(b"\1" * len(permitted.states))
         fresh = [n for n, state in enumerate(permitted.states) if self._is_unsafe(state)]
-        while fresh:
+        while True:
             for state in fresh:
                 kept[state] = 0
             while fresh:
@@ -406,7 +406,8 @@ class _Verifier:
                         kept[source] = 0
                         fresh.append(source)
             fresh = self._blocked(permitted, into, kept)
-        return kept
+            if not fresh:
+                return kept
 
     def _blocked(
         self, graph: _Graph, into: Callable[[int], Sequence[int]], kept: bytearray

@@ -1,0 +1,140 @@
+"""All that the oracle and robosc can be asked about one robot, compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from synthesis.oracle import Event, Oracle
+
+from robosc import pipeline
+from robosc.model.entities import EventKind, Robot
+from robosc.supervisor import Supervisor
+from robosc.synthesis.documents import explore_document, synthesize_document
+from robosc.synthesis.verify import verify
+
+Document = dict[str, Any]
+
+__all__ = ["differences"]
+
+
+def differences(robot: Robot, oracle: Oracle, engine: str = "dense") -> list[str]:
+    """Every difference between robosc and the oracle, as a sentence."""
+    return [*_plant(robot, oracle), *_control(robot, oracle, engine)]
+
+
+def _plant(robot: Robot, oracle: Oracle) -> Iterator[str]:
+    declared = {
+        variable.key
+        for component in robot.components
+        if component.behaviour is not None
+        for variable in component.behaviour.variables
+        if variable.in_state
+    }
+    if declared != oracle.synthesis_variables:
+        yield f"synthesis variables {declared}, oracle {oracle.synthesis_variables}"
+    ours = explore_document(pipeline.explore(robot, plant=True))
+    yield from _graphs("plant", ours, oracle.document(plant=True), oracle)
+
+
+def _control(robot: Robot, oracle: Oracle, engine: str) -> Iterator[str]:
+    supervisor = pipeline.synthesize(robot, engine)
+    document = synthesize_document(supervisor)
+    states, transitions = oracle.controlled
+    figures = {
+        "plant_states": len(oracle.plant[0]),
+        "controlled_states": len(states),
+        "controlled_transitions": len(transitions),
+    }
+    for name, figure in figures.items():
+        if document[name] != figure:
+            yield f"{name} {document[name]}, oracle {figure}"
+    if supervisor.empty != oracle.empty:
+        yield f"empty {supervisor.empty}, oracle {oracle.empty}"
+    if not supervisor.empty and not oracle.empty:
+        ours = explore_document(pipeline.explore(robot))
+        yield from _graphs("controlled", ours, oracle.document(), oracle)
+    yield from _guards(supervisor, oracle)
+    report = verify(supervisor)
+    yield from (f"verify: {c.name}: {c.detail}" for c in report.checks if not c.holds)
+
+
+def _guards(supervisor: Supervisor, oracle: Oracle) -> Iterator[str]:
+    """The guards evaluated in every controlled state, and the statuses."""
+    told = [Event(g.event.kind, g.event.key, g.event.index) for g in supervisor.guards]
+    expected = [event for event in oracle.events if event.controllable]
+    if told != expected:
+        yield f"guards of {told}, oracle {expected}"
+        return
+    states, _ = oracle.controlled
+    for event, guard in zip(told, supervisor.guards, strict=True):
+        if guard.status != oracle.status(event):
+            yield f"{event}: status {guard.status}, oracle {oracle.status(event)}"
+        for state in states:
+            if event in oracle.possible(state):
+                ours = oracle.holds(guard.expr, state)
+                if ours != (event in oracle.enabled(state)):
+                    yield f"{event}: guard {ours} in {state}"
+
+
+def _graphs(what: str, ours: Document, theirs: Document, oracle: Oracle) -> Iterator[str]:
+    """Two transition systems: the same states and steps, and the documented order of them."""
+    for part in (_states, _steps):
+        mine, other = part(ours), part(theirs)
+        for key in mine - other:
+            yield f"{what}: only robosc has {key}"
+        for key in other - mine:
+            yield f"{what}: only the oracle has {key}"
+    if [s["id"] for s in ours["states"]] != list(range(len(ours["states"]))):
+        yield f"{what}: states are not numbered in order"
+    if len(_steps(ours)) != len(ours["transitions"]):
+        yield f"{what}: a step is told twice"
+    yield from (f"{what}: {text}" for text in _order(ours, oracle))
+
+
+def _order(document: Document, oracle: Oracle) -> Iterator[str]:
+    """States breadth-first from the initial one, the steps of each in model order."""
+    events = [(e.kind.value, oracle.name(e), e.index or None) for e in oracle.events]
+    place = {event: i for i, event in enumerate(events)}
+    order = []
+    seen = {document["initial"]: None}
+    for t in document["transitions"]:
+        event = t["event"]
+        order.append((t["source"], place[event["kind"], event["name"], event.get("index")]))
+        seen.setdefault(t["target"])
+    if order != sorted(order):
+        yield "the steps are not in model order"
+    if document["states"] and list(seen) != list(range(len(document["states"]))):
+        yield "the states are not numbered breadth-first"
+    for t in document["transitions"]:
+        if t["controllable"] != (t["event"]["kind"] in ("request", "cancel", EventKind.TAU.value)):
+            yield f"controllable is wrong in {t}"
+
+
+def _states(document: Document) -> set[Any]:
+    found = {_frozen({k: v for k, v in s.items() if k != "id"}) for s in document["states"]}
+    if document["states"]:
+        found.add(("initial", _frozen(_state(document, document["initial"]))))
+    return found
+
+
+def _state(document: Document, number: int) -> Document:
+    return {k: v for k, v in document["states"][number].items() if k != "id"}
+
+
+def _steps(document: Document) -> set[Any]:
+    return {
+        (
+            _frozen(_state(document, t["source"])),
+            _frozen(t["event"]),
+            _frozen(_state(document, t["target"])),
+        )
+        for t in document["transitions"]
+    }
+
+
+def _frozen(value: Any) -> Any:
+    """A document as something that can be in a set; 1, 1.0 and true stay three things."""
+    if isinstance(value, dict):
+        return tuple(sorted((k, _frozen(v)) for k, v in value.items()))
+    return (type(value).__name__, value)

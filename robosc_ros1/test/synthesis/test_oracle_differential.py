@@ -1,0 +1,59 @@
+"""robosc against the oracle on random robots.
+
+A run of ``pytest … --models 5000 --first-model 1000`` tries that many seeds from there on; without
+the option it is about a minute's worth.
+"""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from random_models import models, random_model
+from synthesis.differential import differences
+from synthesis.oracle import Oracle
+from synthesis.subject import robot_of
+
+ENGINES = ["dense"]
+
+
+def check(text: str, engine: str, seed: int | None = None) -> None:
+    robot = robot_of(text)
+    found = differences(robot, Oracle(robot), engine)
+    assert not found, "\n".join([f"seed {seed}, engine {engine}", text, *found[:20]])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@settings(
+    derandomize=True,
+    deadline=None,
+    max_examples=60,
+    suppress_health_check=list(HealthCheck),
+)
+@given(text=models(st.integers(1, 2)))
+def test_random_robots_shrinking(engine: str, text: str) -> None:
+    check(text, engine)
+
+
+@pytest.mark.timeout(0)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_random_robots_by_seed(engine: str, pytestconfig: pytest.Config) -> None:
+    count = pytestconfig.getoption("--models", default=None)
+    first = pytestconfig.getoption("--first-model", default=0)
+    for seed in range(first, first + (150 if count is None else count)):
+        check(random_model(random.Random(seed), 1 + seed % 4), engine, seed)
+
+
+def test_random_robots_are_of_all_sorts() -> None:
+    """The comparison means something: supervisors that are empty, restricting, and trivial."""
+    seen = set()
+    for seed in range(120):
+        oracle = Oracle(robot_of(random_model(random.Random(seed), 1 + seed % 3)))
+        seen.add("empty" if oracle.empty else "not empty")
+        if not oracle.empty:
+            seen |= {oracle.status(event) for event in oracle.events if event.controllable}
+            if len(oracle.controlled[0]) < len(oracle.plant[0]):
+                seen.add("fewer states")
+    assert seen == {"empty", "not empty", "as required", "restricted", "never", "fewer states"}
