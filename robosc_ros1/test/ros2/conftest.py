@@ -2,11 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from ros2.ros2_support import Bed, Graph, Unavailable, free_domain, test_bed
+from robosc import pipeline
+from robosc.emit.ros2 import emit
+from robosc.emit.writer import write
+from ros2.ros2_support import (
+    HERE,
+    REPOSITORY,
+    Bed,
+    Graph,
+    Process,
+    Unavailable,
+    free_domain,
+    test_bed,
+)
+
+MODELS = {
+    HERE / "models" / "guarded_arm.rscd": "guarded_arm",
+    REPOSITORY / "examples" / "line_follower" / "line_follower.rscd": "line_follower_controller",
+}
 
 
 @pytest.fixture(scope="session")
@@ -27,3 +47,46 @@ def graph(bed: Bed, tmp_path: Path) -> Iterator[Graph]:
             yield graph
         finally:
             graph.close()
+
+
+@dataclass(frozen=True)
+class Built:
+    """Generated packages, built and installed by colcon into one prefix each."""
+
+    bed: Bed
+    folder: Path
+
+    def executable(self, package: str) -> Path:
+        return self.folder / "install" / package / "lib" / package / package
+
+    def environment(self, package: str) -> dict[str, str]:
+        prefix = self.folder / "install" / package
+        (site,) = prefix.glob("lib/python3*/site-packages")
+        path = os.pathsep.join((str(site), self.bed.environment["PYTHONPATH"]))
+        index = os.pathsep.join((str(prefix), self.bed.environment["AMENT_PREFIX_PATH"]))
+        return {"PYTHONPATH": path, "AMENT_PREFIX_PATH": index}
+
+
+@pytest.fixture(scope="session")
+def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
+    """The controllers of the guarded arm and of the line follower, built as a user does it."""
+    folder = tmp_path_factory.mktemp("colcon")
+    for model, package in MODELS.items():
+        supervisor = pipeline.synthesize(pipeline.load(model).robot)
+        write(emit(supervisor, package), folder / "src")
+    bed.run("colcon", "build", folder=folder)
+    return Built(bed, folder)
+
+
+@pytest.fixture
+def controller(built: Built, graph: Graph) -> Callable[..., Process]:
+    """Starts a generated controller in the test's graph; parameters by their ROS 2 names."""
+
+    def start(package: str = "guarded_arm", **parameters: object) -> Process:
+        words: list[str | Path] = [built.executable(package), "--ros-args"]
+        for name, value in parameters.items():
+            text = json.dumps(value) if isinstance(value, bool | int | float) else f"'{value}'"
+            words += ["-p", f"{name.replace('__', '.')}:={text}"]
+        return graph.start(*words, **built.environment(package))
+
+    return start

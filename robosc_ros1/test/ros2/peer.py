@@ -245,12 +245,15 @@ def main() -> None:
         with contextlib.suppress(ExternalShutdownException):
             executor.spin()
 
-    threading.Thread(target=spin, daemon=True).start()
+    spinning = threading.Thread(target=spin, daemon=True)
+    spinning.start()
     for line in sys.stdin:
         # An order may wait for something (a subscriber, a service); others may not have to.
         threading.Thread(target=peer.obey, args=(line,), daemon=True).start()
     # Leave the graph in order; callbacks that still wait for orders are not worth waiting for.
     rclpy.try_shutdown()
+    spinning.join(5.0)
+    peer.node.destroy_node()
     os._exit(0)
 
 

@@ -1,0 +1,160 @@
+"""A ROS 2 package (ament_python) from a supervisor.
+
+``controller.py``, ``model.py`` and ``_runtime/`` are those of the ROS 1 package, byte for byte; what is
+different is the wiring, and what the build tools want to see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from xml.sax.saxutils import escape
+
+from robosc.emit.context import ParameterView, parameter_views, readme_context
+from robosc.emit.controller import ControllerContext, controller_context
+from robosc.emit.engine import render, verbatim
+from robosc.emit.naming import file_of
+from robosc.emit.package import File, Package, frozen_files, runtime_files
+from robosc.emit.ros1 import MAINTAINER, TopicView, _data_module, _model_module, _plant_module
+from robosc.model.entities import Communication, Kind, Robot
+from robosc.supervisor import Supervisor
+
+__all__ = ["emit"]
+
+ALWAYS_NEEDED = (
+    "action_msgs", "ament_index_python", "diagnostic_msgs", "launch", "launch_ros",
+    "rcl_interfaces", "rclpy", "rosgraph_msgs", "std_msgs",
+)  # fmt: skip
+
+_FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
+
+
+@dataclass(frozen=True)
+class PackageContext:
+    """What all templates of ``ros2/`` see."""
+
+    package: str
+    node_name: str
+    robot: str
+    source: str
+    version: str
+    maintainer: str
+    maintainer_email: str
+    licence: str
+    class_name: str
+    dependencies: tuple[str, ...]
+    modules: tuple[str, ...]
+    subscriptions: tuple[TopicView, ...]
+    publications: tuple[TopicView, ...]
+    services: tuple[TopicView, ...]
+    actions: tuple[TopicView, ...]
+    parameters: tuple[ParameterView, ...]
+
+
+def emit(supervisor: Supervisor, package: str) -> Package:
+    """The package, ready to be written and built with colcon.
+
+    ``package`` is a legal package name; the node has the same.
+    """
+    robot = supervisor.plant.robot
+    source = file_of(robot.span)
+    controller = controller_context(supervisor, source)
+    context = _context(robot, package, source, controller)
+    templates = {
+        "setup.py": "setup.py",
+        "setup.cfg": "setup.cfg",
+        f"resource/{package}": "marker",
+        f"launch/{package}.launch.py": "launch.py",
+        f"config/{package}.yaml": "config.yaml",
+        f"{package}/node.py": "node.py",
+    }
+    files = {
+        **{path: File(render(f"ros2/{name}.jinja", context)) for path, name in templates.items()},
+        "package.xml": File(render("ros2/package.xml.jinja", _escaped(context))),
+        f"{package}/__init__.py": File(_data_module(source, f"Controller of {robot.name}.", "")),
+        f"{package}/controller.py": File(render("common/controller.py.jinja", controller)),
+        f"{package}/model.py": File(_model_module(supervisor, source)),
+        f"{package}/ros.py": File(verbatim("ros2/ros.py")),
+    }
+    return Package(package, frozen_files({**files, **runtime_files(f"{package}/_runtime")}))
+
+
+def _context(
+    robot: Robot, package: str, source: str, controller: ControllerContext
+) -> PackageContext:
+    communications = robot.communications.values()
+
+    def topics(kind: Kind) -> tuple[TopicView, ...]:
+        return _topics(c for c in communications if c.kind is kind)
+
+    def servers(kind: Kind) -> tuple[TopicView, ...]:
+        return tuple(
+            TopicView(_name(c), _type(c), key=c.key) for c in communications if c.kind is kind
+        )
+
+    return PackageContext(
+        package=package,
+        node_name=package,
+        robot=robot.name,
+        source=source,
+        version="0.1.0",
+        maintainer=MAINTAINER[0],
+        maintainer_email=MAINTAINER[1],
+        licence="BSD-3-Clause",
+        class_name=controller.class_name,
+        dependencies=tuple(sorted({c.binding.package for c in communications} | {*ALWAYS_NEEDED})),
+        modules=tuple(sorted({_module(c) for c in communications})),
+        subscriptions=topics(Kind.OUTGOING),
+        publications=topics(Kind.INCOMING),
+        services=servers(Kind.SERVICE),
+        actions=servers(Kind.ACTION),
+        parameters=_parameters(robot),
+    )
+
+
+def _module(communication: Communication) -> str:
+    return f"{communication.binding.package}.{_FOLDERS.get(communication.kind, 'msg')}"
+
+
+def _type(communication: Communication) -> str:
+    return f"{_module(communication)}.{communication.binding.type}"
+
+
+def _name(communication: Communication) -> str:
+    """The identifier as ROS 2 spells it: a private name has a slash behind the tilde."""
+    name = communication.identifier
+    return f"~/{name[1:]}" if name.startswith("~") and not name.startswith("~/") else name
+
+
+def _topics(communications: Iterable[Communication]) -> tuple[TopicView, ...]:
+    """One entry per topic and type, whatever number of messages share it."""
+    keys: dict[tuple[str, str], list[str]] = {}
+    for communication in communications:
+        place = (_name(communication), _type(communication))
+        keys.setdefault(place, []).append(communication.key)
+    return tuple(TopicView(name, type_, tuple(found)) for (name, type_), found in keys.items())
+
+
+def _parameters(robot: Robot) -> tuple[ParameterView, ...]:
+    """Those of ROS 1 with dots for slashes, and the quality of service of each message."""
+    views = [replace(p, name=p.name.replace("/", ".")) for p in parameter_views(robot)]
+    for communication in robot.communications.values():
+        if communication.kind in _FOLDERS:
+            continue
+        name = robot.display_names[communication.key]
+        incoming = communication.kind is Kind.INCOMING
+        for quality, type_, default, doc in (
+            ("reliability", "string", '"reliable"' if incoming else '"best_effort"',
+             f"reliability of {name} (reliable, best_effort)"),
+            ("durability", "string", '"volatile"',
+             f"durability of {name} (volatile, transient_local)"),
+            ("depth", "integer", "10" if incoming else "100", f"length of the queue of {name}"),
+        ):  # fmt: skip
+            full = f"qos.{name}.{quality}"
+            views.append(ParameterView(full, full.replace(".", "_"), type_, default, doc))
+    return tuple(views)
+
+
+def _escaped(context: PackageContext) -> PackageContext:
+    """The context with texts fit for XML."""
+    return replace(context, source=escape(context.source))
