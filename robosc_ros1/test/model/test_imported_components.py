@@ -231,3 +231,51 @@ def test_a_bad_prefix_is_marked(model: Path) -> None:
     (model.parent / "wheels.rscd").write_text(WHEELS)
     text = 'component Left from Wheels import Wheel with prefix: "/le ft"'
     assert codes(read(model, text)[1]) == ["ros-name"]
+
+
+def test_one_library_imported_from_two_folders_is_one(model: Path) -> None:
+    shared = model.parents[1] / "shared"
+    shared.mkdir()
+    (model.parent / "hands.rscd").write_text(HANDS)
+    (shared / "hands.rscd").write_text(HANDS)
+    (shared / "bodies.rscd").write_text(
+        "library Bodies { component Side from Hands import Finger }"
+    )
+    robot = robot_of(
+        model,
+        "component A from Hands import Arm\ncomponent F from Bodies import Side",
+    )
+    behaviour = robot.component("A").behaviour
+    assert behaviour is not None
+    assert behaviour.states[1].transitions[0].communication == "F.touched"
+    (shared / "hands.rscd").write_text(HANDS + "// changed\n")
+    assert "library-clash" in codes(
+        read(model, "component F from Bodies import Side\ncomponent A from Hands import Arm")[1]
+    )
+
+
+def test_a_library_cannot_have_the_name_of_the_robot(model: Path) -> None:
+    (model.parent / "wheels.rscd").write_text(WHEELS.replace("Wheels", "One"))
+    assert codes(read(model, TWO.replace("Wheels", "One"))[1]) == ["library-clash"] * 2
+
+
+def test_a_chain_of_libraries_ends_with_an_error_not_with_the_stack(model: Path) -> None:
+    for i in range(60):
+        text = f"library L{i} {{ component C from L{i + 1} import C }}"
+        (model.parent / f"l{i}.rscd").write_text(text)
+    assert codes(read(model, "component C from L0 import C")[1]) == ["too-deep"]
+
+
+@pytest.mark.parametrize("start", ["robots/one", "robots", "robots/one/deep"])
+def test_paths_are_relative_as_the_user_gave_them(
+    model: Path, monkeypatch: pytest.MonkeyPatch, start: str
+) -> None:
+    root = model.parents[2]
+    (root / "robots" / "shared").mkdir()
+    (root / "robots" / "shared" / "wheels.rscd").write_text(WHEELS)
+    (model.parent / "deep").mkdir()
+    model.write_text(f"robot One {{ {TWO} }}")
+    monkeypatch.chdir(root / start)
+    relative = {"robots/one": "one.rscd", "robots": "one/one.rscd"}.get(start, "../one.rscd")
+    robot, diagnostics = load(relative, definitions=MessageDefinitions())
+    assert robot is not None, render_all(diagnostics)

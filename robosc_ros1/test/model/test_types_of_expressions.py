@@ -171,3 +171,12 @@ def test_a_part_that_does_not_exist_is_marked() -> None:
         ("type-mismatch", "value.list"),
         ("unknown-member", "lst"),
     ]
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_datatypes_nested_without_end_are_refused(order: int) -> None:
+    chain = [f"datatype object A{i} {{ x: A{i + 1} }}" for i in range(1000)]
+    chain.append("datatype object A1000 { x: double }")
+    text = "\n".join(chain[::order])
+    found = faults("component P { outgoing message m with type: A0 links l }\n" + text)
+    assert "too-deep" in [code for code, _ in found]

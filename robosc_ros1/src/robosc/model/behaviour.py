@@ -386,14 +386,15 @@ class BehaviourResolver:
                 [Note("the first one is here", initial[0].name.span)],
             )
         if not initial:
-            states = list(self._instance.states)
+            states = [
+                f"initial {'marked ' if s.marked else ''}state {s.name.text}"
+                for s in self._instance.states.values()
+            ]
             self._report.add(
                 "no-initial-state",
                 self._instance.node.name.span,
                 f"{name} has behaviour but no initial state",
-                f"write: initial state {states[0]}"
-                if states
-                else "add: initial marked state idle {}",
+                f"write: {states[0]}" if states else "add: initial marked state idle {}",
             )
 
     def _check_hiding(self, behaviour: Behaviour) -> None:

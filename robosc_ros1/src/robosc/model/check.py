@@ -178,6 +178,8 @@ def check_unused(
     for name, interface in scope.interfaces.items():
         if name not in scope.used_interfaces:
             report.add("unused-interface", interface.name.span, f"interface '{name}' is never used")
+    if scope.node.kind == "library":
+        return  # whoever imports it may read its variables
     expressions = list(_all_expressions(model))
     _check_variables(assembly, expressions, report)
     _check_enum_values(scope, model, expressions, universe, report)

@@ -65,6 +65,9 @@ class Universe:
         )
 
 
+# Far beyond any ROS message; keeps whatever walks through types from exhausting the stack.
+_DEEPEST = 50
+
 ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
 
 
@@ -82,6 +85,7 @@ class TypeTable:
         self._report = report
         self._condition = condition
         self._types: dict[str, Type | None] = {}
+        self._depths: dict[str, int] = {}
         self._open: list[str] = []
         self._shells: dict[str, EnumType] = {}
         self._by_value: dict[str, list[EnumType]] = {}
@@ -135,7 +139,20 @@ class TypeTable:
                     or len(self._open) > 1
                 ):
                     self.scope.used_datatypes.add(name.text)
-                return self._named(name.text, node)
+                found = self._named(name.text, node)
+                return found if found is None else self._shallow(node, found)
+
+    def _shallow(self, node: NamedTypeNode, found: Type) -> Type | None:
+        """The type, unless datatypes are nested deeper than anything that ROS carries."""
+        depth = self._depths.get(node.name.text, 0) + 1
+        if self._open:
+            self._depths[self._open[-1]] = max(depth, self._depths.get(self._open[-1], 0))
+        if depth <= _DEEPEST:
+            return found
+        self._report.add(
+            "too-deep", node.span, f"datatypes are nested more than {_DEEPEST} levels deep"
+        )
+        return None
 
     def _unknown(self, node: NamedTypeNode) -> None:
         if self.scope.is_lost(node.name.text):
@@ -182,6 +199,8 @@ class TypeTable:
                 "no ROS message can contain itself",
             )
             return None
+        if len(self._open) > _DEEPEST:
+            return self._shallow(use, NoneType()) if use is not None else None
         self._open.append(name)
         node = self.scope.datatypes[name]
         found = self._object(node) if isinstance(node, ObjectNode) else self._enum(node)

@@ -404,7 +404,7 @@ class Typer:
                 f"{root} has no value '{member.text}'",
                 self._report.suggest(member.text, enum.values),
             )
-        elif member.text in component.communications and not component.members:
+        elif member.text in component.communications:
             self._report.add(
                 "unknown-member",
                 member.span,

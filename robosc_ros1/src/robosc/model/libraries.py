@@ -6,7 +6,7 @@ A library is known by the name in its file, whatever the file is called.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,9 +22,9 @@ _HEAD = re.compile(rf"(?:\s|//[^\n]*|/\*.*?\*/)*library\s+\^?({IDENTIFIER})", re
 
 @dataclass(frozen=True)
 class Search:
-    """The files that declare a library, different in content, and the folders looked into."""
+    """The files that declare a library, by content, and the folders looked into."""
 
-    files: tuple[str, ...]
+    files: Mapping[str, str]
     folders: tuple[str, ...]
 
 
@@ -43,8 +43,8 @@ class LibraryFinder:
         home = Path(importer).parent
         folders = [
             home,
-            home.parent / "shared" if home != Path() else Path("../shared"),
-            home.parent / "libraries" if home != Path() else Path("../libraries"),
+            _above(home) / "shared",
+            _above(home) / "libraries",
             *map(Path, self._library_path),
             *self._share_folders(),
         ]
@@ -56,7 +56,7 @@ class LibraryFinder:
                 if real not in seen:
                     seen.add(real)
                     found.setdefault(text, file)
-        return Search(tuple(found.values()), tuple(dict.fromkeys(map(str, folders))))
+        return Search(found, tuple(dict.fromkeys(map(str, folders))))
 
     def _index(self, folder: Path) -> dict[str, list[tuple[str, str]]]:
         """The libraries of a folder by name: path and text of each."""
@@ -72,6 +72,11 @@ class LibraryFinder:
                     index.setdefault(match[1], []).append((str(file), source.text))
             self._folders[folder] = index
         return self._folders[folder]
+
+
+def _above(folder: Path) -> Path:
+    """The folder that holds a folder, in the user's way of writing paths."""
+    return folder / ".." if folder.name in ("", "..") and folder != Path("/") else folder.parent
 
 
 def _model_files(folder: Path) -> list[Path]:

@@ -101,6 +101,8 @@ class _Loader:
         self._strict = strict
         self._universe = Universe()
         self._libraries: dict[str, _File] = {}
+        self._paths: dict[str, dict[str, str]] = {}
+        self._robot: str | None = None
         self._open: list[str] = []
 
     def load(self, source: Source) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
@@ -128,6 +130,8 @@ class _Loader:
         if node is None:
             return _File(None, None, None, None, report.diagnostics)
         scope = FileScope.of(source, node, syntax, report)
+        if node.kind == "robot" and not self._open:
+            self._robot = scope.origin
         self._open.append(scope.origin)
         resolver = _FileResolver(self, scope, report)
         model = resolver.resolve()
@@ -145,14 +149,7 @@ class _Loader:
     def library(self, node: ImportNode, scope: FileScope, report: Report) -> _File | None:
         """The library that an import names; None after an error, here or in the library."""
         name = node.library.text
-        if name in self._open:
-            cycle = " -> ".join([*self._open[self._open.index(name) :], name])
-            report.add(
-                "import-cycle",
-                node.library.span,
-                f"library {name} imports itself: {cycle}",
-                "move what they share to a library of its own",
-            )
+        if not self._may_open(node, report):
             return None
         search = self._finder.find(name, scope.source.path)
         if not search.files:
@@ -163,19 +160,49 @@ class _Loader:
                 "looked in: " + listing(search.folders) + "\nadd a folder with --library-path",
             )
             return None
-        if len(search.files) > 1:
+        # What one importer finds, another in another folder may find elsewhere.
+        paths = {**self._paths.get(name, {}), **search.files}
+        if len(paths) > 1:
             report.add(
                 "library-clash",
                 node.library.span,
                 f"library '{name}' is found several times, with different content",
-                "keep one of: " + listing(search.files),
+                "keep one of: " + listing(paths.values()),
             )
             return None
-        path = search.files[0]
-        if path not in self._libraries:
-            self._libraries[path] = self._read_library(path, node)
-        file = self._libraries[path]
+        if name not in self._libraries:
+            (path,) = paths.values()
+            self._paths[name] = paths
+            self._libraries[name] = self._read_library(path, node)
+        file = self._libraries[name]
         return file if file.is_sound else None
+
+    def _may_open(self, node: ImportNode, report: Report) -> bool:
+        name = node.library.text
+        if name == self._robot:
+            report.add(
+                "library-clash",
+                node.library.span,
+                f"the library has the name of the robot, '{name}'",
+                "rename one of them",
+            )
+        elif name in self._open:
+            cycle = " -> ".join([*self._open[self._open.index(name) :], name])
+            report.add(
+                "import-cycle",
+                node.library.span,
+                f"library {name} imports itself: {cycle}",
+                "move what they share to a library of its own",
+            )
+        elif len(self._open) > _DEEPEST_IMPORT:
+            report.add(
+                "too-deep",
+                node.library.span,
+                f"libraries import libraries more than {_DEEPEST_IMPORT} levels deep",
+            )
+        else:
+            return True
+        return False
 
     def _read_library(self, path: str, node: ImportNode) -> _File:
         source, unreadable = read_source(path)
@@ -188,6 +215,9 @@ class _Loader:
             first = replace(errors[0], notes=(*errors[0].notes, note))
             file = replace(file, diagnostics=(first, *errors[1:]))
         return file
+
+
+_DEEPEST_IMPORT = 20
 
 
 class _FileResolver:

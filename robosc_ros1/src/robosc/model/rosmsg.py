@@ -334,7 +334,7 @@ def _places(model: Path, env: Mapping[str, str]) -> Iterator[tuple[Path, bool]]:
     for entry in env.get("CMAKE_PREFIX_PATH", "").split(os.pathsep):
         if entry:
             yield Path(entry) / "share", False
-    folder = model.absolute().parent
+    folder = Path(os.path.abspath(model)).parent  # noqa: PTH100 (resolve() would follow links)
     yield folder, False
     yield folder.parent, False
     for above in (folder, *folder.parents):
