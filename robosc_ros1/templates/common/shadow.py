@@ -14,6 +14,15 @@ class Undefined(Exception):
     """An expression reads an array element that did not come."""
 
 
+def attribute_of(message, name):
+    """How the message spells a field: with ``_`` behind it where it is a word of Python."""
+    return name if hasattr(message, name) else name + "_"
+
+
+def field_of(message, name):
+    return getattr(message, attribute_of(message, name))
+
+
 def divide(left, right):
     try:
         return left / right
@@ -50,11 +59,14 @@ class Shadow:
         self.states = {c["name"]: c["initial"] for c in plant["components"]}
         self.variables = {}
         self.types = {}
+        self.in_state = set()
         for component in plant["components"]:
             for variable in component["variables"]:
                 key = "%s.%s" % (component["name"], variable["name"])
                 self.variables[key] = variable["initial"]
                 self.types[key] = variable["type"]
+                if variable["in_state"]:
+                    self.in_state.add(key)
         self.busy = {
             c["key"]: False for c in plant["communications"] if c["kind"] in ("service", "action")
         }
@@ -95,7 +107,7 @@ class Shadow:
                     raise Undefined
                 part = part[name]
             else:
-                part = getattr(part, name)
+                part = field_of(part, name)
         return self.convert(type_, part)
 
     def convert(self, type_, part):
@@ -117,7 +129,7 @@ class Shadow:
         while type_[0] == "enum":
             type_ = self.enums[type_[1]]["from"]
         field = communication.get(kind + "_field")
-        return message if type_[0] == "object" or not field else getattr(message, field)
+        return message if type_[0] == "object" or not field else field_of(message, field)
 
     # Events
 
@@ -207,7 +219,9 @@ class Shadow:
                 continue
             type_ = self.types[key]
             if type_[0] == "integer" and len(type_) == 3 and not type_[1] <= value <= type_[2]:
-                raise Wrong("%s becomes %r, outside its range" % (key, value))
+                if key in self.in_state:
+                    raise Wrong("%s becomes %r, outside its range" % (key, value))
+                continue  # synthesis does not know this variable: it keeps its value
             variables[key] = value
         if transition["goto"] is not None:
             states[component] = transition["goto"]

@@ -1,7 +1,8 @@
 """A small controller as the generator would write it, and a port that a test plays.
 
-The robot: a range sensor (clear or blocked), a motor with ``go`` and ``halt``, a lamp (service) that
-may always be switched, and an arm (action) that may only run while blocked and mirrors its phase.
+The robot: a range sensor (clear or blocked), a motor with ``go`` and ``halt``, a lamp (service)
+that may always be switched, and an arm (action) that may only run while blocked and mirrors its
+phase.
 """
 
 from __future__ import annotations

@@ -99,9 +99,7 @@ def readme_context(
     robot = supervisor.plant.robot
 
     def interfaces(kind: Kind) -> tuple[InterfaceView, ...]:
-        return tuple(
-            _interface(c, robot) for c in robot.communications.values() if c.kind is kind
-        )
+        return tuple(_interface(c, robot) for c in robot.communications.values() if c.kind is kind)
 
     return ReadmeContext(
         package=package,

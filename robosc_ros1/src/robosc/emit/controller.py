@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import prod
+from textwrap import indent, wrap
 
 from robosc.emit.naming import Names, field_attribute, place
 from robosc.emit.python import (
@@ -49,6 +50,9 @@ from robosc.names import snake_case
 from robosc.supervisor import Guard, Supervisor
 
 __all__ = ["CommandView", "ControllerContext", "InputView", "controller_context"]
+
+_SHORT = 60
+"""A dict that is no longer than this stays on one line."""
 
 SETTLE_LIMIT = 10_000
 """No settling takes more steps than this, whatever the product of the components' states is."""
@@ -150,8 +154,10 @@ class GuardLine:
 
 @dataclass(frozen=True)
 class ProvideView:
+    """A provide statement; ``data`` are the lines of a dict, the first without indentation."""
+
     condition: str | None
-    data: str
+    data: tuple[str, ...]
     place: str
 
 
@@ -167,6 +173,8 @@ class CommandView:
     guard: str
     guard_notes: tuple[str, ...]
     guard_lines: tuple[GuardLine, ...]
+    joiner: str
+    """What stands between the guard's lines: "and" or "or"."""
     consent: str | None
     consent_conditions: tuple[str, ...]
     busy: str | None
@@ -193,6 +201,7 @@ class TauView:
 @dataclass(frozen=True)
 class RequirementView:
     text: str
+    comments: tuple[str, ...]
     place: str
     method: str
     condition: str
@@ -262,6 +271,10 @@ class _Builder:
 
     def _text(self, expr: Expr) -> str:
         return in_controller(expr, self.attributes)
+
+    def _operand(self, expr: Expr) -> str:
+        """The text of a condition as an operand of ``and``."""
+        return operand(expr, self._text(expr))
 
     def build(self, robot_file: str) -> ControllerContext:
         guards = {id(g.event): g for g in self.supervisor.guards}
@@ -353,9 +366,11 @@ class _Builder:
             holds = requirement.condition
             if requirement.kind in ("disables", "never"):
                 holds = negation(holds)
+            where = place(requirement.span)
             yield RequirementView(
                 requirement.text,
-                place(requirement.span),
+                _comments([f"{requirement.text}  ({where})"]),
+                where,
                 self.names.take(f"requirement_{number}"),
                 self._text(holds),
             )
@@ -364,7 +379,7 @@ class _Builder:
 
     def _description(self, event: Event) -> str:
         communication = self.robot.communications[event.key]
-        return f"{event.kind.value} of {communication.kind.value} {communication.name}"
+        return f"{event.kind.value} of the {communication.kind.value} {communication.name}"
 
     def _input(self, event: Event) -> InputView:
         communication = self.robot.communications[event.key]
@@ -399,9 +414,7 @@ class _Builder:
         if isinstance(carried, ObjectType) and isinstance(type_, ObjectType):
             lines = []
             for reference in _value_parts(event):
-                text = converted(
-                    reference.type, access("message", reference.path), enums, counter
-                )
+                text = converted(reference.type, access("message", reference.path), enums, counter)
                 if any(isinstance(part, int) for part in reference.path):
                     text = f"optional(lambda: {text})"
                 lines.append((literal(path_text(reference.path)), text))
@@ -430,7 +443,7 @@ class _Builder:
             for p in self.robot.provides
             if p.communication == event.key and event.kind is EventKind.REQUEST
         )
-        notes, lines = self._guard(event, guard)
+        notes, joiner, lines = self._guard(event, guard)
         reason = None
         if guard is not None and guard.status != "as required":
             reason = self._reason(event)
@@ -443,6 +456,7 @@ class _Builder:
             guard=self.names.take(f"can_{kind}_{word}"),
             guard_notes=notes,
             guard_lines=lines,
+            joiner=joiner,
             consent=self.names.take(f"accepts_{kind}_of_{word}") if consent else None,
             consent_conditions=consent,
             busy=self.attributes.phases.get(event.key),
@@ -462,8 +476,8 @@ class _Builder:
 
     def _guard(
         self, event: Event, guard: Guard | None
-    ) -> tuple[tuple[str, ...], tuple[GuardLine, ...]]:
-        """Comments above the guard, and its conjuncts with the requirement that each comes from."""
+    ) -> tuple[tuple[str, ...], str, tuple[GuardLine, ...]]:
+        """Comments above the guard, and its parts with the requirement that each comes from."""
         expr = TRUE if guard is None else guard.expr
         status = "as required" if guard is None else guard.status
         requirements = [self.robot.requirements[i] for i in event.requirements]
@@ -474,8 +488,8 @@ class _Builder:
                 holds = requirement.condition
                 if requirement.kind == "disables":
                     holds = negation(holds)
-                lines.setdefault(operand(holds, self._text(holds)), []).append(text)
-            return (), tuple(GuardLine(tuple(c), t) for t, c in lines.items())
+                lines.setdefault(self._operand(holds), []).append(text)
+            return (), "and", tuple(GuardLine(_comments(c), t) for t, c in lines.items())
         notes = list(texts)
         if event.kind is EventKind.CANCEL:
             if not requirements:
@@ -486,9 +500,11 @@ class _Builder:
             notes.append("Restricted further by synthesis: " + (self._reason(event) or ""))
         elif status == "never" and expr == FALSE and event.kind is EventKind.REQUEST:
             notes.append("Never allowed: " + (self._reason(event) or "found by synthesis"))
-        return tuple(n.strip() for n in notes), tuple(
-            GuardLine((), operand(part, self._text(part))) for part in _conjuncts(expr)
-        )
+        parts = _chain(expr, "and")
+        if len(parts) > 1:
+            return _comments(notes), "and", tuple(GuardLine((), self._operand(p)) for p in parts)
+        parts = _chain(expr, "or")
+        return _comments(notes), "or", tuple(GuardLine((), self._text(p)) for p in parts)
 
     def _provide(self, provide: Provide) -> ProvideView:
         communication = self.robot.communications[provide.communication]
@@ -497,15 +513,19 @@ class _Builder:
             field = communication.binding.request_field
             text = f"{{{literal(field or '')}: {text}}}"
         condition = None if provide.condition is None else self._text(provide.condition)
-        return ProvideView(condition, text, place(provide.span))
+        return ProvideView(condition, tuple(text.split("\n")), place(provide.span))
 
     def _data(self, data: Data, type_: Type) -> str:
         if isinstance(data, DataObject):
-            parts = (
+            parts = [
                 f"{literal(name)}: {self._data(value, _property(type_, name))}"
                 for name, value in data.fields
-            )
-            return "{" + ", ".join(parts) + "}"
+            ]
+            short = "{" + ", ".join(parts) + "}"
+            if len(short) <= _SHORT and "\n" not in short:
+                return short
+            lines = "".join(f"{part},\n" for part in parts)
+            return "{\n" + indent(lines, "    ") + "}"
         if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
             # A message's floating point field takes a float, not an integer.
             if isinstance(data, Literal) and isinstance(data.value, int):
@@ -525,7 +545,7 @@ class _Builder:
             parts = [self._location_test(axis, [e.source for e in moved])]
             for condition in (edge.guard, None if guard is None else guard.expr):
                 if condition is not None and condition != TRUE:
-                    parts.append(operand(condition, self._text(condition)))
+                    parts.append(self._operand(condition))
             text = " and ".join(part for part in parts if part) or "True"
             moves.append((text, str(axis.values[edge.target])))
         return TauView(
@@ -658,6 +678,13 @@ def _alike(edges: Iterable[Edge]) -> list[list[Edge]]:
     return list(groups.values())
 
 
+def _comments(texts: Iterable[str]) -> tuple[str, ...]:
+    """Comments in lines of bearable length."""
+    return tuple(
+        line for text in texts for line in wrap(text.strip(), 88, subsequent_indent="    ")
+    )
+
+
 def _value_parts(event: Event) -> list[ValueRef]:
     """The parts of the value that any transition reads, data-only variables included."""
     found: dict[tuple[str | int, ...], ValueRef] = {}
@@ -673,9 +700,10 @@ def _value_parts(event: Event) -> list[ValueRef]:
     return list(found.values())
 
 
-def _conjuncts(expr: Expr) -> list[Expr]:
-    if isinstance(expr, Binary) and expr.operator == "and":
-        return [*_conjuncts(expr.left), *_conjuncts(expr.right)]
+def _chain(expr: Expr, operator: str) -> list[Expr]:
+    """The operands of a chain of ``and`` or ``or``; the expression alone if it is none."""
+    if isinstance(expr, Binary) and expr.operator == operator:
+        return [*_chain(expr.left, operator), *_chain(expr.right, operator)]
     return [expr]
 
 
@@ -712,9 +740,7 @@ def _settle_bound(supervisor: Supervisor) -> int:
     combinations of those, nor than reachable states.
     """
     plant = supervisor.plant
-    axes = {
-        p.axis for e in plant.events if e.kind is EventKind.TAU for p in e.participants
-    }
+    axes = {p.axis for e in plant.events if e.kind is EventKind.TAU for p in e.participants}
     combinations = prod(
         axis.size
         for index, axis in enumerate(plant.axes)

@@ -1,7 +1,7 @@
 """The model as plain data, for viewers (``~model``) and for the test that plays the robot.
 
-Nothing here is derived: components, transitions, requirements as the user wrote them. So the test of
-a package has the model from here and does not believe the controller.
+Nothing here is derived: components, transitions, requirements as the user wrote them. So the test
+of a package has the model from here and does not believe the controller.
 """
 
 from __future__ import annotations
@@ -106,8 +106,7 @@ def _component(component: Component, robot: Robot) -> dict[str, Json]:
             {"name": s.name, "initial": s.initial, "marked": s.marked} for s in behaviour.states
         ]
         variables = [
-            {"name": v.name, "type": str(v.type), "initial": v.initial}
-            for v in behaviour.variables
+            {"name": v.name, "type": str(v.type), "initial": v.initial} for v in behaviour.variables
         ]
         transitions = _transitions(behaviour, component.name, robot)
     return {
@@ -222,9 +221,7 @@ def _plant_communication(
 def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
     behaviour = component.behaviour
     assert behaviour is not None
-    entries: list[tuple[str | None, ResultTransition]] = [
-        (None, t) for t in behaviour.transitions
-    ]
+    entries: list[tuple[str | None, ResultTransition]] = [(None, t) for t in behaviour.transitions]
     taus: list[tuple[str | None, Tau]] = [(None, t) for t in behaviour.taus]
     for state in behaviour.states:
         entries.extend((state.name, t) for t in state.transitions)
@@ -234,7 +231,12 @@ def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
         "states": [s.name for s in behaviour.states],
         "initial": next(s.name for s in behaviour.states if s.initial),
         "variables": [
-            {"name": v.name, "type": _type(v.type, enums), "initial": v.initial}
+            {
+                "name": v.name,
+                "type": _type(v.type, enums),
+                "initial": v.initial,
+                "in_state": v.in_state,
+            }
             for v in behaviour.variables
         ],
         "transitions": [

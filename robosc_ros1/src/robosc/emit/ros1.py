@@ -147,9 +147,7 @@ def _topics(communications: Iterable[Communication]) -> tuple[TopicView, ...]:
 
 def _escaped(context: PackageContext) -> PackageContext:
     """The context with texts fit for XML."""
-    parameters = tuple(
-        replace(p, doc=escape(p.doc, {'"': "&quot;"})) for p in context.parameters
-    )
+    parameters = tuple(replace(p, doc=escape(p.doc, {'"': "&quot;"})) for p in context.parameters)
     return replace(context, source=escape(context.source), parameters=parameters)
 
 

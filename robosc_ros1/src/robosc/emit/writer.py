@@ -1,8 +1,8 @@
 """Putting a generated package on disk without harm to what is there.
 
-Files that robosc did not write are never replaced, unless that is asked for; files whose content does
-not change are not touched, so that nothing is built again; and everything new is complete in a
-folder beside the target before the first file moves to its place.
+Files that robosc did not write are never replaced, unless that is asked for; files whose content
+does not change are not touched, so that nothing is built again; and everything new is complete in
+a folder beside the target before the first file moves to its place.
 """
 
 from __future__ import annotations

@@ -91,4 +91,4 @@ def only_field(message: Any) -> str:
     names = [name for name in names if name != "_check_fields"]  # rclpy's own
     if len(names) != 1:
         raise TypeError("%s has %d data fields, not one" % (type(message).__name__, len(names)))
-    return names[0].lstrip("_")
+    return str(names[0]).lstrip("_")

@@ -1,0 +1,167 @@
+"""The generated controller means what the plant means: every event, in each state of a walk.
+
+The reference is ``ir.step``; the controller is real generated code.
+"""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import pytest
+from emit.generated_code import controller_class, supervisor_of
+from random_models import random_model
+
+from robosc.emit.python import path_text
+from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
+from robosc.ir.step import Verdict, holds, outcome, valuations
+from robosc.model.entities import EventKind
+from robosc.model.expr import ValueRef, walk
+from robosc.model.types import (
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    ObjectType,
+    StringType,
+    Type,
+    Value,
+)
+from robosc.runtime.values import Mismatch
+
+
+class Twin:
+    """A generated controller that is put into states of the plant and read back."""
+
+    def __init__(self, text: str) -> None:
+        self.supervisor = supervisor_of(text)
+        self.plant: Plant = self.supervisor.plant
+        make, context = controller_class(self.supervisor)
+        self.controller = make()
+        phases = {c.busy: c.key for c in (*self.controller.COMMANDS,) if c.busy is not None}
+        names = {(AxisKind.LOCATION, name): attribute for name, attribute in context.locations}
+        names |= {(AxisKind.VARIABLE, name): attribute for name, attribute in context.variables}
+        names |= {(AxisKind.PHASE, key): attribute for attribute, key in phases.items()}
+        self.attributes = [names[axis.kind, axis.name] for axis in self.plant.axes]
+        self.inputs = {(i.key, i.kind): i for i in self.controller.INPUTS}
+        self.commands = {(c.key, c.kind): c for c in self.controller.COMMANDS}
+        self.taus = {(t.component, t.number): t for t in self.controller.TAUS}
+
+    def put(self, state: PlantState) -> None:
+        for axis, index, attribute in zip(self.plant.axes, state, self.attributes, strict=True):
+            value = index == 1 if axis.kind is AxisKind.PHASE else axis.values[index]
+            setattr(self.controller, attribute, value)
+
+    def state(self) -> PlantState:
+        return tuple(
+            int(getattr(self.controller, attribute))
+            if axis.kind is AxisKind.PHASE
+            else axis.values.index(getattr(self.controller, attribute))
+            for axis, attribute in zip(self.plant.axes, self.attributes, strict=True)
+        )
+
+    def call(self, method: str | None, *arguments: Any) -> Any:
+        return getattr(self.controller, method)(*arguments) if method is not None else None
+
+
+def incoming(plant: Plant, event: Event, values: tuple[Value | None, ...]) -> Any:
+    """The value as a ``read_`` method gives it."""
+    type_ = plant.robot.communications[event.key].value_type(event.kind)
+    given = dict(zip((p.path for p in event.parameters), values, strict=True))
+    parts: dict[tuple[str | int, ...], Type] = {}
+    for participant in event.participants:
+        for edge in participant.edges:
+            for expr in [*(e for _, e in edge.updates), *(a.value for a in edge.data)]:
+                for part in walk(expr):
+                    if isinstance(part, ValueRef):
+                        parts[part.path] = part.type
+    if isinstance(type_, ObjectType):
+        return {
+            path_text(path): given[path] if path in given else some(part_type)
+            for path, part_type in {**parts, **{p.path: p.type for p in event.parameters}}.items()
+        }
+    return given[()] if () in given else some(type_)
+
+
+def some(type_: Type) -> Value:
+    match type_:
+        case BooleanType():
+            return True
+        case DoubleType():
+            return 1.5
+        case IntegerType(bounds=bounds):
+            return bounds[0] if bounds else 3
+        case EnumType(values=values):
+            return values[0]
+        case StringType():
+            return "text"
+    return 0
+
+
+def check_event(
+    twin: Twin, event: Event, values: tuple[Value | None, ...], state: PlantState
+) -> PlantState | None:
+    """Compare one event in one state; where it leads if it is possible."""
+    expected = outcome(twin.plant, event, values, state)
+    twin.put(state)
+    if event.kind is EventKind.TAU:
+        return check_tau(twin, event, state, expected)
+    if event.controllable:
+        command = twin.commands[event.key, event.kind.value]
+        in_phase = event.phase is None or state[event.phase.axis] == event.phase.source
+        consent = command.consent is None or twin.call(command.consent)
+        assert (in_phase and consent) == (not isinstance(expected, Verdict)), event
+        if isinstance(expected, Verdict):
+            return None
+        check_guard(twin, event, state, command.guard)
+        twin.call(command.apply)
+    else:
+        try:
+            method = twin.inputs[event.key, event.kind.value].apply
+            twin.call(method, incoming(twin.plant, event, values))
+        except Mismatch:
+            assert isinstance(expected, Verdict), event
+            assert twin.state() == state, "a mismatch changes nothing"
+            return None
+    assert twin.state() == expected, (event, values)
+    return twin.state()
+
+
+def check_guard(twin: Twin, event: Event, state: PlantState, method: str) -> None:
+    guard = next(g for g in twin.supervisor.guards if g.event == event)
+    assert twin.call(method) == holds(twin.plant, guard.expr, state), event
+
+
+def check_tau(twin: Twin, event: Event, state: PlantState, expected: Any) -> PlantState | None:
+    guard = next(g for g in twin.supervisor.guards if g.event == event)
+    possible = not isinstance(expected, Verdict) and holds(twin.plant, guard.expr, state)
+    tau = twin.taus.get((event.key, event.index))
+    path = twin.call(tau.step) if tau is not None else None
+    if not possible or expected == state:  # a step that changes nothing is not taken
+        assert path is None
+        assert twin.state() == state
+        return None
+    axis = event.participants[0].axis
+    names = twin.plant.axes[axis].values
+    assert path == f"{names[state[axis]]}->{names[expected[axis]]}"
+    assert twin.state() == expected
+    return twin.state()
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_walks_of_random_models(seed: int) -> None:
+    rng = random.Random(seed)
+    twin = Twin(random_model(rng, 1 + seed % 3))
+    state = twin.plant.initial
+    assert twin.state() == state
+    for _ in range(40):
+        successors = []
+        for event in twin.plant.events:
+            choices = list(valuations(event))
+            for values in rng.sample(choices, min(len(choices), 8)):
+                after = check_event(twin, event, values, state)
+                if after is not None:
+                    successors.append(after)
+        if not successors:
+            break
+        state = rng.choice(successors)

@@ -1,0 +1,70 @@
+"""Generated packages byte for byte. ``golden/update.py`` writes them anew after a wanted change."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+from pathlib import Path
+
+import pytest
+from emit.golden_packages import MODELS, golden_folder, kept_files, package_of
+
+import robosc.runtime
+from robosc.emit.package import MARKER
+
+RUNTIME = Path(robosc.runtime.__file__).parent
+
+
+def needs_definitions(model: str) -> None:
+    if model != "lantern" and importlib.util.find_spec("genmsg") is None:
+        pytest.skip("genmsg is not installed, so that message definitions cannot be read")
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_package_is_the_golden_one(model: str) -> None:
+    needs_definitions(model)
+    folder = golden_folder(model)
+    golden = {
+        path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+    assert {p: f.content for p, f in kept_files(package_of(model)).items()} == golden
+
+
+def test_generation_is_deterministic() -> None:
+    assert package_of("lantern").files == package_of("lantern").files
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_file_carries_the_marker(model: str) -> None:
+    needs_definitions(model)
+    for path, file in package_of(model).files.items():
+        assert MARKER in file.content[:600], path
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_all_python_parses_as_3_8_and_imports_nothing_of_robosc(model: str) -> None:
+    needs_definitions(model)
+    for path, file in package_of(model).files.items():
+        if path.endswith(".py") or path.startswith("scripts/"):
+            tree = ast.parse(file.content, path, feature_version=(3, 8))
+            for node in ast.walk(tree):
+                names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+                if isinstance(node, ast.ImportFrom):
+                    names = [node.module or ""]
+                assert not any(name.split(".")[0] == "robosc" for name in names), path
+
+
+def test_the_runtime_is_copied_as_it_is() -> None:
+    files = package_of("lantern").files
+    for source in RUNTIME.glob("*.py"):
+        copy = files[f"src/lantern_controller/_runtime/{source.name}"]
+        assert copy.content == source.read_text(encoding="utf-8")
+
+
+def test_the_controller_knows_no_ros() -> None:
+    for path, file in package_of("lantern").files.items():
+        if "_runtime" in path or path.endswith("controller.py"):
+            assert "import rospy" not in file.content, path
+            assert "rclpy." not in file.content.replace("rclpy's own", ""), path
