@@ -164,12 +164,18 @@ def test_the_environment_comes_before_what_lies_around(tmp_path: Path) -> None:
     assert found(definitions.message("p", "M")).parts[0].fields[0].name == "far"
 
 
-def test_without_genmsg_no_package_is_found(
+def test_without_genmsg_definitions_are_not_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     package(tmp_path, "p", msg__M="int8 a\n")
     monkeypatch.setattr(rosmsg, "_genmsg", lambda: None)
-    assert around(tmp_path / "m.rscd").message("p", "M") == Missing("package", "p")
+    definitions = around(tmp_path / "m.rscd")
+    assert definitions.message("p", "M") == Missing("genmsg", "p")
+    text = """
+    component P { outgoing message m with type: integer links l }
+    interface l use M from p
+    """
+    assert faults(text, definitions) == [("package-not-found", "p")]
 
 
 def test_advice_names_the_debian_packages() -> None:

@@ -18,7 +18,9 @@ from robosc.model.entities import (
 )
 from robosc.model.expr import Expr
 from robosc.model.expressions import ANY, BOOLEAN, Incoming, Typer, is_value, no_value, wants
+from robosc.model.reach import check_reach
 from robosc.model.report import Report, listing
+from robosc.model.targets import Targets
 from robosc.model.types import DoubleType, EnumType, Type, Value
 from robosc.model.values import check_range, coerce, default_value, fold
 from robosc.model.world import CommunicationInfo, Instance, Names
@@ -224,10 +226,11 @@ class BehaviourResolver:
     def _assignments(
         self, nodes: Sequence[AssignmentNode], incoming: Incoming
     ) -> tuple[Assignment, ...]:
+        targets = Targets(self._instance, self._names, self._report)
         found: list[Assignment] = []
         seen: dict[str, Span] = {}
         for node in nodes:
-            target = self._target(node.target)
+            target = targets.resolve(node.target)
             if target is not None and target in seen:
                 self._report.add(
                     "duplicate-assignment",
@@ -261,81 +264,6 @@ class BehaviourResolver:
             return None
         check_range(value, type_, f"'{target}'", self._report)
         return Assignment(target, coerce(value, type_), span=node.span)
-
-    def _target(self, access: Access) -> str | None:
-        """The own variable that is assigned; None after an error."""
-        own, root = self._instance, access.root.text
-        if is_value(access):
-            self._not_assignable(access, "'value' is what came in")
-        elif not access.path:
-            if root in own.variables:
-                return root
-            self._unknown_target(access)
-        elif len(access.path) == 1 and isinstance(member := access.path[0], Name):
-            component = self._names.component(root)
-            if component is own and member.text in own.variables:
-                return member.text
-            self._foreign_target(access, component, member)
-        else:
-            self._not_assignable(access, "variables have no parts")
-        return None
-
-    def _not_assignable(self, access: Access, why: str) -> None:
-        variables = listing(self._instance.variables)
-        self._report.add(
-            "not-assignable",
-            access.span,
-            f"only variables can be assigned: {why}",
-            f"{self._instance.name} has the variables: {variables}" if variables else None,
-        )
-
-    def _unknown_target(self, access: Access) -> None:
-        own, name = self._instance, access.root.text
-        if own.types.scope.is_lost(name):
-            return
-        if name in own.states:
-            self._not_assignable(access, f"'{name}' is a state; use goto")
-        elif self._names.component(name) is not None:
-            self._not_assignable(access, f"'{name}' is a component")
-        elif name in own.communications:
-            self._not_assignable(access, f"'{name}' is a communication")
-        else:
-            self._report.add(
-                "unknown-name",
-                access.span,
-                f"{own.name} has no variable '{name}'",
-                self._report.suggest(name, own.variables, "its variables"),
-            )
-
-    def _foreign_target(self, access: Access, component: Instance | None, member: Name) -> None:
-        root = access.root.text
-        scope = self._instance.types.scope
-        if component is None:
-            if self._names.is_broken(root) or scope.is_lost(root):
-                return
-            known = list(self._names.components)
-            self._report.add(
-                "unknown-name",
-                access.root.span,
-                f"there is no component '{root}'",
-                self._report.suggest(root, known),
-            )
-        elif member.text in component.variables:
-            self._report.add(
-                "foreign-assignment",
-                access.span,
-                f"{self._instance.name} cannot assign a variable of {component.name}",
-                f"let {component.name} react to the same event",
-            )
-        elif member.text in component.states:
-            self._not_assignable(access, f"'{access.span.text}' is a state")
-        elif not scope.is_lost(member.text):
-            self._report.add(
-                "unknown-member",
-                member.span,
-                f"{root} has no variable '{member.text}'",
-                self._report.suggest(member.text, component.variables, "its variables"),
-            )
 
     # --- rules about one automaton ---------------------------------------------------------------
 
@@ -373,7 +301,7 @@ class BehaviourResolver:
         self._check_hiding(behaviour)
         if initial and self.whole:
             start = [s.name.text for s in initial]
-            _check_reach(self._instance, behaviour, start, self._report)
+            check_reach(self._instance, behaviour, start, self._report)
 
     def _check_initial(self, node: BehaviourNode, initial: list[StateNode]) -> None:
         name = self._instance.name
@@ -416,59 +344,6 @@ class BehaviourResolver:
                     None,
                     [Note("the hidden one is here", self._event_spans[common[key].span.start])],
                 )
-
-
-def _check_reach(
-    instance: Instance, behaviour: Behaviour, initial: list[str], report: Report
-) -> None:
-    """States that cannot be reached, and reachable ones that no marked state follows."""
-    steps = {state.name: _successors(state, behaviour) for state in behaviour.states}
-    reached = _closure(initial, steps)
-    for name, state in instance.states.items():
-        if name not in reached:
-            report.add(
-                "unreachable-state",
-                state.name.span,
-                f"no transition leads {instance.name} to state '{name}'",
-            )
-    back: dict[str, set[str]] = {name: set() for name in steps}
-    for source, targets in steps.items():
-        for target in targets:
-            back[target].add(source)
-    marked = [s.name for s in behaviour.states if s.marked]
-    coming_home = _closure(marked, back)
-    lost = [name for name in steps if name in reached and name not in coming_home]
-    if not lost:
-        return
-    message = (
-        f"from state '{lost[0]}' of {instance.name} no marked state can be reached"
-        if marked
-        else f"{instance.name} has no marked state"
-    )
-    hint = (
-        "cut off: " + listing(lost)
-        if marked
-        else "mark the states in which its work is done: marked state"
-    )
-    report.add("no-marked-reachable", instance.states[lost[0]].name.span, message, hint)
-
-
-def _successors(state: State, behaviour: Behaviour) -> set[str]:
-    own = {(t.event, t.communication) for t in state.transitions}
-    common = (t for t in behaviour.transitions if (t.event, t.communication) not in own)
-    targets = [t.goto for t in (*state.transitions, *common)]
-    targets += [t.goto for t in (*state.taus, *behaviour.taus)]
-    return {t for t in targets if t is not None}
-
-
-def _closure(start: Iterable[str], steps: dict[str, set[str]]) -> set[str]:
-    found = set(start)
-    work = list(found)
-    while work:
-        for target in steps[work.pop()] - found:
-            found.add(target)
-            work.append(target)
-    return found
 
 
 def _incoming(event: str, info: CommunicationInfo) -> Incoming:

@@ -37,6 +37,7 @@ from robosc.model.types import (
     Type,
     is_number,
 )
+from robosc.model.unknown import NameFaults, last_name
 from robosc.model.values import accepts, comparable, describe
 from robosc.model.world import Names
 from robosc.syntax.nodes import Access, BinaryNode, ExprNode, LiteralNode, Name, UnaryNode
@@ -93,6 +94,7 @@ class Typer:
         self._types = types
         self._names = names
         self._incoming = incoming
+        self._faults = NameFaults(report, types, names)
 
     def check(self, node: ExprNode, want: Want, place: str) -> Expr | None:
         """The expression at a place (in words, for messages) that has needs."""
@@ -186,7 +188,7 @@ class Typer:
         """Check what stands beside something with an error: only what is wrong in itself."""
         if isinstance(node, Access) and not is_value(node):
             if self._meanings(node) == [] and node.path:
-                self._unknown(node, ANY)
+                self._faults.unknown(node)
         else:
             self.check(node, ANY, place)
 
@@ -197,7 +199,7 @@ class Typer:
             # A bare name may be a value of an enum that has an error.
             for known, access in ((first, left), (second, right)):
                 if known == [] and access.path:
-                    self._unknown(access, ANY)
+                    self._faults.unknown(access)
             return None
         known_types = [m.type for m in first], [m.type for m in second]
         first = first + self._out_of_sight(left, known_types[1], first)
@@ -205,7 +207,7 @@ class Typer:
         if not first or not second:
             for mine, access, theirs in ((first, left, second), (second, right, first)):
                 if not mine:
-                    self._unknown(access, wants(theirs[0].type) if len(theirs) == 1 else ANY)
+                    self._faults.unknown(access, theirs[0].type if len(theirs) == 1 else None)
             return None
         pairs = [(a, b) for a in first for b in second if comparable(a.type, b.type)]
         reading = [p for p in pairs if not all(isinstance(e, Literal) for e in p)]
@@ -214,7 +216,7 @@ class Typer:
             return self._settle(pairs[0][0]), self._settle(pairs[0][1])
         if pairs:
             ambiguous = right if len({id(b) for _, b in pairs}) > 1 else left
-            self._ambiguous(ambiguous, second if ambiguous is right else first)
+            self._faults.ambiguous(ambiguous, second if ambiguous is right else first)
             return None
         self._unequal(node, first, second)
         return None
@@ -226,7 +228,7 @@ class Typer:
         hint = None
         needed = next((m.type for m in other if isinstance(m.type, EnumType)), None)
         if needed is not None and isinstance(wrong, Access):
-            name = _last_name(wrong)
+            name = last_name(wrong)
             hint = self._report.suggest(name, needed.values, f"{needed.name} has")
         self._report.add(
             "type-mismatch",
@@ -245,17 +247,17 @@ class Typer:
         if want.type is not None:
             meanings = meanings + self._out_of_sight(access, [want.type], meanings)
         if not meanings:
-            self._unknown(access, want)
+            self._faults.unknown(access, want.type)
             return None
         fitting = [m for m in meanings if want.accepts(m.type)]
         if len(fitting) == 1:
             return self._settle(fitting[0])
         if fitting:
-            self._ambiguous(access, fitting)
+            self._faults.ambiguous(access, fitting)
         else:
             hint = None
             if isinstance(want.type, EnumType):
-                name = _last_name(access)
+                name = last_name(access)
                 hint = self._report.suggest(name, want.type.values, f"{want.type.name} has")
             self._report.add(
                 "type-mismatch",
@@ -320,13 +322,13 @@ class Typer:
         if (names and names.is_broken(root)) or self._types.scope.is_lost(name):
             return None
         if component is not None or enum is not None:
-            self._unknown_member(access, member)
+            self._faults.unknown_member(access, member)
             return None
         return []
 
     def _out_of_sight(self, access: Access, types: list[Type], known: list[Expr]) -> list[Expr]:
         """The name as a value of an enum that the other side, or the place, has brought along."""
-        name = _last_name(access)
+        name = last_name(access)
         seen = {m.type for m in known if isinstance(m, Literal)}
         found: list[Expr] = []
         for type_ in types:
@@ -337,95 +339,6 @@ class Typer:
             seen.add(type_)
             found.append(Literal(name, type_, access.span))
         return found
-
-    # --- errors about names ----------------------------------------------------------------------
-
-    def _unknown(self, access: Access, want: Want) -> None:
-        name = access.root.text
-        scope = self._types.scope
-        if scope.is_lost(name) or (access.path and scope.is_lost(_last_name(access))):
-            return
-        names = self._names
-        if access.path:
-            known = [*(names.components if names else ()), *scope.datatypes]
-            self._report.add(
-                "unknown-name",
-                access.root.span,
-                f"there is no component or enum '{name}'",
-                self._report.suggest(name, known),
-            )
-            return
-        if names is not None and (about := self._not_a_value(names, name)):
-            self._report.add("unknown-name", access.span, *about)
-            return
-        if isinstance(want.type, EnumType):
-            message = f"{want.type.name} has no value '{name}'"
-            candidates = list(want.type.values)
-            known_text = f"{want.type.name} has"
-        else:
-            own = names.own if names else None
-            message = f"nothing here is called '{name}'"
-            candidates = [*(own.members if own else ()), *self._types.enum_values()]
-            known_text = "there are"
-        hint = None
-        if names is not None:
-            hint = self._elsewhere(names, name)
-        hint = hint or self._report.suggest(name, candidates, known_text)
-        self._report.add("unknown-name", access.span, message, hint)
-
-    def _not_a_value(self, names: Names, name: str) -> tuple[str, str | None] | None:
-        component = names.component(name)
-        if component is not None:
-            members = [f"{name}.{m}" for m in component.members]
-            return (
-                f"'{name}' is a component and has no value of its own",
-                self._report.suggest(name, members, "write one of"),
-            )
-        if names.communications(name):
-            return (
-                f"'{name}' is a communication; conditions are about variables and states",
-                "keep what it brings in a variable of its component",
-            )
-        return None
-
-    def _elsewhere(self, names: Names, name: str) -> str | None:
-        owners = [c for c in names.components.values() if name in c.variables or name in c.states]
-        return f"did you mean '{owners[0].name}.{name}'?" if len(owners) == 1 else None
-
-    def _unknown_member(self, access: Access, member: Name) -> None:
-        root = access.root.text
-        component = self._names.component(root) if self._names else None
-        enum = self._types.enum(root)
-        if component is None:
-            assert enum is not None
-            self._report.add(
-                "unknown-member",
-                member.span,
-                f"{root} has no value '{member.text}'",
-                self._report.suggest(member.text, enum.values),
-            )
-        elif member.text in component.communications:
-            self._report.add(
-                "unknown-member",
-                member.span,
-                f"'{member.text}' is a communication; conditions are about variables and states",
-                "keep what it brings in a variable of its component",
-            )
-        elif not self._types.scope.is_damaged(component.node.span):
-            self._report.add(
-                "unknown-member",
-                member.span,
-                f"{root} has no variable or state '{member.text}'",
-                self._report.suggest(member.text, component.members),
-            )
-
-    def _ambiguous(self, access: Access, meanings: list[Expr]) -> None:
-        self._report.add(
-            "ambiguous-name",
-            access.span,
-            f"'{access.span.text or _last_name(access)}' can mean several things here",
-            "write " + " or ".join(dict.fromkeys(_qualified_name(m) for m in meanings)),
-        )
 
     # --- value -----------------------------------------------------------------------------------
 
@@ -511,11 +424,6 @@ def _equal_to(type_: Type) -> Want:
     return Want(text, lambda given: comparable(type_, given), type_)
 
 
-def _last_name(access: Access) -> str:
-    last = access.path[-1] if access.path else access.root
-    return last.text if isinstance(last, Name) else access.root.text
-
-
 def _alternatives(meanings: list[Expr]) -> str:
     return " or ".join(dict.fromkeys(_in_words(m) for m in meanings))
 
@@ -524,14 +432,3 @@ def _in_words(meaning: Expr) -> str:
     if isinstance(meaning, StateRef):
         return "a state (a boolean)"
     return describe(meaning.type)
-
-
-def _qualified_name(meaning: Expr) -> str:
-    match meaning:
-        case VariableRef(component=component, variable=name):
-            return f"{component}.{name}"
-        case StateRef(component=component, state=name):
-            return f"{component}.{name}"
-        case Literal(value=value, type=type_):
-            return f"{type_}.{value}"
-    return "value"

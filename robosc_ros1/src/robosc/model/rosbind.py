@@ -127,8 +127,8 @@ class Binder:
     def _missing(self, missing: Missing, interface: InterfaceNode, node: CommunicationNode) -> bool:
         """Report why a definition is missing; True if that is only a warning."""
         package = missing.package
-        if missing.reason == "package":
-            self._package_not_found(package, interface.package.span)
+        if missing.reason in ("package", "genmsg"):
+            self._package_not_found(missing, interface.package.span)
             return True
         kind = {MessageNode: "message", ServiceNode: "service"}.get(type(node), "action")
         if missing.reason == "file":
@@ -146,15 +146,17 @@ class Binder:
             )
         return False
 
-    def _package_not_found(self, package: str, span: Span) -> None:
-        if package not in self._warned:
-            self._warned.add(package)
-            self._report.add(
-                "package-not-found",
-                span,
-                f"ROS package '{package}' is not found, so its definitions are not checked",
-                install_advice(package),
-            )
+    def _package_not_found(self, missing: Missing, span: Span) -> None:
+        package = missing.package
+        if package in self._warned:
+            return
+        self._warned.add(package)
+        message = f"ROS package '{package}' is not found, so its definitions are not checked"
+        advice = install_advice(package)
+        if missing.reason == "genmsg":
+            message = f"the definitions of ROS package '{package}' are not checked"
+            advice = "this Python has no genmsg to read them: use the system's, /usr/bin/python3"
+        self._report.add("package-not-found", span, message, advice)
 
     # --- types against definitions ---------------------------------------------------------------
 
@@ -234,8 +236,8 @@ class Binder:
         if isinstance(nested, Definition):
             self._check_object(type_, nested, sending)
         elif isinstance(nested, Missing):
-            if nested.reason == "package":
-                self._package_not_found(nested.package, span)
+            if nested.reason in ("package", "genmsg"):
+                self._package_not_found(nested, span)
             else:
                 self._report.add(
                     "faulty-definition",

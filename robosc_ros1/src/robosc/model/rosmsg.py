@@ -2,8 +2,7 @@
 
 Definitions are read by genmsg from ``.msg``, ``.srv`` and ``.action`` files, so a package in a
 source workspace serves as well as an installed one. Where only generated Python bindings are
-installed, they serve too. Without genmsg and rospkg (a machine that has no ROS) no package is
-found.
+installed, they serve too, and without genmsg (a Python that is not the one of ROS) only these do.
 
 Packages are looked for, the first find winning, in:
 
@@ -95,7 +94,12 @@ class Interface:
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """Why a definition is not to be had: no such package, no such file in it, or a faulty file."""
+    """Why a definition is not to be had.
+
+    ``reason`` is ``package`` (there is none of that name), ``file`` (it has no such file; ``names``
+    are those that it has), ``faulty`` (the file cannot be read; ``detail`` tells why) or ``genmsg``
+    (this Python cannot read definitions).
+    """
 
     reason: str
     package: str
@@ -184,8 +188,6 @@ class MessageDefinitions:
         return self._packages[name]
 
     def _find(self, name: str) -> Path | None:
-        if _genmsg() is None:
-            return None
         for root, deep in self._order:
             direct = root / name
             if (direct / "package.xml").is_file() and not (direct / "CATKIN_IGNORE").exists():
@@ -258,6 +260,9 @@ class MessageDefinitions:
         file = home / folder / f"{type_}.{folder}" if home is not None else None
         if file is None or not file.is_file():
             return self._generated(package, type_, folder, home)
+        if _genmsg() is None:
+            generated = self._generated(package, type_, folder, home)
+            return generated if isinstance(generated, Interface) else Missing("genmsg", package)
         try:
             text = file.read_text(encoding="utf-8", errors="replace")
             return Interface(package, type_, tuple(_parts(text, package, type_, folder)))

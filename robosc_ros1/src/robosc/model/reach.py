@@ -1,0 +1,68 @@
+"""Which states of a component can be reached, and from which a marked state can be.
+
+Guards are not looked at, and an event may always happen: what holds here holds for the component on
+its own. Synthesis judges the whole robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from robosc.model.entities import Behaviour, State
+from robosc.model.report import Report, listing
+from robosc.model.world import Instance
+
+__all__ = ["check_reach"]
+
+
+def check_reach(
+    instance: Instance, behaviour: Behaviour, initial: list[str], report: Report
+) -> None:
+    """States that cannot be reached, and reachable ones that no marked state follows."""
+    steps = {state.name: _successors(state, behaviour) for state in behaviour.states}
+    reached = _closure(initial, steps)
+    for name, state in instance.states.items():
+        if name not in reached:
+            report.add(
+                "unreachable-state",
+                state.name.span,
+                f"no transition leads {instance.name} to state '{name}'",
+            )
+    back: dict[str, set[str]] = {name: set() for name in steps}
+    for source, targets in steps.items():
+        for target in targets:
+            back[target].add(source)
+    marked = [s.name for s in behaviour.states if s.marked]
+    coming_home = _closure(marked, back)
+    lost = [name for name in steps if name in reached and name not in coming_home]
+    if not lost:
+        return
+    message = (
+        f"from state '{lost[0]}' of {instance.name} no marked state can be reached"
+        if marked
+        else f"{instance.name} has no marked state"
+    )
+    hint = (
+        "cut off: " + listing(lost)
+        if marked
+        else "mark the states in which its work is done: marked state"
+    )
+    report.add("no-marked-reachable", instance.states[lost[0]].name.span, message, hint)
+
+
+def _successors(state: State, behaviour: Behaviour) -> set[str]:
+    own = {(t.event, t.communication) for t in state.transitions}
+    common = (t for t in behaviour.transitions if (t.event, t.communication) not in own)
+    targets = [t.goto for t in (*state.transitions, *common)]
+    targets += [t.goto for t in (*state.taus, *behaviour.taus)]
+    return {t for t in targets if t is not None}
+
+
+def _closure(start: Iterable[str], steps: dict[str, set[str]]) -> set[str]:
+    found = set(start)
+    work = list(found)
+    while work:
+        for target in steps[work.pop()] - found:
+            found.add(target)
+            work.append(target)
+    return found

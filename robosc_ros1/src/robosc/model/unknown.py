@@ -1,0 +1,128 @@
+"""What is told about names in expressions that mean nothing, or too much."""
+
+from __future__ import annotations
+
+from robosc.model.datatypes import TypeTable
+from robosc.model.expr import Expr, Literal, StateRef, VariableRef
+from robosc.model.report import Report
+from robosc.model.types import EnumType, Type
+from robosc.model.world import Names
+from robosc.syntax.nodes import Access, Name
+
+__all__ = ["NameFaults", "last_name"]
+
+
+class NameFaults:
+    """Reports faults of names seen from one place; lost names are silent."""
+
+    def __init__(self, report: Report, types: TypeTable, names: Names | None) -> None:
+        self._report = report
+        self._types = types
+        self._names = names
+
+    def unknown(self, access: Access, needed: Type | None = None) -> None:
+        """A name that means nothing here, where a type may be needed."""
+        name = access.root.text
+        scope = self._types.scope
+        if scope.is_lost(name) or (access.path and scope.is_lost(last_name(access))):
+            return
+        names = self._names
+        if access.path:
+            known = [*(names.components if names else ()), *scope.datatypes]
+            self._report.add(
+                "unknown-name",
+                access.root.span,
+                f"there is no component or enum '{name}'",
+                self._report.suggest(name, known),
+            )
+            return
+        if names is not None and (about := self._not_a_value(names, name)):
+            self._report.add("unknown-name", access.span, *about)
+            return
+        if isinstance(needed, EnumType):
+            message = f"{needed.name} has no value '{name}'"
+            candidates = list(needed.values)
+            known_text = f"{needed.name} has"
+        else:
+            own = names.own if names else None
+            message = f"nothing here is called '{name}'"
+            candidates = [*(own.members if own else ()), *self._types.enum_values()]
+            known_text = "there are"
+        hint = None
+        if names is not None:
+            hint = self._elsewhere(names, name)
+        hint = hint or self._report.suggest(name, candidates, known_text)
+        self._report.add("unknown-name", access.span, message, hint)
+
+    def _not_a_value(self, names: Names, name: str) -> tuple[str, str | None] | None:
+        component = names.component(name)
+        if component is not None:
+            members = [f"{name}.{m}" for m in component.members]
+            return (
+                f"'{name}' is a component and has no value of its own",
+                self._report.suggest(name, members, "write one of"),
+            )
+        if names.communications(name):
+            return (
+                f"'{name}' is a communication; conditions are about variables and states",
+                "keep what it brings in a variable of its component",
+            )
+        return None
+
+    def _elsewhere(self, names: Names, name: str) -> str | None:
+        owners = [c for c in names.components.values() if name in c.variables or name in c.states]
+        return f"did you mean '{owners[0].name}.{name}'?" if len(owners) == 1 else None
+
+    def unknown_member(self, access: Access, member: Name) -> None:
+        """A member that the component or enum before the point does not have."""
+        root = access.root.text
+        component = self._names.component(root) if self._names else None
+        enum = self._types.enum(root)
+        if component is None:
+            assert enum is not None
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"{root} has no value '{member.text}'",
+                self._report.suggest(member.text, enum.values),
+            )
+        elif member.text in component.communications:
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"'{member.text}' is a communication; conditions are about variables and states",
+                "keep what it brings in a variable of its component",
+            )
+        elif not self._types.scope.is_damaged(component.node.span):
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"{root} has no variable or state '{member.text}'",
+                self._report.suggest(member.text, component.members),
+            )
+
+    def ambiguous(self, access: Access, meanings: list[Expr]) -> None:
+        """A name that has several meanings, all of them fitting."""
+        self._report.add(
+            "ambiguous-name",
+            access.span,
+            f"'{access.span.text or last_name(access)}' can mean several things here",
+            "write " + " or ".join(dict.fromkeys(_qualified_name(m) for m in meanings)),
+        )
+
+
+def last_name(access: Access) -> str:
+    """The name behind the last point."""
+    last = access.path[-1] if access.path else access.root
+    return last.text if isinstance(last, Name) else access.root.text
+
+
+def _qualified_name(meaning: Expr) -> str:
+    match meaning:
+        case VariableRef(component=component, variable=name):
+            return f"{component}.{name}"
+        case StateRef(component=component, state=name):
+            return f"{component}.{name}"
+        case Literal(value=value, type=type_):
+            return f"{type_}.{value}"
+    return "value"
