@@ -11,8 +11,8 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.model.expr import FALSE, TRUE
 from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.conclude import Sizes, conclude
 from robosc.synthesis.dense import DenseEngine, DenseSolution, Progress
-from robosc.synthesis.explain import explain_empty, explain_guards
 from robosc.synthesis.folding import fold
 from robosc.synthesis.guards import Facts, make_guard
 from robosc.synthesis.layout import Layout
@@ -48,23 +48,13 @@ def synthesize(
     dense = DenseEngine(compiler, moves, layout, progress)
     solution = dense.solve()
     if solution.empty:
-        return _empty(solution, time.perf_counter() - start)
-    guards, transitions = _measure(plant, dense, solution)
-    states = int(np.count_nonzero(solution.states))
+        guards, sizes = _nothing(plant), Sizes(dense.plant_states, 0, 0)
+    else:
+        guards, transitions = _measure(plant, dense, solution)
+        states = int(np.count_nonzero(solution.states))
+        sizes = Sizes(dense.plant_states, states, transitions)
     seconds = time.perf_counter() - start
-    explanations = explain_guards(DenseSystem(solution), guards)
-    return Supervisor(
-        plant=plant,
-        engine="dense",
-        seconds=seconds,
-        plant_states=dense.plant_states,
-        controlled_states=states,
-        controlled_transitions=transitions,
-        guards=guards,
-        explanations=explanations,
-        properties=(),
-        diagnostics=tuple(e.diagnostic for e in explanations if e.trace),
-    )
+    return conclude(DenseSystem(solution), "dense", seconds, sizes, guards)
 
 
 def _measure(
@@ -90,26 +80,12 @@ def _measure(
     return tuple(guards), transitions
 
 
-def _empty(solution: DenseSolution, seconds: float) -> Supervisor:
-    plant = solution.engine.plant
-    guards = tuple(
+def _nothing(plant: Plant) -> tuple[Guard, ...]:
+    """The guards of an empty supervisor."""
+    return tuple(
         Guard(e, FALSE, TRUE if e.requirement is None else e.requirement, "never")
         for e in plant.events
         if e.controllable
-    )
-    explanation = explain_empty(DenseSystem(solution))
-    return Supervisor(
-        plant=plant,
-        engine="dense",
-        seconds=seconds,
-        plant_states=solution.engine.plant_states,
-        controlled_states=0,
-        controlled_transitions=0,
-        guards=guards,
-        explanations=(explanation,),
-        properties=(),
-        diagnostics=(explanation.diagnostic,),
-        empty=True,
     )
 
 

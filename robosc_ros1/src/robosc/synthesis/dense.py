@@ -96,10 +96,8 @@ class DenseEngine:
         """The controlled system."""
         initial = self.layout.index(self.plant.initial)
         assert initial is not None
-        plant_stages = [step.plant for step in self.steps]
         required_stages = [step.required for step in self.steps]
-        states = self._only(initial)
-        self._forward(states, plant_stages)
+        states = self.plant_reach()
         self.plant_states = int(np.count_nonzero(states))
         if any(step.event.requirement is not None for step in self.steps):
             states = self._only(initial)
@@ -126,6 +124,14 @@ class DenseEngine:
             states = self._only(initial)
             self._forward(states, required_stages, good)
         return DenseSolution(self, states, good, restricted, False)
+
+    def plant_reach(self) -> Bools:
+        """The states that the plant reaches, requirements apart."""
+        initial = self.layout.index(self.plant.initial)
+        assert initial is not None
+        states = self._only(initial)
+        self._forward(states, [step.plant for step in self.steps])
+        return states
 
     def _only(self, index: int) -> Bools:
         states = np.zeros(self.layout.size, np.bool_)

@@ -20,6 +20,9 @@ from robosc.synthesis.moves import Condition, EventMoves, Move
 
 __all__ = ["DenseSystem"]
 
+_LARGEST_REPEAT = 2**22
+"""The plant's own states are not kept; up to this size they are computed again when asked for."""
+
 
 class DenseSystem:
     """A dense solution as :class:`robosc.synthesis.system.System`."""
@@ -29,6 +32,7 @@ class DenseSystem:
         self.layout: Layout = solution.engine.layout
         self._layers: list[Indexes] = []
         self._seen: Bools | None = None
+        self._plant: Bools | None = None
 
     @property
     def plant(self) -> Plant:
@@ -37,6 +41,14 @@ class DenseSystem:
     def is_good(self, state: PlantState) -> bool:
         place = self.layout.index(state)
         return place is not None and bool(self.solution.good[place])
+
+    def plant_reaches(self, condition: Expr) -> bool | None:
+        if self.layout.size > _LARGEST_REPEAT:
+            return None
+        if self._plant is None:
+            self._plant = self.solution.engine.plant_reach()
+        engine = self.solution.engine
+        return engine.count(self._plant, engine.compiler.condition(condition)) > 0
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         engine = self.solution.engine

@@ -35,6 +35,12 @@ class System(Protocol):
         Both ends included; None if there is no such state in the controlled system.
         """
 
+    def plant_reaches(self, condition: Expr) -> bool | None:
+        """Whether the plant, requirements apart, reaches a state with the condition.
+
+        None: that would be too much work to find out.
+        """
+
     def is_good(self, state: PlantState) -> bool:
         """Whether a state need not be avoided.
 

@@ -1,0 +1,64 @@
+"""The supervisor as a value: guards and sizes from an engine, reasons and warnings from here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.explain import explain_empty, explain_guards
+from robosc.synthesis.properties import examine
+from robosc.synthesis.system import System
+from robosc.synthesis.warnings import warnings
+
+__all__ = ["Sizes", "conclude"]
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """States of the plant, states and transitions under control."""
+
+    plant_states: int
+    controlled_states: int
+    controlled_transitions: int
+
+
+def conclude(
+    system: System, engine: str, seconds: float, sizes: Sizes, guards: tuple[Guard, ...]
+) -> Supervisor:
+    """The supervisor that an engine found; without controlled states it is empty."""
+    plant = system.plant
+    if sizes.controlled_states == 0:
+        why = explain_empty(system)
+        return Supervisor(
+            plant=plant,
+            engine=engine,
+            seconds=seconds,
+            plant_states=sizes.plant_states,
+            controlled_states=0,
+            controlled_transitions=0,
+            guards=guards,
+            explanations=(why,),
+            properties=(),
+            diagnostics=(why.diagnostic,),
+            empty=True,
+        )
+    explanations = explain_guards(system, guards)
+    properties = examine(plant, guards, sizes.controlled_states)
+    return Supervisor(
+        plant=plant,
+        engine=engine,
+        seconds=seconds,
+        plant_states=sizes.plant_states,
+        controlled_states=sizes.controlled_states,
+        controlled_transitions=sizes.controlled_transitions,
+        guards=guards,
+        explanations=explanations,
+        properties=properties.holds,
+        diagnostics=(
+            # Without a trace there is nothing that synthesis forbids: the model itself does.
+            *(e.diagnostic for e in explanations if e.trace),
+            *warnings(system, guards),
+            *properties.diagnostics,
+        ),
+        settle_bound=properties.settle_bound,
+    )

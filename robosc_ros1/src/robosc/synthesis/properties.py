@@ -1,0 +1,253 @@
+"""Properties of the controller that runs the supervisor (SEMANTICS section 3).
+
+Synthesis leaves open in which order things happen; the controller does not. It takes the own steps
+of components (taus) in source order until none is possible, after each event, and sends commands
+only when that has settled. What is checked follows the controller properties checker of the
+Eclipse ESCET toolset:
+
+- *bounded response*: settling always ends; the bound caps it at run time;
+- *confluence*: it ends in the same state whatever the order of the steps;
+- *nonblocking under control*: from each state in which the controller comes to rest, one that is
+  marked and at rest can be reached, own steps taken eagerly.
+
+Without own steps all three follow from synthesis. With them the controlled system is walked state
+by state; one that is too large for that leaves the properties out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from robosc.errors import Diagnostic, Severity
+from robosc.ir.automaton import Plant, PlantState
+from robosc.ir.step import Verdict, valuations
+from robosc.model.entities import EventKind
+from robosc.supervisor import Guard
+from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.system import steps_of
+from robosc.synthesis.wording import listing, trace_text
+
+__all__ = ["Properties", "examine"]
+
+_MOST_STATES = 200_000
+
+
+@dataclass(frozen=True)
+class Properties:
+    """What holds, by name; ``settle_bound`` is the longest settling, None if unknown or endless."""
+
+    holds: tuple[tuple[str, bool], ...]
+    settle_bound: int | None
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def examine(plant: Plant, guards: Sequence[Guard], controlled_states: int) -> Properties:
+    """The properties of the controller of a supervisor that is not empty."""
+    if all(guard.event.kind is not EventKind.TAU or guard.status == "never" for guard in guards):
+        names = ("bounded response", "confluence", "nonblocking under control")
+        return Properties(tuple((name, True) for name in names), 0)
+    if controlled_states > _MOST_STATES:
+        return Properties((), None)
+    return _Controller(plant, guards).examine()
+
+
+@dataclass(frozen=True, slots=True)
+class _Settling:
+    """The states of one settling, its start included; ``ends`` is False if it goes round."""
+
+    path: tuple[PlantState, ...]
+    ends: bool
+
+    @property
+    def rest(self) -> PlantState:
+        return self.path[-1]
+
+
+class _Controller:
+    """The controller, from rest to rest: one event, then settling."""
+
+    def __init__(self, plant: Plant, guards: Sequence[Guard]) -> None:
+        self.plant = plant
+        self.stepper = Stepper(plant)
+        guard_of = {id(guard.event): guard for guard in guards}
+        self.taus: list[tuple[int, Guard]] = []
+        self.others: list[tuple[int, Guard | None]] = []
+        for number, event in enumerate(plant.events):
+            guard = guard_of.get(id(event))
+            if guard is not None and event.kind is EventKind.TAU:
+                self.taus.append((number, guard))
+            else:
+                self.others.append((number, guard))
+        self.settlings: dict[PlantState, _Settling] = {}
+        self.came: dict[PlantState, PlantState] = {}
+        """The state in which a settling began, to the one at rest before it."""
+        self.rests: dict[PlantState, PlantState] = {}
+        """Each state at rest, to where the first settling that led to it began."""
+        self.edges: list[tuple[PlantState, PlantState]] = []
+
+    def examine(self) -> Properties:
+        self._run()
+        diagnostics: list[Diagnostic] = []
+        endless = next((s for s in self.settlings.values() if not s.ends), None)
+        if endless is not None:
+            diagnostics.append(self._endless(endless))
+        differing = self._differing()
+        if differing is not None:
+            diagnostics.append(self._order_matters(*differing))
+        stuck = self._stuck()
+        if stuck is not None and endless is None:
+            diagnostics.append(self._blocking(stuck))
+        holds = (
+            ("bounded response", endless is None),
+            ("confluence", differing is None),
+            ("nonblocking under control", stuck is None and endless is None),
+        )
+        bound = max(len(s.path) - 1 for s in self.settlings.values())
+        return Properties(holds, bound if endless is None else None, tuple(diagnostics))
+
+    def _run(self) -> None:
+        queue = self._settled(self.plant.initial)
+        for rest in queue:  # grows while it is walked
+            for number, guard in self.others:
+                if guard is not None and not self.stepper.holds(guard.expr, rest):
+                    continue
+                for values in valuations(self.plant.events[number]):
+                    after = self.stepper.outcome(number, values, rest)
+                    if isinstance(after, Verdict):
+                        continue
+                    if after not in self.settlings:
+                        self.came[after] = rest
+                    queue.extend(self._settled(after))
+                    if self.settlings[after].ends:
+                        self.edges.append((rest, self.settlings[after].rest))
+
+    def _settled(self, start: PlantState) -> list[PlantState]:
+        """Settle from a state, once; the state at rest if it is a new one."""
+        if start in self.settlings:
+            return []
+        settling = self.settlings[start] = self._settle(start)
+        if not settling.ends or settling.rest in self.rests:
+            return []
+        self.rests[settling.rest] = start
+        return [settling.rest]
+
+    def _settle(self, state: PlantState) -> _Settling:
+        """As the controller does it: all taus in source order, again until none was possible."""
+        path = [state]
+        seen: set[PlantState] = set()
+        while state not in seen:
+            seen.add(state)
+            before = len(path)
+            for number, guard in self.taus:
+                after = self._tau(number, guard, state)
+                if after is not None:
+                    state = after
+                    path.append(state)
+            if len(path) == before:
+                return _Settling(tuple(path), True)
+        return _Settling(tuple(path), False)
+
+    def _tau(self, number: int, guard: Guard, state: PlantState) -> PlantState | None:
+        if not self.stepper.holds(guard.expr, state):
+            return None
+        after = self.stepper.outcome(number, (), state)
+        return None if isinstance(after, Verdict) else after
+
+    def _differing(self) -> tuple[PlantState, PlantState, PlantState] | None:
+        """A state from which settling ends in two, depending on the order."""
+        known: dict[PlantState, PlantState] = {}
+        for start in self.settlings:
+            ends: dict[PlantState, None] = {}
+            states = {start: None}
+            queue = [start]
+            for state in queue:  # grows while it is walked
+                if state in known:
+                    ends[known[state]] = None
+                    continue
+                after = [t for n, g in self.taus if (t := self._tau(n, g, state)) is not None]
+                if not after:
+                    ends[state] = None
+                queue.extend(t for t in dict.fromkeys(after) if t not in states)
+                states.update(dict.fromkeys(after))
+            if len(ends) > 1:
+                one, other, *_ = ends
+                return start, one, other
+            known.update((state, end) for end in ends for state in states)
+        return None
+
+    def _stuck(self) -> PlantState | None:
+        """A state at rest from which no marked one at rest is reached."""
+        before: dict[PlantState, list[PlantState]] = {}
+        for source, target in self.edges:
+            before.setdefault(target, []).append(source)
+        queue = [rest for rest in self.rests if self.plant.is_marked(rest)]
+        good = set(queue)
+        for rest in queue:  # grows while it is walked
+            fresh = dict.fromkeys(s for s in before.get(rest, ()) if s not in good)
+            good.update(fresh)
+            queue.extend(fresh)
+        return next((rest for rest in self.rests if rest not in good), None)
+
+    # --- what is said
+
+    def _story(self, start: PlantState) -> tuple[PlantState, ...]:
+        """The states from the initial one to where a settling begins."""
+        parts: list[tuple[PlantState, ...]] = [(start,)]
+        while start in self.came:
+            start = self.rests[self.came[start]]
+            parts.append(self.settlings[start].path)
+        return tuple(state for part in reversed(parts) for state in part)
+
+    def _after(self, states: Sequence[PlantState]) -> str:
+        trace = trace_text(steps_of(self.stepper, states))
+        return f"after {trace}" if trace else "at the start"
+
+    def _endless(self, settling: _Settling) -> Diagnostic:
+        path = settling.path
+        begin = path.index(path[-1])
+        cycle = steps_of(self.stepper, path[begin:])
+        story = self._story(path[0])[:-1] + path[: begin + 1]
+        return Diagnostic(
+            Severity.WARNING,
+            "endless-settling",
+            f"the components' own steps never end: {self._after(story)} they repeat"
+            f" {trace_text(cycle)}",
+            cycle[0].event.span,
+            "give one of the transitions a guard that fails after the step",
+        )
+
+    def _order_matters(self, start: PlantState, one: PlantState, other: PlantState) -> Diagnostic:
+        number = next(n for n, g in self.taus if self._tau(n, g, start) is not None)
+        return Diagnostic(
+            Severity.WARNING,
+            "order-matters",
+            "where the components' own steps end depends on their order:"
+            f" {self._after(self._story(start))}, in {self._difference(one, other)}; the controller"
+            " takes them in source order",
+            self.plant.events[number].span,
+            "let their guards exclude each other, or accept the source order",
+        )
+
+    def _difference(self, one: PlantState, other: PlantState) -> str:
+        told = [
+            [
+                f"{axis.name}.{axis.values[state[n]]}"
+                for n, axis in enumerate(self.plant.axes)
+                if one[n] != other[n]
+            ]
+            for state in (one, other)
+        ]
+        return " or in ".join(listing(names) for names in told)
+
+    def _blocking(self, rest: PlantState) -> Diagnostic:
+        start = self.rests[rest]
+        story = self._story(start)[:-1] + self.settlings[start].path
+        return Diagnostic(
+            Severity.WARNING,
+            "blocking-under-control",
+            f"{self._after(story)} the controller never again comes to rest in a marked state,"
+            " because it takes the components' own steps as soon as it can",
+            self.plant.robot.span,
+            "mark the states in which it does come to rest, or guard the steps that leave them",
+        )

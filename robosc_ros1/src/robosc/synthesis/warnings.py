@@ -1,0 +1,213 @@
+"""What only the state space tells about a model (LANGUAGE section 7).
+
+Each question is a condition; if a state of the controlled system meets it, the shortest way there
+goes into the message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+from robosc.errors import Diagnostic, Note, Severity
+from robosc.ir.automaton import Edge, Event, Participant, Plant
+from robosc.ir.expr import conjunction, disjunction, negation, to_dsl
+from robosc.model.entities import EventKind, Kind, Provide, Requirement
+from robosc.model.expr import FALSE, TRUE, Expr, PhaseRef, StateRef
+from robosc.source import Span
+from robosc.supervisor import Guard
+from robosc.synthesis.parameters import choices, specialise
+from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.system import System, enabled, possible, steps_of
+from robosc.synthesis.wording import listing, trace_text
+
+__all__ = ["warnings"]
+
+
+def warnings(system: System, guards: Sequence[Guard]) -> tuple[Diagnostic, ...]:
+    """Errors and warnings of the controlled system, in no order."""
+    examiner = _Examiner(system, guards)
+    return (
+        *examiner.topics(),
+        *examiner.provides(),
+        *examiner.requirements(),
+        *examiner.overlaps(),
+    )
+
+
+class _Examiner:
+    def __init__(self, system: System, guards: Sequence[Guard]) -> None:
+        self.system = system
+        self.plant: Plant = system.plant
+        self.robot = system.plant.robot
+        self.stepper = Stepper(system.plant)
+        self.requests = {
+            guard.event.key: guard for guard in guards if guard.event.kind is EventKind.REQUEST
+        }
+
+    def _when(self, condition: Expr) -> str | None:
+        """How a state with the condition comes about, as the end of a sentence; None: never."""
+        path = self.system.nearest(condition)
+        if path is None:
+            return None
+        trace = trace_text(steps_of(self.stepper, path))
+        return f"after {trace}" if trace else "at the start"
+
+    # --- two commands on one topic
+
+    def topics(self) -> Iterator[Diagnostic]:
+        by_topic: dict[str, list[str]] = {}
+        for key, communication in self.robot.communications.items():
+            if communication.kind is Kind.INCOMING:
+                by_topic.setdefault(communication.identifier.lstrip("/"), []).append(key)
+        for keys in by_topic.values():
+            for first, second in combinations(keys, 2):
+                yield from self._topic(first, second)
+
+    def _topic(self, first: str, second: str) -> Iterator[Diagnostic]:
+        one, other = (enabled(self.plant, self.requests[key]) for key in (first, second))
+        when = self._when(conjunction([one, other]))
+        if when is None:
+            return
+        communications = self.robot.communications
+        names = [self.robot.display_names[key] for key in (first, second)]
+        topic = communications[first].identifier
+        yield Diagnostic(
+            Severity.WARNING,
+            "topic-conflict",
+            f"{names[0]} and {names[1]} both go to {topic} and can be enabled together: {when}",
+            communications[second].span,
+            "let the requirements of one exclude the other",
+            (Note(f"{names[0]} is declared here", communications[first].span),),
+        )
+
+    # --- provided data
+
+    def provides(self) -> Iterator[Diagnostic]:
+        by_key: dict[str, list[Provide]] = {}
+        for provide in self.robot.provides:
+            by_key.setdefault(provide.communication, []).append(provide)
+        for key, provides in by_key.items():
+            if key in self.requests:
+                command = enabled(self.plant, self.requests[key])
+                yield from self._together(key, provides, command)
+                yield from self._missing(key, provides, command)
+
+    def _together(
+        self, key: str, provides: Sequence[Provide], command: Expr
+    ) -> Iterator[Diagnostic]:
+        for number, second in enumerate(provides):
+            for first in provides[:number]:
+                both = [TRUE if p.condition is None else p.condition for p in (first, second)]
+                when = self._when(conjunction([command, *both]))
+                if when is not None:
+                    name = self.robot.display_names[key]
+                    yield Diagnostic(
+                        Severity.WARNING,
+                        "provide-overlap",
+                        f"two provide statements of {name} can hold together: {when}; the first"
+                        " one in the file is used",
+                        second.span,
+                        "make their conditions exclude each other",
+                        (Note("the other one", first.span),),
+                    )
+                    break
+
+    def _missing(
+        self, key: str, provides: Sequence[Provide], command: Expr
+    ) -> Iterator[Diagnostic]:
+        conditions = [p.condition for p in provides]
+        none = conjunction(FALSE if c is None else negation(c) for c in conditions)
+        when = self._when(conjunction([command, none]))
+        if when is not None:
+            name = self.robot.display_names[key]
+            yield Diagnostic(
+                Severity.WARNING,
+                "provide-missing",
+                f"{name} can be sent where none of its provide conditions holds: {when}; the"
+                " message's defaults are sent then",
+                self.robot.communications[key].span,
+                f"add a provide statement for that case, or a requirement that forbids {name} then",
+            )
+
+    # --- requirements
+
+    def requirements(self) -> Iterator[Diagnostic]:
+        for requirement in self.robot.requirements:
+            if requirement.kind in ("never", "always"):
+                continue
+            yield from self._requirement(requirement)
+
+    def _requirement(self, requirement: Requirement) -> Iterator[Diagnostic]:
+        kept = requirement.condition
+        if requirement.kind == "disables":
+            kept = negation(kept)
+        if self.system.plant_reaches(negation(kept)) is False:
+            yield Diagnostic(
+                Severity.WARNING,
+                "requirement-always-true",
+                f"'{requirement.text}' forbids nothing: its condition never"
+                f" {'holds' if requirement.kind == 'disables' else 'fails'}",
+                requirement.span,
+                "remove it, or correct the condition",
+            )
+            return
+        unmet = []
+        for key in requirement.communications:
+            where = conjunction([kept, possible(self.plant, self.requests[key].event)])
+            if self.system.plant_reaches(where) is False:
+                unmet.append(self.robot.display_names[key])
+        if unmet:
+            yield Diagnostic(
+                Severity.WARNING,
+                "requirement-never-met",
+                f"'{requirement.text}' can never be met: {listing(unmet)} can never happen",
+                requirement.span,
+                "correct the condition",
+            )
+
+    # --- guarded transitions
+
+    def overlaps(self) -> Iterator[Diagnostic]:
+        for event in self.plant.events:
+            for participant in event.participants:
+                told: set[tuple[Span, Span]] = set()
+                for first, second in _guarded_pairs(participant):
+                    # A transition of the whole automaton is an edge in every location.
+                    if (first.span, second.span) not in told:
+                        found = list(self._overlap(event, participant, first, second))
+                        told.update((first.span, second.span) for _ in found)
+                        yield from found
+
+    def _overlap(
+        self, event: Event, participant: Participant, first: Edge, second: Edge
+    ) -> Iterator[Diagnostic]:
+        assert first.guard is not None and second.guard is not None
+        state = str(self.plant.axes[participant.axis].values[first.source])
+        here: list[Expr] = [StateRef(participant.component, state)]
+        if event.phase is not None:
+            busy = PhaseRef(self.plant.axes[event.phase.axis].name)
+            here.append(busy if event.phase.source else negation(busy))
+        both = disjunction(
+            conjunction([specialise(first.guard, chosen), specialise(second.guard, chosen)])
+            for chosen in choices(event, [first.guard, second.guard])
+        )
+        when = self._when(conjunction([*here, both]))
+        if when is not None:
+            guards = [to_dsl(guard, self.robot) for guard in (first.guard, second.guard)]
+            yield Diagnostic(
+                Severity.ERROR,
+                "guard-overlap",
+                f"the guards '{guards[0]}' and '{guards[1]}' of two transitions on"
+                f" {event.name}.{event.kind.value} in state {state} of {participant.component} can"
+                f" hold together: {when}",
+                second.span,
+                "make the guards exclude each other",
+                (Note("the other transition", first.span),),
+            )
+
+
+def _guarded_pairs(participant: Participant) -> Iterator[tuple[Edge, Edge]]:
+    for first, second in combinations(participant.edges, 2):
+        if first.source == second.source and first.guard is not None and second.guard is not None:
+            yield first, second
