@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from robosc.errors import (
     Diagnostic,
@@ -23,7 +23,11 @@ from robosc.errors import (
     RoboscError,
     Severity,
     render_all,
+    sort_diagnostics,
 )
+
+if TYPE_CHECKING:
+    from robosc.pipeline import Options
 
 __all__ = ["main", "run"]
 
@@ -50,7 +54,7 @@ def _check(args: Arguments) -> int:
     from robosc import pipeline, report
 
     results = [pipeline.check(path, _options(args)) for path in args.models]
-    diagnostics = [d for result in results for d in result.diagnostics]
+    diagnostics = sort_diagnostics(d for result in results for d in result.diagnostics)
     if args.json:
         _print_json(report.diagnostics(diagnostics))
     else:
@@ -61,8 +65,8 @@ def _check(args: Arguments) -> int:
             f" {_plural(count[Severity.WARNING], 'warning')}"
         )
     for result in results:
-        if result.failure is not None and not isinstance(result.failure, ModelError):
-            _complain(str(result.failure))
+        if result.incomplete is not None:
+            print(f"note: {result.incomplete}", file=sys.stderr)
     return next((r.exit_code for r in results if r.exit_code), 0)
 
 
@@ -72,15 +76,14 @@ def _synthesize(args: Arguments) -> int:
 
     loaded = pipeline.load(args.model, _options(args))
     supervisor = pipeline.synthesize(loaded.robot, args.engine, args.max_states)
+    # The explanations are part of the result; they are not told twice.
+    explained = {explanation.diagnostic for explanation in supervisor.explanations}
+    _report([*loaded.diagnostics, *(d for d in supervisor.diagnostics if d not in explained)])
     if args.json:
-        _report(loaded.diagnostics)
         _print_json(synthesize_document(supervisor))
     else:
-        _report([*loaded.diagnostics, *supervisor.diagnostics])
         print(report.supervisor_text(supervisor), end="")
-    if supervisor.empty:
-        raise EmptySupervisorError(pipeline.empty_message(supervisor))
-    return 0
+    return EmptySupervisorError.exit_code if supervisor.empty else 0
 
 
 def _explore(args: Arguments) -> int:
@@ -97,20 +100,28 @@ def _explore(args: Arguments) -> int:
     return 0
 
 
+def _verify(args: Arguments) -> int:
+    from robosc import pipeline, report
+    from robosc.synthesis.documents import step_document
+    from robosc.synthesis.verify import verify_document
+
+    loaded = pipeline.load(args.model, _options(args))
+    _report(loaded.diagnostics)
+    found = pipeline.verify(loaded.robot)
+    if args.json:
+        _print_json(verify_document(found, step_document))
+    else:
+        print(report.verify_text(found), end="")
+    return 0 if found.verified else 1
+
+
 def _generate(args: Arguments) -> int:
     from robosc import pipeline, report
 
     result = pipeline.generate(
         args.model,
         _options(args),
-        pipeline.Output(
-            target=args.target,
-            mode=args.mode,
-            folder=args.output,
-            package=args.package,
-            config=args.config,
-            force=args.force,
-        ),
+        pipeline.Output(args.target, args.output, args.package, args.force),
     )
     _report(result.diagnostics)
     print(report.generated_text(result), end="")
@@ -174,10 +185,15 @@ def _explore_arguments(parser: argparse.ArgumentParser) -> None:
     _common(parser)
 
 
+def _verify_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    _json(parser)
+    _common(parser)
+
+
 def _generate_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
     parser.add_argument("--target", choices=["ros1", "ros2"], default="ros1")
-    parser.add_argument("--mode", choices=["controller", "supervisor"], default="controller")
     parser.add_argument(
         "--output",
         metavar="DIR",
@@ -234,6 +250,13 @@ VERBS = (
         _explore_arguments,
         _explore,
     ),
+    Verb(
+        "verify",
+        "prove a computed supervisor by independent means",
+        "robosc verify line_follower.rscd",
+        _verify_arguments,
+        _verify,
+    ),
 )
 
 
@@ -267,7 +290,7 @@ def _guarded(args: Arguments) -> int:
     try:
         verb: Verb = args.verb
         return verb.run(args)
-    except ModelError as error:
+    except (ModelError, EmptySupervisorError) as error:
         _report(error.diagnostics)
         return error.exit_code
     except RoboscError as error:
@@ -294,7 +317,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _options(args: Arguments) -> object:
+def _options(args: Arguments) -> Options:
     from robosc import pipeline
 
     return pipeline.Options(tuple(args.library_path), args.strict)

@@ -81,9 +81,13 @@ class UsageError(RoboscError):
 
 
 class EmptySupervisorError(RoboscError):
-    """No controller can keep the requirements."""
+    """No controller can keep the requirements; ``diagnostics`` tell why."""
 
     exit_code = 3
+
+    def __init__(self, message: str, diagnostics: Sequence[Diagnostic] = ()) -> None:
+        super().__init__(message)
+        self.diagnostics = tuple(diagnostics)
 
 
 class StateSpaceError(RoboscError):

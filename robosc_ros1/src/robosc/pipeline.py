@@ -6,9 +6,11 @@ prints. Stages are imported where they are used, because a command needs few of 
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from robosc.errors import (
     Diagnostic,
@@ -19,8 +21,11 @@ from robosc.errors import (
     UsageError,
     has_errors,
 )
+from robosc.names import package_name
 
 if TYPE_CHECKING:
+    from robosc.emit.package import Package
+    from robosc.emit.writer import Written
     from robosc.model.entities import Robot
     from robosc.supervisor import Supervisor
     from robosc.synthesis.dense import Progress
@@ -28,8 +33,12 @@ if TYPE_CHECKING:
     from robosc.synthesis.verify import VerifyReport
 
 __all__ = [
-    "Checked", "Loaded", "Options", "check", "explore", "load", "synthesize", "verify",
+    "Checked", "Generated", "Loaded", "Options", "Output", "Target", "check", "explore",
+    "generate", "load", "synthesize", "verify",
 ]  # fmt: skip
+
+
+Target: TypeAlias = Literal["ros1", "ros2"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +48,31 @@ class Options:
 
     library_path: tuple[Path, ...] = ()
     strict: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """What to generate, and where to. ``package`` None takes the robot's name.
+
+    ``folder`` gets the package as a folder of its own; with ``force`` files that robosc did not
+    write are replaced.
+    """
+
+    target: Target = "ros1"
+    folder: Path = Path()
+    package: str | None = None
+    force: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Generated:
+    """A written package; ``seconds`` is the time from the model to the last file."""
+
+    output: Output
+    supervisor: Supervisor
+    diagnostics: tuple[Diagnostic, ...]
+    files: Written
+    seconds: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +127,11 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
         supervisor = synthesize(robot)
     except StateSpaceError as error:
         return Checked(diagnostics, incomplete=f"{path}: checked without synthesis: {error}")
-    diagnostics += supervisor_diagnostics(supervisor)
-    empty = EmptySupervisorError(empty_message(supervisor)) if supervisor.empty else None
-    return Checked(diagnostics, empty)
+    try:
+        _existing(supervisor)
+    except EmptySupervisorError as error:
+        return Checked(diagnostics + error.diagnostics, error)
+    return Checked(diagnostics + supervisor.diagnostics)
 
 
 def synthesize(
@@ -130,29 +166,66 @@ def explore(robot: Robot, *, plant: bool = False, limit: int = 100_000) -> Graph
 
     if plant:
         return walk(lower(robot), limit)
-    supervisor = synthesize(robot)
-    if supervisor.empty:
-        raise EmptySupervisorError(empty_message(supervisor))
-    return walk(supervisor, limit)
+    return walk(_existing(synthesize(robot)), limit)
 
 
 def verify(robot: Robot) -> VerifyReport:
-    """Proves the supervisor of a robot by independent means, state by state."""
+    """Proves the supervisor of a robot by independent means, state by state.
+
+    Raises:
+        EmptySupervisorError: there is none.
+        StateSpaceError: it has too many states to visit each.
+    """
     from robosc.synthesis.verify import verify as prove
 
-    return prove(synthesize(robot))
+    return prove(_existing(synthesize(robot)))
 
 
-def supervisor_diagnostics(supervisor: Supervisor) -> tuple[Diagnostic, ...]:
-    """What synthesis found, as diagnostics: explanations and warnings."""
-    return (*supervisor.diagnostics, *(e.diagnostic for e in supervisor.explanations))
+def generate(
+    path: str | Path, options: Options = Options(), output: Output = Output()
+) -> Generated:
+    """Write the package with the controller of the robot in a model file.
+
+    Nothing is written unless all goes well.
+
+    Raises:
+        UsageError: the file cannot be read or holds a library, the package's name is none, or
+            something that robosc did not write is in the way.
+        ModelError: the model has errors.
+        EmptySupervisorError: no controller can keep the requirements.
+        StateSpaceError: the state space is too large.
+    """
+    from robosc.emit.writer import write
+
+    start = time.perf_counter()
+    loaded = load(path, options)
+    name = output.package or f"{package_name(loaded.robot.name)}_controller"
+    if package_name(name) != name:
+        raise UsageError(f"{name!r} is no name for a package: lower case, digits and single _")
+    supervisor = _existing(synthesize(loaded.robot), loaded.diagnostics)
+    diagnostics = loaded.diagnostics + supervisor.diagnostics
+    package = _emitter(output.target)(supervisor, name)
+    files = write(package, output.folder, output.force)
+    return Generated(output, supervisor, diagnostics, files, time.perf_counter() - start)
 
 
-def empty_message(supervisor: Supervisor) -> str:
-    """Why there is no controller, in a sentence."""
-    reasons = [e.reason for e in supervisor.explanations if e.event is None]
-    head = f"no controller can keep the requirements of {supervisor.plant.robot.name}"
-    return f"{head}: {reasons[0]}" if reasons else head
+def _emitter(target: Target) -> Callable[[Supervisor, str], Package]:
+    if target == "ros1":
+        from robosc.emit import ros1
+
+        return ros1.emit
+    from robosc.emit import ros2
+
+    return ros2.emit
+
+
+def _existing(supervisor: Supervisor, warnings: tuple[Diagnostic, ...] = ()) -> Supervisor:
+    """The same supervisor, or an EmptySupervisorError that tells why there is none."""
+    if supervisor.empty:
+        name = supervisor.plant.robot.name
+        message = f"no controller can keep the requirements of {name}"
+        raise EmptySupervisorError(message, warnings + supervisor.diagnostics)
+    return supervisor
 
 
 def _read(path: str | Path, options: Options) -> tuple[Robot | None, tuple[Diagnostic, ...]]:

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 from robosc.errors import Diagnostic, sort_diagnostics
 from robosc.ir.automaton import AxisKind, Plant, PlantState
 from robosc.ir.expr import to_dsl
-from robosc.model.entities import EventKind
-from robosc.supervisor import Explanation, Guard, Step, Supervisor
-from robosc.synthesis.documents import path_text, tau_values
+from robosc.supervisor import Explanation, Guard, Supervisor
+from robosc.synthesis.system import make_step
+from robosc.synthesis.wording import event_text, step_text, trace_text
 
 if TYPE_CHECKING:
+    from robosc.pipeline import Generated
     from robosc.synthesis.explore import Graph
+    from robosc.synthesis.verify import VerifyReport
 
-__all__ = ["diagnostics", "event_text", "graph_text", "supervisor_text"]
+__all__ = ["diagnostics", "generated_text", "graph_text", "supervisor_text", "verify_text"]
 
 Document = dict[str, Any]
 
@@ -41,27 +43,6 @@ def diagnostics(found: Iterable[Diagnostic]) -> Document:
     }
 
 
-# --- events --------------------------------------------------------------------------------------
-
-
-def event_text(taken: Step) -> str:
-    """``distance.response(free)``, ``Door.tau 2 (open->shut)``."""
-    event = taken.event
-    if event.kind is EventKind.TAU:
-        way = f" ({taken.values[0]})" if taken.values else ""
-        return f"{event.name}.tau {event.index}{way}"
-    shown = []
-    for parameter, value in zip(event.parameters, taken.values, strict=False):
-        text = "nothing" if value is None else _value(value)
-        shown.append(text if parameter.path == () else f"{path_text(parameter.path)} = {text}")
-    values = f"({', '.join(shown)})" if shown else ""
-    return f"{event.name}.{event.kind.value}{values}"
-
-
-def _value(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
 # --- synthesize ----------------------------------------------------------------------------------
 
 
@@ -72,7 +53,7 @@ def supervisor_text(result: Supervisor) -> str:
 
 def _supervisor_lines(result: Supervisor) -> Iterator[str]:
     yield sizes(result)
-    width = max((len(event_text(Step(g.event))) for g in result.guards), default=0)
+    width = max((len(event_text(g.event)) for g in result.guards), default=0)
     for guard in result.guards:
         yield from _guard_lines(guard, width, result)
     for explanation in result.explanations:
@@ -93,18 +74,47 @@ def sizes(result: Supervisor) -> str:
 
 def _guard_lines(guard: Guard, width: int, result: Supervisor) -> Iterator[str]:
     yield ""
-    yield f"{event_text(Step(guard.event)):{width}}  {guard.status}"
+    yield f"{event_text(guard.event):{width}}  {guard.status}"
     yield f"    {to_dsl(guard.expr, result.plant.robot)}"
 
 
 def _explanation_lines(explanation: Explanation) -> Iterator[str]:
-    name = "the supervisor" if explanation.event is None else event_text(Step(explanation.event))
+    name = "the supervisor" if explanation.event is None else event_text(explanation.event)
     yield ""
     yield f"{name}: {explanation.reason}"
     if explanation.trace:
-        yield f"    trace: {', '.join(event_text(taken) for taken in explanation.trace)}"
+        yield f"    trace: {trace_text(explanation.trace)}"
     if explanation.remedy:
         yield f"    remedy: {explanation.remedy}"
+
+
+def generated_text(result: Generated) -> str:
+    """What was written, sizes and times, and what to type next."""
+    files, output = result.files, result.output
+    changes = [f"{len(files.written)} written", f"{len(files.unchanged)} unchanged"]
+    if files.removed:
+        changes.append(f"{len(files.removed)} removed")
+    lines = [sizes(result.supervisor), f"{files.folder}: {', '.join(changes)}"]
+    lines += [f"    {path}" for path in files.written]
+    lines.append(f"done in {result.seconds:.2f} s; next:")
+    name = files.folder.name
+    if output.target == "ros1":
+        lines.append(f"    catkin_make && roslaunch {name} {name}.launch")
+    else:
+        lines.append(f"    colcon build && ros2 launch {name} {name}.launch.py")
+    return "\n".join(lines) + "\n"
+
+
+def verify_text(found: VerifyReport) -> str:
+    """Each property with ``yes`` or ``no`` and, where it fails, how."""
+    lines = [f"{found.robot}: {found.states:,} states, {found.transitions:,} transitions"]
+    for check in found.checks:
+        lines.append(f"{check.name}: {'yes' if check.holds else 'no'}")
+        if check.detail:
+            lines.append(f"    {check.detail}")
+        if check.trace:
+            lines.append(f"    trace: {trace_text(check.trace)}")
+    return "\n".join(lines) + "\n"
 
 
 # --- explore -------------------------------------------------------------------------------------
@@ -116,11 +126,9 @@ def graph_text(system: Graph) -> str:
     steps: list[list[str]] = [[] for _ in system.states]
     for t in system.transitions:
         event = plant.events[t.event]
-        values = t.values
-        if event.kind is EventKind.TAU:
-            values = tau_values(plant, event, system.states[t.source], system.states[t.target])
+        taken = make_step(plant, event, t.values, system.states[t.source], system.states[t.target])
         sign = "!" if event.controllable else " "
-        steps[t.source].append(f"    {sign} {event_text(Step(event, values))} -> {t.target}")
+        steps[t.source].append(f"    {sign} {step_text(taken)} -> {t.target}")
     size = f"{len(system.states):,} states, {len(system.transitions):,} transitions"
     lines = [f"{plant.robot.name}: {size}"]
     for number, state in enumerate(system.states):
@@ -132,7 +140,8 @@ def graph_text(system: Graph) -> str:
 
 def _axis_texts(plant: Plant, state: PlantState) -> Iterator[str]:
     for axis, index in zip(plant.axes, state, strict=True):
-        value = _value(axis.values[index])
+        value = axis.values[index]
+        value = str(value).lower() if isinstance(value, bool) else str(value)
         match axis.kind:
             case AxisKind.LOCATION:
                 yield f"{axis.name}.{value}"

@@ -1,0 +1,166 @@
+"""Exit codes: 0 done, 1 the model has errors, 2 usage, 3 empty, 4 too large, 130 interrupted.
+
+Nothing that a user can cause shows a Python traceback.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import models
+import pytest
+from ros_support import SOURCES, Completed
+
+Robosc = Callable[..., Completed]
+
+VERBS = ("check", "synthesize", "explore", "generate", "verify")
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Callable[[str], str]:
+    """Writes a model into the test's folder; the name of the file."""
+
+    def write(text: str) -> str:
+        (tmp_path / "model.rscd").write_text(text, encoding="utf-8")
+        return "model.rscd"
+
+    return write
+
+
+def code(done: Completed) -> int:
+    assert "Traceback" not in done.stderr
+    return done.returncode
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_good_model_is_done(verb: str, robosc: Robosc, model: Callable[[str], str]) -> None:
+    assert code(robosc(verb, model(models.GOOD))) == 0
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_errors_in_the_model(verb: str, robosc: Robosc, model: Callable[[str], str]) -> None:
+    done = robosc(verb, model(models.WITH_ERRORS))
+    assert code(done) == 1
+    assert "model.rscd:5:" in done.stderr
+    assert "model.rscd:8:" in done.stderr
+    assert "did you mean" in done.stderr
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_missing_file(verb: str, robosc: Robosc) -> None:
+    done = robosc(verb, "nowhere/to/be/found.rscd")
+    assert code(done) == 2
+    assert "nowhere/to/be/found.rscd" in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_folder_instead_of_a_file(verb: str, robosc: Robosc, tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    assert code(robosc(verb, "folder")) == 2
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        (),
+        ("frobnicate",),
+        ("check",),
+        ("check", "--frobnicate", "x.rscd"),
+        ("synthesize", "--max-states", "none", "x.rscd"),
+        ("synthesize", "--max-states", "0", "x.rscd"),
+        ("synthesize", "--engine", "steam", "x.rscd"),
+        ("explore", "--limit", "-3", "x.rscd"),
+        ("generate", "--target", "ros3", "x.rscd"),
+    ],
+    ids=" ".join,
+)
+def test_wrong_usage(arguments: tuple[str, ...], robosc: Robosc) -> None:
+    done = robosc(*arguments)
+    assert code(done) == 2
+    assert "usage: robosc" in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("verb", ["synthesize", "explore", "generate", "verify"])
+def test_library_where_a_robot_is_needed(
+    verb: str, robosc: Robosc, model: Callable[[str], str]
+) -> None:
+    done = robosc(verb, model(models.LIBRARY))
+    assert code(done) == 2
+    assert "library" in done.stderr
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_empty_supervisor(verb: str, robosc: Robosc, model: Callable[[str], str]) -> None:
+    done = robosc(verb, model(models.EMPTY_SUPERVISOR))
+    assert code(done) == 3
+    assert "Doomed" in done.stderr
+
+
+def test_too_many_states_for_the_limits(robosc: Robosc, model: Callable[[str], str]) -> None:
+    name = model(models.LARGE)
+    assert code(robosc("synthesize", "--engine", "dense", "--max-states", "100", name)) == 4
+    done = robosc("explore", "--limit", "100", name)
+    assert code(done) == 4
+    assert done.stdout == ""
+
+
+def test_worst_of_several_files_counts(robosc: Robosc, tmp_path: Path) -> None:
+    (tmp_path / "good.rscd").write_text(models.GOOD, encoding="utf-8")
+    (tmp_path / "bad.rscd").write_text(models.WITH_ERRORS, encoding="utf-8")
+    done = robosc("check", "good.rscd", "bad.rscd")
+    assert code(done) == 1
+    assert "2 files: 2 errors, 0 warnings" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\x00\x01\x02", b"robot", b"\xff\xfe\xfa", b"robot R {", b"(" * 10000],
+    ids=["empty", "binary", "no name", "no UTF-8", "no end", "parentheses"],
+)
+def test_what_is_no_model_is_an_error_of_the_model(
+    content: bytes, robosc: Robosc, tmp_path: Path
+) -> None:
+    (tmp_path / "model.rscd").write_bytes(content)
+    assert code(robosc("check", "model.rscd")) == 1
+
+
+def test_interrupt_ends_quietly(tmp_path: Path) -> None:
+    """A named pipe as the model: the command waits for its content until it is interrupted."""
+    pipe = tmp_path / "model.rscd"
+    os.mkfifo(pipe)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "robosc", "check", str(pipe)],
+        env=os.environ | {"PYTHONPATH": str(SOURCES)},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with pipe.open("wb"):  # returns when the command has opened its end
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+
+
+def test_reader_that_has_seen_enough_is_no_error(
+    tmp_path: Path, model: Callable[[str], str]
+) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "robosc", "explore", "--json", model(models.LARGE)],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(SOURCES)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.read(10)
+    process.stdout.close()
+    assert process.stderr.read() == b""
+    process.stderr.close()
+    assert process.wait(timeout=60) == 0

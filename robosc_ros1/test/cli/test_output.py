@@ -1,0 +1,208 @@
+"""What the commands print: results on standard output, messages on standard error, JSON as told."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import models
+import pytest
+from ros_support import SOURCES, Completed
+
+Robosc = Callable[..., Completed]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """All the models, ``good.rscd`` and so on."""
+    for name in ("GOOD", "WITH_ERRORS", "EMPTY_SUPERVISOR", "NEVER", "LIBRARY", "LARGE"):
+        text: str = getattr(models, name)
+        (tmp_path / f"{name.lower()}.rscd").write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def document(done: Completed) -> Any:
+    """The JSON document on standard output, which holds nothing else."""
+    return json.loads(done.stdout)
+
+
+VERBS = ("check", "synthesize", "explore", "generate", "verify", "export", "format")
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_help_has_an_example(verb: str, robosc: Robosc) -> None:
+    done = robosc(verb, "--help")
+    assert done.returncode == 0
+    assert f"example: robosc {verb} " in done.stdout
+    assert done.stderr == ""
+
+
+def test_check_says_that_all_is_well_on_stdout_alone(robosc: Robosc, folder: Path) -> None:
+    done = robosc("check", "good.rscd")
+    assert (done.stdout, done.stderr) == ("1 file: 0 errors, 0 warnings\n", "")
+
+
+def test_check_shows_the_place_with_a_caret(robosc: Robosc, folder: Path) -> None:
+    done = robosc("check", "with_errors.rscd")
+    assert "with_errors.rscd:8:32: error[unknown-member]: " in done.stderr
+    assert "\n    8 |     requirement go needs Motor.idel\n" in done.stderr
+    assert "^^^^ did you mean 'idle'?" in done.stderr
+    assert done.stdout == "1 file: 2 errors, 0 warnings\n"
+
+
+def test_check_json(robosc: Robosc, folder: Path) -> None:
+    done = robosc("check", "--json", "with_errors.rscd")
+    assert done.returncode == 1
+    found = document(done)
+    assert found["version"] == 1
+    assert [d["line"] for d in found["diagnostics"]] == [5, 8]
+    last = found["diagnostics"][1]
+    assert set(last) == {
+        "file", "line", "column", "endLine", "endColumn", "severity", "code", "message", "hint",
+    }  # fmt: skip
+    assert last["file"] == "with_errors.rscd"
+    assert (last["column"], last["endLine"], last["endColumn"]) == (32, 8, 36)
+    assert (last["severity"], last["code"]) == ("error", "unknown-member")
+
+
+def test_check_json_of_a_good_model_is_empty(robosc: Robosc, folder: Path) -> None:
+    assert document(robosc("check", "--json", "good.rscd")) == {"version": 1, "diagnostics": []}
+
+
+def test_check_warns_of_a_command_that_can_never_happen(robosc: Robosc, folder: Path) -> None:
+    done = robosc("check", "never.rscd")
+    assert done.returncode == 0
+    assert "warning[" in done.stderr
+    assert "work_hard" in done.stderr
+    assert "on error from work_hard goto" in done.stderr
+
+
+def test_synthesize_json(robosc: Robosc, folder: Path) -> None:
+    found = document(robosc("synthesize", "--json", "good.rscd"))
+    assert found["version"] == 1
+    assert found["robot"] == "Lamp"
+    assert found["plant_states"] == 8
+    assert found["controlled_states"] == 8
+    assert isinstance(found["seconds"], float)
+    assert found["engine"] == "dense"
+    (guard,) = found["guards"]
+    assert guard["event"]["kind"] == "request"
+    assert guard["event"]["name"] == "switch_light"
+    assert guard["status"] == "as required"
+    assert guard["guard"] == "Bulb.lit != Bulb.is_dark"
+    assert found["explanations"] == []
+    assert isinstance(found["properties"], dict)
+
+
+def test_synthesize_explains_what_can_never_happen(robosc: Robosc, folder: Path) -> None:
+    found = document(robosc("synthesize", "--json", "never.rscd"))
+    assert [g["status"] for g in found["guards"]] == ["never"]
+    (explanation,) = found["explanations"]
+    assert explanation["event"]["name"] == "work_hard"
+    assert [e["kind"] for e in explanation["trace"]] == ["request", "error"]
+    assert "on error from work_hard goto" in explanation["remedy"]
+
+
+def test_synthesize_text(robosc: Robosc, folder: Path) -> None:
+    done = robosc("synthesize", "good.rscd")
+    assert "8 of 8 states" in done.stdout
+    assert "switch_light.request  as required\n    Bulb.lit != Bulb.is_dark\n" in done.stdout
+    assert done.stderr == ""
+
+
+def test_explore_json(robosc: Robosc, folder: Path) -> None:
+    found = document(robosc("explore", "--json", "good.rscd"))
+    assert (found["version"], found["robot"], found["initial"]) == (1, "Lamp", 0)
+    assert found["states"][0] == {
+        "id": 0,
+        "components": {"Bulb": "idle"},
+        "variables": {"Bulb.is_dark": False, "Bulb.lit": False},
+        "communications": {"switch_light": "idle"},
+        "marked": True,
+    }
+    assert found["transitions"][1] == {
+        "source": 0,
+        "event": {"kind": "response", "name": "dark", "value": True},
+        "controllable": False,
+        "target": 1,
+    }
+    assert len(found["states"]) == 8
+
+
+def test_explore_counts_what_synthesize_counts(robosc: Robosc, folder: Path) -> None:
+    sizes = document(robosc("synthesize", "--json", "large.rscd"))
+    graph = document(robosc("explore", "--json", "large.rscd"))
+    assert len(graph["states"]) == sizes["controlled_states"]
+    assert len(graph["transitions"]) == sizes["controlled_transitions"]
+
+
+def test_explore_of_the_plant_knows_no_requirement(robosc: Robosc, folder: Path) -> None:
+    def requests(*options: str) -> int:
+        graph = document(robosc("explore", "--json", *options, "good.rscd"))
+        return sum(t["event"]["kind"] == "request" for t in graph["transitions"])
+
+    assert requests() < requests("--plant")
+
+
+def test_explore_text(robosc: Robosc, folder: Path) -> None:
+    lines = robosc("explore", "good.rscd").stdout.splitlines()
+    assert lines[0].startswith("Lamp: 8 states, ")
+    assert lines[1] == "0*  Bulb.idle, Bulb.is_dark = false, Bulb.lit = false"
+    assert "      dark.response(true) -> 1" in lines
+
+
+def test_output_is_the_same_each_time(robosc: Robosc, folder: Path) -> None:
+    first = robosc("explore", "--json", "large.rscd", PYTHONHASHSEED="1").stdout
+    assert first == robosc("explore", "--json", "large.rscd", PYTHONHASHSEED="2").stdout
+
+
+@pytest.mark.parametrize(
+    ("environment", "colored"),
+    [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)],
+    ids=["terminal", "NO_COLOR", "dumb terminal"],
+)
+def test_color_only_on_terminals_that_want_it(
+    environment: dict[str, str], colored: bool, folder: Path
+) -> None:
+    env = {k: v for k, v in os.environ.items() if k != "NO_COLOR"}
+    env |= {"PYTHONPATH": str(SOURCES), "TERM": "xterm"} | environment
+    ours, theirs = pty.openpty()
+    try:
+        subprocess.run(
+            [sys.executable, "-m", "robosc", "check", "with_errors.rscd"],
+            cwd=folder,
+            env=env,
+            stderr=theirs,
+            stdout=subprocess.DEVNULL,
+            timeout=60,
+        )
+        shown = os.read(ours, 100_000).decode()
+    finally:
+        os.close(ours)
+        os.close(theirs)
+    assert "did you mean" in shown
+    assert ("\x1b[" in shown) is colored
+
+
+def test_no_color_in_pipes(robosc: Robosc, folder: Path) -> None:
+    assert "\x1b" not in robosc("check", "with_errors.rscd").stderr
+
+
+def test_characters_that_the_terminal_cannot_show_are_escaped(robosc: Robosc, folder: Path) -> None:
+    text = models.WITH_ERRORS.replace("requirement", "/* größer */ requirement")
+    (folder / "umlaut.rscd").write_text(text, encoding="utf-8")
+    done = robosc("check", "umlaut.rscd", PYTHONIOENCODING="ascii", PYTHONUTF8="0")
+    assert done.returncode == 1
+    assert "gr\\xf6\\xdfer" in done.stderr
+
+
+@pytest.mark.parametrize("locale", ["C", "POSIX", "C.UTF-8"])
+def test_any_locale_will_do(locale: str, robosc: Robosc, folder: Path) -> None:
+    (folder / "größer.rscd").write_text(models.GOOD, encoding="utf-8")
+    assert robosc("check", "größer.rscd", LC_ALL=locale).returncode == 0
