@@ -9,13 +9,13 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Event, Plant
 from robosc.ir.expr import conjunction
 from robosc.model.expr import FALSE, TRUE, Expr
-from robosc.supervisor import Explanation, Guard, Supervisor
+from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd_cases import SymbolicCases, TooWide, wide_condition
 from robosc.synthesis.bdd_diagrams import DEFAULT_MEMORY, available, install_hint
 from robosc.synthesis.bdd_engine import Progress, SymbolicEngine, SymbolicSolution
 from robosc.synthesis.bdd_events import EventRelation
 from robosc.synthesis.bdd_search import SymbolicSystem
-from robosc.synthesis.explain import explain_empty, explain_guards
+from robosc.synthesis.conclude import Sizes, conclude
 from robosc.synthesis.guards import Facts, make_guard
 
 __all__ = ["available", "install_hint", "synthesize_bdd"]
@@ -39,27 +39,11 @@ def synthesize_bdd(
         )
         transitions = solution.controlled_transitions
         seconds = time.perf_counter() - start
-        system = SymbolicSystem(solution)
-        explanations: tuple[Explanation, ...]
-        if solution.empty:
-            explanations = (explain_empty(system),)
-        else:
-            explanations = explain_guards(system, guards)
+        states = solution.controlled_states
+        sizes = Sizes(solution.plant_states, states, transitions)
+        return conclude(SymbolicSystem(solution), "bdd", seconds, sizes, guards)
     except MemoryError:
         raise _too_large(plant, memory) from None
-    return Supervisor(
-        plant=plant,
-        engine="bdd",
-        seconds=seconds,
-        plant_states=solution.plant_states,
-        controlled_states=solution.controlled_states,
-        controlled_transitions=transitions,
-        guards=guards,
-        explanations=explanations,
-        properties=(),
-        diagnostics=tuple(e.diagnostic for e in explanations if e.trace or solution.empty),
-        empty=solution.empty,
-    )
 
 
 def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:

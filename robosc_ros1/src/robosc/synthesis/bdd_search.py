@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
-from robosc.synthesis.bdd_engine import SymbolicSolution
 from robosc.synthesis.bdd_diagrams import Set
+from robosc.synthesis.bdd_engine import SymbolicSolution
 
 __all__ = ["SymbolicSystem"]
 
@@ -26,6 +26,10 @@ class SymbolicSystem:
 
     def is_good(self, state: PlantState) -> bool:
         return self.encoding.state(state) & self.solution.good != self.encoding.diagrams.false
+
+    def plant_reaches(self, condition: Expr) -> bool | None:
+        # The plant's own states are not kept; what no state at all meets is known without them.
+        return None if self.encoding.holds(condition) != self.encoding.diagrams.false else False
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         false = self.encoding.diagrams.false

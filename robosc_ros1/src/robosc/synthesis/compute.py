@@ -11,6 +11,7 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.model.expr import FALSE, TRUE
 from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.bdd import available, install_hint, synthesize_bdd
 from robosc.synthesis.conclude import Sizes, conclude
 from robosc.synthesis.dense import DenseEngine, DenseSolution, Progress
 from robosc.synthesis.folding import fold
@@ -18,10 +19,13 @@ from robosc.synthesis.guards import Facts, make_guard
 from robosc.synthesis.layout import Layout
 from robosc.synthesis.moves import Compiler
 from robosc.synthesis.search import DenseSystem
+from robosc.synthesis.wording import listing
 
 __all__ = ["DEFAULT_MAX_STATES", "synthesize"]
 
 DEFAULT_MAX_STATES = 2**28
+_SMALL = 2**12
+"""Products up to this size are not worth looking for dependent axes."""
 
 
 def synthesize(
@@ -39,12 +43,18 @@ def synthesize(
     Raises:
         StateSpaceError: the product is larger than ``max_states``, and no other engine may be used.
     """
+    if engine == "bdd":
+        return synthesize_bdd(plant, progress)
     start = time.perf_counter()
     compiler = Compiler(plant)
     moves = [compiler.event(event) for event in plant.events]
-    layout = fold(plant, moves)
+    layout = Layout.plain(plant)
+    if layout.size > min(_SMALL, max_states):
+        layout = fold(plant, moves)
     if layout.size > max_states:
-        raise too_large(plant, layout, max_states)
+        if engine == "auto" and available():
+            return synthesize_bdd(plant, progress)
+        raise _too_large(layout, max_states, engine)
     dense = DenseEngine(compiler, moves, layout, progress)
     solution = dense.solve()
     if solution.empty:
@@ -89,16 +99,18 @@ def _nothing(plant: Plant) -> tuple[Guard, ...]:
     )
 
 
-def too_large(plant: Plant, layout: Layout, max_states: int) -> StateSpaceError:
+def _too_large(layout: Layout, max_states: int, engine: str) -> StateSpaceError:
     """What makes the product large, and what to do about it."""
-    ranked = sorted(layout.dims, key=lambda dim: -dim.size)
+    axes = layout.plant.axes
+    ranked = sorted((dim for dim in layout.dims if dim.size > 1), key=lambda dim: -dim.size)
     names = [
-        f"{' with '.join(plant.axes[axis].name for axis in dim.axes)} ({dim.size} values)"
+        f"{listing([axes[axis].name for axis in dim.axes], 'with')} ({dim.size} values)"
         for dim in ranked[:5]
-        if dim.size > 1
     ]
+    advice = "narrow their ranges, drop variables that no condition needs, or raise --max-states"
+    if engine == "auto":
+        advice += f"; or install the symbolic engine: {install_hint()}"
     return StateSpaceError(
         f"the state space has {layout.size} combinations, more than the {max_states} allowed."
-        f" The largest contributors are {', '.join(names)}. Narrow their ranges, drop variables"
-        " that no condition needs, or raise --max-states"
+        f" The largest contributors are {', '.join(names)}: {advice}"
     )
