@@ -19,22 +19,19 @@ control of a class of discrete event processes", SIAM J. Control Optim. 25(1), 1
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from itertools import product
 from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant, PlantState
-from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.automaton import AxisKind, Event, PlantState
 from robosc.model.entities import EventKind
-from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef, walk
-from robosc.model.types import Value
 from robosc.supervisor import Step, Supervisor
+from robosc.synthesis.verify_steps import Coding, EventMoves, Grouped, Moves, axes_of, condition
 
 __all__ = ["DEFAULT_LIMIT", "Check", "VerifyReport", "verify", "verify_document"]
 
-DEFAULT_LIMIT: Final = 1_000_000
+DEFAULT_LIMIT: Final = 1 << 20  # states; about a minute and some 500 MB
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +46,10 @@ class Check:
 
 @dataclass(frozen=True, slots=True)
 class VerifyReport:
-    """What was found; ``states`` and ``transitions`` are those under the guards."""
+    """What was found; ``states`` and ``transitions`` are those under the guards.
+
+    Where the guards are not even safe, nothing is said about what comes after.
+    """
 
     robot: str
     checks: tuple[Check, ...]
@@ -90,219 +90,67 @@ def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> di
     }
 
 
-# --- the plant, one state at a time --------------------------------------------------------------
+_Work: TypeAlias = tuple[int, Moves, bool, bool]
+"""One event in one state: its first label, its moves, whether its guard allows it and whether the
+requirements permit it."""
 
-_ESCAPES: Final = -1  # in place of a target: an assignment leaves its range
-
-_Values: TypeAlias = tuple[Value | None, ...]
-_Moves: TypeAlias = tuple[tuple[int, PlantState | None], ...]
-
-
-class _Condition:
-    """A condition over the state, evaluated once per combination of what it reads."""
-
-    def __init__(self, plant: Plant, expr: Expr) -> None:
-        self._plant = plant
-        self._expr = expr
-        self._axes = sorted(_axes_of(plant, expr))
-        self._known: dict[PlantState, bool] = {}
-
-    def __call__(self, state: PlantState) -> bool:
-        key = tuple([state[axis] for axis in self._axes])
-        found = self._known.get(key)
-        if found is None:
-            found = _holds(self._plant, self._expr, state, {})
-            self._known[key] = found
-        return found
-
-
-class _EventMoves:
-    """What one event does: for each value it may carry, the new values of the axes it touches.
-
-    Computed once per combination of the axes that the event reads or writes.
-    """
-
-    def __init__(self, plant: Plant, event: Event) -> None:
-        self.event = event
-        self.valuations: list[_Values] = list(product(*(p.values for p in event.parameters)))
-        self._plant = plant
-        self._axes = sorted(_touched(plant, event))
-        self._known: dict[PlantState, _Moves] = {}
-
-    def __call__(self, state: PlantState) -> Iterator[tuple[int, PlantState | None]]:
-        """Number of the valuation and the state after it; None where a range would be left."""
-        key = tuple([state[axis] for axis in self._axes])
-        moves = self._known.get(key)
-        if moves is None:
-            moves = self._known[key] = tuple(self._local(state))
-        for number, changed in moves:
-            if changed is None:
-                yield number, None
-            else:
-                after = list(state)
-                for axis, value in zip(self._axes, changed, strict=True):
-                    after[axis] = value
-                yield number, tuple(after)
-
-    def _local(self, state: PlantState) -> Iterator[tuple[int, PlantState | None]]:
-        for number, values in enumerate(self.valuations):
-            after = self._after(state, values)
-            if after == "impossible":
-                continue
-            if after == "escapes":
-                yield number, None
-            else:
-                yield number, tuple([after[axis] for axis in self._axes])  # type: ignore[misc]
-
-    def _after(self, state: PlantState, values: _Values) -> list[int] | str:
-        after = list(state)
-        phase = self.event.phase
-        if phase is not None:
-            if state[phase.axis] != phase.source:
-                return "impossible"
-            after[phase.axis] = phase.target
-        parameters = dict(zip((p.path for p in self.event.parameters), values, strict=True))
-        escapes = False
-        for participant in self.event.participants:
-            edge = self._edge(participant, state, parameters)
-            if edge is None:
-                if participant.blocking:
-                    return "impossible"
-                continue
-            after[participant.axis] = edge.target
-            escapes |= not self._assign(edge, state, parameters, after)
-        return "escapes" if escapes else after
-
-    def _edge(
-        self, participant: Participant, state: PlantState, parameters: _Parameters
-    ) -> Edge | None:
-        for edge in participant.edges:
-            if edge.source == state[participant.axis] and (
-                edge.guard is None or _holds(self._plant, edge.guard, state, parameters)
-            ):
-                return edge
-        return None
-
-    def _assign(
-        self, edge: Edge, state: PlantState, parameters: _Parameters, after: list[int]
-    ) -> bool:
-        """Whether all assignments stay in their ranges; an undefined one changes nothing."""
-        for axis, expr in edge.updates:
-            try:
-                value = evaluate(expr, _lookup(self._plant, state, parameters))
-            except Undefined:
-                continue
-            values = self._plant.axes[axis].values
-            if value not in values:
-                return False
-            after[axis] = values.index(value)
-        return True
-
-
-_Parameters: TypeAlias = dict[tuple[str | int, ...], Value | None]
-
-
-def _lookup(
-    plant: Plant, state: PlantState, parameters: _Parameters
-) -> Callable[[Leaf], Value | None]:
-    def look(leaf: Leaf) -> Value | None:
-        if isinstance(leaf, ValueRef):
-            return parameters[leaf.path]
-        axis = _axis_of(plant, leaf)
-        value = plant.axes[axis].values[state[axis]]
-        if isinstance(leaf, StateRef):
-            return value == leaf.state
-        return value == "busy" if isinstance(leaf, PhaseRef) else value
-
-    return look
-
-
-def _axis_of(plant: Plant, leaf: VariableRef | StateRef | PhaseRef) -> int:
-    match leaf:
-        case VariableRef(component=component, variable=variable):
-            return plant.axis_index[AxisKind.VARIABLE, f"{component}.{variable}"]
-        case StateRef(component=component):
-            return plant.axis_index[AxisKind.LOCATION, component]
-    return plant.axis_index[AxisKind.PHASE, leaf.communication]
-
-
-def _axes_of(plant: Plant, expr: Expr) -> set[int]:
-    return {
-        _axis_of(plant, part)
-        for part in walk(expr)
-        if isinstance(part, VariableRef | StateRef | PhaseRef)
-    }
-
-
-def _touched(plant: Plant, event: Event) -> set[int]:
-    axes = set() if event.phase is None else {event.phase.axis}
-    for participant in event.participants:
-        axes.add(participant.axis)
-        for edge in participant.edges:
-            if edge.guard is not None:
-                axes |= _axes_of(plant, edge.guard)
-            for axis, expr in edge.updates:
-                axes |= {axis} | _axes_of(plant, expr)
-    return axes
-
-
-def _holds(plant: Plant, expr: Expr, state: PlantState, parameters: _Parameters) -> bool:
-    """Whether a condition holds; one that reads an element that did not come does not."""
-    try:
-        return bool(evaluate(expr, _lookup(plant, state, parameters)))
-    except Undefined:
-        return False
-
-
-# --- graphs --------------------------------------------------------------------------------------
+# --- the search ----------------------------------------------------------------------------------
 
 
 @dataclass
 class _Graph:
-    """States found from the initial one, numbered in the order of discovery, with all their steps.
+    """What the requirements permit, and which of it the guards allow.
 
-    Step ``i`` leads from ``sources[i]`` to ``targets[i]`` (or is ``_ESCAPES``) by event
-    ``events[i]`` with valuation ``values[i]``. ``parents`` is the step that found each state.
+    States are numbered as they are found; ``codes`` and ``number`` lead from number to state and
+    back. The steps of state ``i`` are those from ``first[i]`` to ``first[i + 1]``: ``targets``, and
+    ``labels`` that tell event and value (see ``_Verifier.label``), complemented where the guard
+    forbids the step. An allowed step that changes nothing is only counted, in ``allowed``.
     """
 
-    states: list[PlantState]
-    number: dict[PlantState, int]
-    sources: array[int] = field(default_factory=lambda: array("l"))
+    codes: list[int]
+    number: dict[int, int]
+    first: array[int] = field(default_factory=lambda: array("q", [0]))
     targets: array[int] = field(default_factory=lambda: array("l"))
-    events: array[int] = field(default_factory=lambda: array("l"))
-    values: array[int] = field(default_factory=lambda: array("l"))
-    parents: array[int] = field(default_factory=lambda: array("l", [-1]))
+    labels: array[int] = field(default_factory=lambda: array("l"))
+    allowed: array[int] = field(default_factory=lambda: array("l"))
+    unsafe: dict[int, str] = field(default_factory=dict)
+    violations: dict[int, int] = field(default_factory=dict)  # state: label of the step
 
-    def add(self, source: int, target: PlantState | None, event: int, values: int) -> None:
-        if target is None:
-            number = _ESCAPES
-        else:
-            number = self.number.setdefault(target, len(self.states))
-            if number == len(self.states):
-                self.states.append(target)
-                self.parents.append(len(self.sources))
-        self.sources.append(source)
-        self.targets.append(number)
-        self.events.append(event)
-        self.values.append(values)
-
-    def predecessors(self) -> Callable[[int], Sequence[int]]:
-        """A function that gives the steps into a state."""
-        starts = array("l", bytes(array("l").itemsize * (len(self.states) + 2)))
-        for target in self.targets:
-            if target != _ESCAPES:
-                starts[target + 2] += 1
-        for state in range(2, len(starts)):
-            starts[state] += starts[state - 1]
-        steps = array("l", bytes(array("l").itemsize * starts[-1]))
-        for step, target in enumerate(self.targets):
-            if target != _ESCAPES:
-                steps[starts[target + 1]] = step
-                starts[target + 1] += 1
-        return lambda state: steps[starts[state] : starts[state + 1]]
+    def steps(self, state: int) -> Iterator[tuple[int, int]]:
+        """Targets and labels."""
+        for step in range(self.first[state], self.first[state + 1]):
+            yield self.targets[step], self.labels[step]
 
 
-_Allow: TypeAlias = Callable[[int, PlantState], bool]
+@dataclass
+class _Backward:
+    """The steps of a graph by target."""
+
+    first: array[int]
+    sources: array[int]
+    labels: array[int]
+
+    @classmethod
+    def of(cls, graph: _Graph) -> _Backward:
+        count = len(graph.codes)
+        first = array("q", bytes(8 * (count + 2)))
+        for target in graph.targets:
+            first[target + 2] += 1
+        for state in range(2, count + 2):
+            first[state] += first[state - 1]
+        sources, labels = array("l", graph.targets), array("l", graph.labels)
+        for source in range(count):
+            for step in range(graph.first[source], graph.first[source + 1]):
+                place = first[graph.targets[step] + 1]
+                first[graph.targets[step] + 1] = place + 1
+                sources[place] = source
+                labels[place] = graph.labels[step]
+        return cls(first, sources, labels)
+
+    def steps(self, target: int) -> Iterator[tuple[int, int]]:
+        """Sources and labels."""
+        start, end = self.first[target], self.first[target + 1]
+        return zip(self.sources[start:end], self.labels[start:end], strict=True)
 
 
 class _Verifier:
@@ -313,119 +161,171 @@ class _Verifier:
         self._supervisor = supervisor
         self._plant = plant
         self._limit = limit
-        self._moves = [_EventMoves(plant, event) for event in plant.events]
-        self._required = [
-            None if event.requirement is None else _Condition(plant, event.requirement)
-            for event in plant.events
-        ]
-        self._invariants = [(_Condition(plant, expr), index) for expr, index in plant.invariants]
+        self._coding = Coding(plant)
+        self._moves = [EventMoves(plant, self._coding, event) for event in plant.events]
+        self._required = [event.requirement for event in plant.events]
         guards = {_identity(guard.event): guard.expr for guard in supervisor.guards}
-        self._guards = [
-            _Condition(plant, guards[_identity(event)]) if _identity(event) in guards else None
-            for event in plant.events
+        self._guards = [guards.get(_identity(event)) for event in plant.events]
+        self._invariants = [(condition(plant, expr), index) for expr, index in plant.invariants]
+        # Uncontrollable events have the first labels, so that one comparison tells them.
+        self._order = sorted(range(len(plant.events)), key=lambda i: plant.events[i].controllable)
+        self._labels: dict[int, int] = {}
+        self._labelled: list[tuple[int, int]] = []
+        for event in self._order:
+            self._labels[event] = len(self._labelled)
+            self._labelled += [(event, n) for n in range(len(self._moves[event].valuations))]
+        uncontrollable = (e for e, _ in self._labelled if not plant.events[e].controllable)
+        self._controllable_from = sum(1 for _ in uncontrollable)
+        self._work = self._grouped_work()
+
+    def _grouped_work(self) -> Grouped[_Work]:
+        conditions = [
+            (
+                None if required is None else condition(self._plant, required),
+                None if guard is None else condition(self._plant, guard),
+            )
+            for required, guard in zip(self._required, self._guards, strict=True)
         ]
+
+        def work_out(event: int, state: PlantState) -> _Work | None:
+            # Those that leave a range last, so that one look tells.
+            moves = tuple(sorted(self._moves[event](state), key=lambda move: move[1] is None))
+            if not moves:
+                return None
+            required, guard = conditions[event]
+            label = self._labels[event]
+            free = label < self._controllable_from or (guard is not None and guard(state))
+            permitted = required is None or required(state)
+            return label, moves, free, permitted
+
+        return Grouped(self._plant, ((e, self._axes(e)) for e in self._order), work_out)
+
+    def _axes(self, event: int) -> set[int]:
+        axes = set(self._moves[event].axes)
+        for expr in (self._required[event], self._guards[event]):
+            if expr is not None:
+                axes |= axes_of(self._plant, expr)
+        return axes
 
     def report(self) -> VerifyReport:
-        controllable = self._check_controllable()
-        permitted = self._explore(self._is_permitted, self._is_unsafe)
-        keepable = self._keepable(permitted)
-        if self._supervisor.empty:
-            checks = [controllable, self._check_empty(keepable[0] == 1), *self._check_counts(0, 0)]
-            return VerifyReport(self._plant.robot.name, tuple(checks), 0, 0)
-        controlled = self._explore(self._is_enabled)
-        checks = [
-            self._check_safe(controlled),
-            controllable,
-            self._check_nonblocking(controlled),
-            self._check_permissive(controlled, permitted, keepable),
-            *self._check_counts(len(controlled.states), len(controlled.sources)),
-        ]
         name = self._plant.robot.name
-        return VerifyReport(name, tuple(checks), len(controlled.states), len(controlled.sources))
+        controllable = self._check_controllable()
+        graph = self._search()
+        backward = _Backward.of(graph)
+        keepable = self._keepable(graph, backward)
+        if self._supervisor.empty:
+            empty = self._check_empty(bool(keepable[0]))
+            return VerifyReport(name, (controllable, empty, *self._check_counts(0, 0)), 0, 0)
+        reached = _Reached.of(graph)
+        states = len(reached.order)
+        transitions = sum(graph.allowed[state] for state in reached.order)
+        safe = self._check_safe(graph, reached)
+        if not safe.holds:
+            return VerifyReport(name, (safe, controllable), states, transitions)
+        checks = [
+            safe,
+            controllable,
+            self._check_nonblocking(graph, backward, reached),
+            self._check_permissive(graph, reached, keepable),
+            *self._check_counts(states, transitions),
+        ]
+        return VerifyReport(name, tuple(checks), states, transitions)
 
-    # --- what may happen -------------------------------------------------------------------------
+    def _search(self) -> _Graph:
+        """Everything that the requirements permit; unsafe states are not left."""
+        initial = self._coding.encode(self._plant.initial)
+        graph = _Graph([initial], {initial: 0})
+        here = 0
+        while here < len(graph.codes):
+            state = self._coding.decode(graph.codes[here])
+            work = list(self._work(state))
+            failing = self._failing(state, work)
+            if failing is None:
+                self._add_steps(graph, here, work)
+            else:
+                graph.unsafe[here] = failing
+                graph.allowed.append(0)
+            graph.first.append(len(graph.targets))
+            self._stop_at_limit(len(graph.codes))
+            here += 1
+        return graph
 
-    def _is_permitted(self, event: int, state: PlantState) -> bool:
-        required = self._required[event]
-        return required is None or required(state)
+    def _add_steps(self, graph: _Graph, here: int, work: list[_Work]) -> None:
+        code, allowed = graph.codes[here], 0
+        codes, number = graph.codes, graph.number
+        for label, moves, free, permitted in work:
+            if not permitted:
+                if free:
+                    graph.violations.setdefault(here, label)
+                continue
+            for values, change in moves:
+                assert change is not None  # the state is safe
+                allowed += free
+                if change or not free:
+                    found = code + change
+                    target = number.setdefault(found, len(codes))
+                    if target == len(codes):
+                        codes.append(found)
+                    graph.targets.append(target)
+                    graph.labels.append(label + values if free else ~(label + values))
+        graph.allowed.append(allowed)
 
-    def _is_enabled(self, event: int, state: PlantState) -> bool:
-        guard = self._guards[event]
-        return not self._plant.events[event].controllable or (guard is not None and guard(state))
-
-    def _failing(self, state: PlantState) -> str | None:
+    def _failing(self, state: PlantState, work: list[_Work]) -> str | None:
         """Why a state is unsafe in itself, None if it is not."""
         for holds, index in self._invariants:
             if not holds(state):
                 return f"'{self._plant.robot.requirements[index].text}' fails"
-        for moves in self._moves:
-            if not moves.event.controllable and any(after is None for _, after in moves(state)):
-                return f"the {_text(moves.event)} may take a variable out of its range"
+        for label, moves, _, _ in work:
+            if moves[-1][1] is None:
+                event = self._plant.events[self._labelled[label][0]]
+                return f"the {_text(event)} may take a variable out of its range"
         return None
 
-    def _is_unsafe(self, state: PlantState) -> bool:
-        return self._failing(state) is not None
+    def _stop_at_limit(self, found: int) -> None:
+        if found > self._limit:
+            raise StateSpaceError(f"verification stops at {self._limit} states; there are more")
 
-    def _explore(
-        self, allow: _Allow, final: Callable[[PlantState], bool] = lambda state: False
-    ) -> _Graph:
-        """All that can be reached by allowed events; ``final`` states are not left."""
-        initial = self._plant.initial
-        graph = _Graph([initial], {initial: 0})
-        here = 0
-        while here < len(graph.states):
-            if len(graph.states) > self._limit:
-                raise StateSpaceError(f"verification stops at {self._limit} states; there are more")
-            state = graph.states[here]
-            if not final(state):
-                for event, moves in enumerate(self._moves):
-                    if allow(event, state):
-                        for values, after in moves(state):
-                            if after is not None or not moves.event.controllable:
-                                graph.add(here, after, event, values)
-            here += 1
-        return graph
-
-    def _keepable(self, permitted: _Graph) -> bytearray:
+    def _keepable(self, graph: _Graph, backward: _Backward) -> bytearray:
         """Which states some supervisor can keep safe and nonblocking: 1, the others 0.
 
         Starting from the unsafe states, lose in turn what uncontrollable events lead to lost ones,
         and what cannot reach a marked state through kept ones, until nothing more is lost.
         """
-        into = permitted.predecessors()
-        uncontrollable = [not event.controllable for event in self._plant.events]
-        kept = bytearray(b"\1" * len(permitted.states))
-        fresh = [n for n, state in enumerate(permitted.states) if self._is_unsafe(state)]
+        kept = bytearray(b"\1" * len(graph.codes))
+        fresh = list(graph.unsafe)
         while True:
             for state in fresh:
                 kept[state] = 0
             while fresh:
-                for step in into(fresh.pop()):
-                    source = permitted.sources[step]
-                    if kept[source] and uncontrollable[permitted.events[step]]:
+                for source, label in backward.steps(fresh.pop()):
+                    if kept[source] and 0 <= label < self._controllable_from:
                         kept[source] = 0
                         fresh.append(source)
-            fresh = self._blocked(permitted, into, kept)
+            fresh = self._blocked(graph, backward, kept, forbidden=True)
             if not fresh:
                 return kept
 
     def _blocked(
-        self, graph: _Graph, into: Callable[[int], Sequence[int]], kept: bytearray
+        self, graph: _Graph, backward: _Backward, within: bytearray, forbidden: bool
     ) -> list[int]:
-        """Kept states from which no marked one can be reached through kept ones."""
-        reaching = bytearray(len(kept))
-        todo = []
-        for number, state in enumerate(graph.states):
-            if kept[number] and self._plant.is_marked(state):
-                reaching[number] = 1
-                todo.append(number)
+        """States ``within`` that reach no marked one through such states.
+
+        Steps that the guards forbid count only if ``forbidden``.
+        """
+        reaching = bytearray(len(within))
+        todo = [
+            number
+            for number, code in enumerate(graph.codes)
+            if within[number] and self._plant.is_marked(self._coding.decode(code))
+        ]
+        for number in todo:
+            reaching[number] = 1
         while todo:
-            for step in into(todo.pop()):
-                source = graph.sources[step]
-                if kept[source] and not reaching[source]:
+            for source, label in backward.steps(todo.pop()):
+                if within[source] and not reaching[source] and (forbidden or label >= 0):
                     reaching[source] = 1
                     todo.append(source)
-        return [n for n in range(len(kept)) if kept[n] and not reaching[n]]
+        return [n for n in range(len(within)) if within[n] and not reaching[n]]
 
     # --- the properties --------------------------------------------------------------------------
 
@@ -441,41 +341,36 @@ class _Verifier:
                 return Check("controllable", False, f"the {_text(event)} cannot be forbidden")
         return Check("controllable", True)
 
-    def _check_safe(self, controlled: _Graph) -> Check:
-        for number, state in enumerate(controlled.states):
-            failing = self._failing(state)
-            if failing is not None:
-                return Check("safe", False, failing, self._trace(controlled, number))
-        for step, index in enumerate(controlled.events):
-            source = controlled.sources[step]
-            if not self._is_permitted(index, controlled.states[source]):
-                detail = f"the {_text(self._plant.events[index])} happens against a requirement"
-                trace = (*self._trace(controlled, source), self._step(controlled, step))
-                return Check("safe", False, detail, trace)
+    def _check_safe(self, graph: _Graph, reached: _Reached) -> Check:
+        for state in reached.order:
+            if state in graph.unsafe:
+                trace = self._trace(graph, reached, state)
+                return Check("safe", False, graph.unsafe[state], trace)
+            if state in graph.violations:
+                label = graph.violations[state]
+                event = self._plant.events[self._labelled[label][0]]
+                detail = f"the {_text(event)} happens against a requirement"
+                step = self._step(graph.codes[state], label)
+                return Check("safe", False, detail, (*self._trace(graph, reached, state), step))
         return Check("safe", True)
 
-    def _check_nonblocking(self, controlled: _Graph) -> Check:
-        everything = bytearray(b"\1" * len(controlled.states))
-        blocked = self._blocked(controlled, controlled.predecessors(), everything)
-        if not blocked:
-            return Check("nonblocking", True)
-        detail = "no marked state can be reached any more"
-        return Check("nonblocking", False, detail, self._trace(controlled, min(blocked)))
+    def _check_nonblocking(self, graph: _Graph, backward: _Backward, reached: _Reached) -> Check:
+        blocked = set(self._blocked(graph, backward, reached.among, forbidden=False))
+        for state in reached.order if blocked else ():
+            if state in blocked:
+                detail = "no marked state can be reached any more"
+                return Check("nonblocking", False, detail, self._trace(graph, reached, state))
+        return Check("nonblocking", True)
 
-    def _check_permissive(
-        self, controlled: _Graph, permitted: _Graph, keepable: bytearray
-    ) -> Check:
-        for number, state in enumerate(controlled.states):
-            for event, moves in enumerate(self._moves):
-                if self._is_enabled(event, state) or not self._is_permitted(event, state):
-                    continue
-                for values, after in moves(state):
-                    target = None if after is None else permitted.number.get(after)
-                    if after is not None and target is not None and keepable[target]:
-                        detail = f"the {_text(moves.event)} is forbidden without need"
-                        step = self._made(event, values, state, after)
-                        trace = (*self._trace(controlled, number), step)
-                        return Check("maximally permissive", False, detail, trace)
+    def _check_permissive(self, graph: _Graph, reached: _Reached, keepable: bytearray) -> Check:
+        for state in reached.order:
+            for target, label in graph.steps(state):
+                if label < 0 and keepable[target]:
+                    event = self._plant.events[self._labelled[~label][0]]
+                    detail = f"the {_text(event)} is forbidden without need"
+                    step = self._step(graph.codes[state], ~label)
+                    trace = (*self._trace(graph, reached, state), step)
+                    return Check("maximally permissive", False, detail, trace)
         return Check("maximally permissive", True)
 
     def _check_empty(self, keepable: bool) -> Check:
@@ -484,43 +379,81 @@ class _Verifier:
             return Check("maximally permissive", False, detail)
         return Check("maximally permissive", True)
 
-    def _check_counts(self, states: int, transitions: int) -> Iterable[Check]:
+    def _check_counts(self, states: int, transitions: int) -> Iterator[Check]:
         told = self._supervisor
         figures = [
             ("controlled states", told.controlled_states, states),
             ("controlled transitions", told.controlled_transitions, transitions),
         ]
         if told.plant_states <= self._limit:
-            plant = self._explore(lambda event, state: True)
-            figures.append(("plant states", told.plant_states, len(plant.states)))
+            figures.append(("plant states", told.plant_states, self._count_plant()))
         for name, claimed, found in figures:
             detail = None if claimed == found else f"{claimed} were counted, there are {found}"
             yield Check(name, claimed == found, detail)
 
+    def _count_plant(self) -> int:
+        """The states that can be reached without any requirement."""
+        changes = Grouped(
+            self._plant,
+            ((event, self._moves[event].axes) for event in range(len(self._moves))),
+            lambda event, state: [c for _, c in self._moves[event](state) if c] or None,
+        )
+        initial = self._coding.encode(self._plant.initial)
+        seen, todo = {initial}, [initial]
+        while todo:
+            code = todo.pop()
+            for found in changes(self._coding.decode(code)):
+                for change in found:
+                    if code + change not in seen:
+                        seen.add(code + change)
+                        todo.append(code + change)
+            self._stop_at_limit(len(seen))
+        return len(seen)
+
     # --- traces ----------------------------------------------------------------------------------
 
-    def _trace(self, graph: _Graph, state: int) -> tuple[Step, ...]:
+    def _trace(self, graph: _Graph, reached: _Reached, state: int) -> tuple[Step, ...]:
         """A shortest way from the initial state."""
         steps = []
-        while graph.parents[state] >= 0:
-            step = graph.parents[state]
-            steps.append(self._step(graph, step))
-            state = graph.sources[step]
+        while state:
+            source = reached.parents[state]
+            label = next(n for target, n in graph.steps(source) if target == state and n >= 0)
+            steps.append(self._step(graph.codes[source], label))
+            state = source
         return tuple(reversed(steps))
 
-    def _step(self, graph: _Graph, step: int) -> Step:
-        target = graph.targets[step]
-        source = graph.states[graph.sources[step]]
-        after = source if target == _ESCAPES else graph.states[target]
-        return self._made(graph.events[step], graph.values[step], source, after)
-
-    def _made(self, index: int, values: int, source: PlantState, after: PlantState) -> Step:
+    def _step(self, code: int, label: int) -> Step:
+        index, values = self._labelled[label]
         event = self._plant.events[index]
-        if event.kind is EventKind.TAU:
-            axis = self._plant.axis_index[AxisKind.LOCATION, event.key]
-            names = self._plant.axes[axis].values
-            return Step(event, (f"{names[source[axis]]}->{names[after[axis]]}",))
-        return Step(event, self._moves[index].valuations[values])
+        if event.kind is not EventKind.TAU:
+            return Step(event, self._moves[index].valuations[values])
+        axis = self._plant.axis_index[AxisKind.LOCATION, event.key]
+        before = self._coding.decode(code)
+        change = dict(self._moves[index](before))[values] or 0
+        after = self._coding.decode(code + change)
+        names = self._plant.axes[axis].values
+        return Step(event, (f"{names[before[axis]]}->{names[after[axis]]}",))
+
+
+@dataclass
+class _Reached:
+    """What the guards let happen: states in the order of a breadth-first search."""
+
+    order: list[int]
+    parents: dict[int, int]
+    among: bytearray
+
+    @classmethod
+    def of(cls, graph: _Graph) -> _Reached:
+        order, parents, among = [0], {0: 0}, bytearray(len(graph.codes))
+        among[0] = 1
+        for state in order:
+            for target, label in graph.steps(state):
+                if label >= 0 and not among[target]:
+                    among[target] = 1
+                    parents[target] = state
+                    order.append(target)
+        return cls(order, parents, among)
 
 
 def _identity(event: Event) -> tuple[EventKind, str, int]:

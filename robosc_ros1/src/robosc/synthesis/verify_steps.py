@@ -1,0 +1,296 @@
+"""Single steps of a plant for the independent checker: what an event does in one state.
+
+A state is one integer here, its axes in mixed radix, so that a step is an addition. What an event
+does depends on few axes; it is worked out by the book (:mod:`robosc.ir.automaton`) once for each
+combination of their values and looked up afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from itertools import product
+from math import prod
+from operator import itemgetter
+from typing import Any, Generic, TypeAlias, TypeVar
+
+from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant, PlantState
+from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.model.expr import (
+    Binary,
+    Expr,
+    PhaseRef,
+    StateRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    walk,
+)
+from robosc.model.types import Value
+
+__all__ = ["Coding", "Condition", "EventMoves", "Grouped", "Moves", "axes_of", "condition"]
+
+T = TypeVar("T")
+
+Condition: TypeAlias = Callable[[PlantState], bool]
+
+Moves: TypeAlias = tuple[tuple[int, int | None], ...]
+"""Per value that the event may carry: its number, and what is added to the state's integer; None
+where an assignment would leave its range."""
+
+_Values: TypeAlias = tuple[Value | None, ...]
+_Parameters: TypeAlias = dict[tuple[str | int, ...], Value | None]
+_CHUNK = 4096  # states of one remembered part of the axes
+
+
+class Coding:
+    """States as integers; the last axis counts fastest."""
+
+    def __init__(self, plant: Plant) -> None:
+        sizes = [axis.size for axis in plant.axes]
+        self.strides = [prod(sizes[i + 1 :]) for i in range(len(sizes))]
+        # The axes in runs that are decoded together, each run with the product of its sizes.
+        self._runs: list[tuple[int, list[int], dict[int, PlantState]]] = []
+        run: list[int] = []
+        for size in reversed(sizes):
+            if run and prod(run) * size > _CHUNK:
+                self._runs.append((prod(run), run, {}))
+                run = []
+            run = [size, *run]
+        self._runs.append((prod(run), run, {}))
+
+    def encode(self, state: PlantState) -> int:
+        return sum(value * stride for value, stride in zip(state, self.strides, strict=True))
+
+    def decode(self, code: int) -> PlantState:
+        state: PlantState = ()
+        for total, sizes, known in self._runs:
+            code, part = divmod(code, total)
+            values = known.get(part)
+            if values is None:
+                values = known[part] = _digits(part, sizes)
+            state = values + state
+        return state
+
+
+def _digits(number: int, sizes: list[int]) -> PlantState:
+    digits = []
+    for size in reversed(sizes):
+        number, digit = divmod(number, size)
+        digits.append(digit)
+    return tuple(reversed(digits))
+
+
+def _size(plant: Plant, axes: Iterable[int]) -> int:
+    return prod(plant.axes[axis].size for axis in axes)
+
+
+def _getter(axes: Iterable[int]) -> Callable[[PlantState], Any]:
+    chosen = sorted(axes)
+    return itemgetter(*chosen) if chosen else lambda state: ()
+
+
+def condition(plant: Plant, expr: Expr) -> Condition:
+    """A function that evaluates a condition over the state.
+
+    What reads few axes is evaluated once per combination of their values; a wider condition is
+    taken apart at its operators.
+    """
+    axes = axes_of(plant, expr)
+    if _size(plant, axes) > _CHUNK:
+        match expr:
+            case Unary(operator="!", operand=operand):
+                inner = condition(plant, operand)
+                return lambda state: not inner(state)
+            case Binary(operator="and" | "or" | "=>" as operator, left=left, right=right):
+                first, second = condition(plant, left), condition(plant, right)
+                if operator == "and":
+                    return lambda state: first(state) and second(state)
+                if operator == "or":
+                    return lambda state: first(state) or second(state)
+                return lambda state: not first(state) or second(state)
+    key, known = _getter(axes), dict[Any, bool]()
+
+    def remembered(state: PlantState) -> bool:
+        here = key(state)
+        found = known.get(here)
+        if found is None:
+            found = known[here] = _holds(plant, expr, state, {})
+        return found
+
+    return remembered
+
+
+class Grouped(Generic[T]):
+    """A function of single events, remembered for groups of them; results of None are left out.
+
+    Events that touch few axes between them share one table, so that a state costs one look-up per
+    group. An event that touches many is worked out anew in each state.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        events: Iterable[tuple[int, set[int]]],
+        work_out: Callable[[int, PlantState], T | None],
+    ) -> None:
+        self._work_out = work_out
+        self._groups: list[tuple[Callable[[PlantState], Any], list[int], dict[Any, list[T]]]] = []
+        self._wide: list[int] = []
+        group: list[int] = []
+        shared: set[int] = set()
+        for event, axes in events:
+            if _size(plant, axes) > _CHUNK:
+                self._wide.append(event)
+                continue
+            if _size(plant, shared | axes) > _CHUNK:
+                self._groups.append((_getter(shared), group, {}))
+                group, shared = [], set()
+            group.append(event)
+            shared |= axes
+        self._groups.append((_getter(shared), group, {}))
+
+    def __call__(self, state: PlantState) -> Iterator[T]:
+        for key, events, known in self._groups:
+            here = key(state)
+            found = known.get(here)
+            if found is None:
+                found = known[here] = list(self._results(events, state))
+            yield from found
+        if self._wide:
+            yield from self._results(self._wide, state)
+
+    def _results(self, events: Iterable[int], state: PlantState) -> Iterator[T]:
+        for event in events:
+            result = self._work_out(event, state)
+            if result is not None:
+                yield result
+
+
+class EventMoves:
+    """What one event does."""
+
+    def __init__(self, plant: Plant, coding: Coding, event: Event) -> None:
+        self.event = event
+        self.valuations: list[_Values] = list(product(*(p.values for p in event.parameters)))
+        self.axes = _touched(plant, event)
+        self._plant = plant
+        self._coding = coding
+        self._few = _size(plant, self.axes) <= _CHUNK
+        self._key = _getter(self.axes)
+        self._known: dict[Any, Moves] = {}
+
+    def __call__(self, state: PlantState) -> Moves:
+        """All that the event can do; nothing where the plant cannot do it."""
+        if not self._few:
+            return tuple(self._moves(state))
+        here = self._key(state)
+        found = self._known.get(here)
+        if found is None:
+            found = self._known[here] = tuple(self._moves(state))
+        return found
+
+    def _moves(self, state: PlantState) -> Iterator[tuple[int, int | None]]:
+        here = self._coding.encode(state)
+        for number, values in enumerate(self.valuations):
+            after = self._after(state, values)
+            if isinstance(after, list):
+                yield number, self._coding.encode(tuple(after)) - here
+            elif after == "escapes" and not self.event.controllable:
+                yield number, None
+
+    def _after(self, state: PlantState, values: _Values) -> list[int] | str:
+        after = list(state)
+        phase = self.event.phase
+        if phase is not None:
+            if state[phase.axis] != phase.source:
+                return "impossible"
+            after[phase.axis] = phase.target
+        parameters = dict(zip((p.path for p in self.event.parameters), values, strict=True))
+        escapes = False
+        for participant in self.event.participants:
+            edge = self._edge(participant, state, parameters)
+            if edge is None:
+                if participant.blocking:
+                    return "impossible"
+                continue
+            after[participant.axis] = edge.target
+            escapes |= not self._assign(edge, state, parameters, after)
+        return "escapes" if escapes else after
+
+    def _edge(
+        self, participant: Participant, state: PlantState, parameters: _Parameters
+    ) -> Edge | None:
+        for edge in participant.edges:
+            if edge.source == state[participant.axis] and (
+                edge.guard is None or _holds(self._plant, edge.guard, state, parameters)
+            ):
+                return edge
+        return None
+
+    def _assign(
+        self, edge: Edge, state: PlantState, parameters: _Parameters, after: list[int]
+    ) -> bool:
+        """Whether all assignments stay in their ranges; an undefined one changes nothing."""
+        for axis, expr in edge.updates:
+            try:
+                value = evaluate(expr, _lookup(self._plant, state, parameters))
+            except Undefined:
+                continue
+            values = self._plant.axes[axis].values
+            if value not in values:
+                return False
+            after[axis] = values.index(value)
+        return True
+
+
+def _lookup(
+    plant: Plant, state: PlantState, parameters: _Parameters
+) -> Callable[[Leaf], Value | None]:
+    def look(leaf: Leaf) -> Value | None:
+        if isinstance(leaf, ValueRef):
+            return parameters[leaf.path]
+        axis = _axis_of(plant, leaf)
+        value = plant.axes[axis].values[state[axis]]
+        if isinstance(leaf, StateRef):
+            return value == leaf.state
+        return value == "busy" if isinstance(leaf, PhaseRef) else value
+
+    return look
+
+
+def _axis_of(plant: Plant, leaf: VariableRef | StateRef | PhaseRef) -> int:
+    match leaf:
+        case VariableRef(component=component, variable=variable):
+            return plant.axis_index[AxisKind.VARIABLE, f"{component}.{variable}"]
+        case StateRef(component=component):
+            return plant.axis_index[AxisKind.LOCATION, component]
+    return plant.axis_index[AxisKind.PHASE, leaf.communication]
+
+
+def axes_of(plant: Plant, expr: Expr) -> set[int]:
+    """What a condition over the state reads."""
+    return {
+        _axis_of(plant, part)
+        for part in walk(expr)
+        if isinstance(part, VariableRef | StateRef | PhaseRef)
+    }
+
+
+def _touched(plant: Plant, event: Event) -> set[int]:
+    axes = set() if event.phase is None else {event.phase.axis}
+    for participant in event.participants:
+        axes.add(participant.axis)
+        for edge in participant.edges:
+            if edge.guard is not None:
+                axes |= axes_of(plant, edge.guard)
+            for axis, expr in edge.updates:
+                axes |= {axis} | axes_of(plant, expr)
+    return axes
+
+
+def _holds(plant: Plant, expr: Expr, state: PlantState, parameters: _Parameters) -> bool:
+    """Whether a condition holds; one that reads an element that did not come does not."""
+    try:
+        return bool(evaluate(expr, _lookup(plant, state, parameters)))
+    except Undefined:
+        return False
