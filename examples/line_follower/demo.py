@@ -40,7 +40,7 @@ def main() -> int:
         print(f"demo: {' '.join(map(str, error.cmd))} failed ({error.returncode})", file=sys.stderr)
         return 1
     if summary is None:
-        print("demo: the run ended without a summary", file=sys.stderr)
+        print("demo: the run ended without a summary; see above", file=sys.stderr)
         return 1
     picture = args.folder / "path.png"
     draw(summary, picture)
@@ -51,7 +51,7 @@ def main() -> int:
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="./dev demo", description=__doc__.split("\n")[0])
     parser.add_argument("--folder", type=Path, default=ROOT / ".cache" / "demo")
-    parser.add_argument("--speed", type=float, default=2.0, help="simulated seconds per second")
+    parser.add_argument("--speed", type=float, default=3.0, help="simulated seconds per second")
     parser.add_argument("--seed", type=int, default=1, help="decides which grabs fail")
     parser.add_argument("--metres", type=float, default=12.0, help="how far to drive")
     parser.add_argument("--seconds", type=float, default=90.0, help="end after this time anyway")
@@ -98,14 +98,24 @@ def drive(args: argparse.Namespace) -> dict[str, Any] | None:
     launch += [f"{name}:={value}" for name, value in values.items()] + [f"report:={report}"]
     env = environment(args.folder) | {"ROS_MASTER_URI": f"http://localhost:{port}"}
     setup = args.folder / "devel" / "setup.sh"
-    process = subprocess.Popen(
-        ["/bin/sh", "-c", '. "$0" && exec "$@"', setup, *launch], env=env, start_new_session=True
-    )
-    try:
-        process.wait(timeout=args.seconds + 60)
-    finally:
-        stop(process)
-    return json.loads(report.read_text(encoding="utf-8")) if report.is_file() else None
+    log = args.folder / "roslaunch.log"
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            ["/bin/sh", "-c", '. "$0" && exec "$@"', setup, *launch],
+            env=env,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        try:
+            process.wait(timeout=args.seconds + 60)
+        finally:
+            stop(process)
+    if not report.is_file():
+        print(log.read_text(encoding="utf-8", errors="replace"), file=sys.stderr)
+        return None
+    summary: dict[str, Any] = json.loads(report.read_text(encoding="utf-8"))
+    return summary
 
 
 def stop(process: subprocess.Popen[bytes]) -> None:

@@ -1,0 +1,53 @@
+"""Every example says what its README promises."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from ros_support import EXAMPLES, Completed
+
+Robosc = Callable[..., Completed]
+
+MODELS = sorted(EXAMPLES.glob("*/*.rscd"))
+UNHANDLED = EXAMPLES / "line_follower_unhandled" / "line_follower_unhandled.rscd"
+
+
+def test_there_are_examples() -> None:
+    assert len(MODELS) >= 2
+
+
+@pytest.mark.parametrize("model", [m for m in MODELS if m != UNHANDLED], ids=lambda m: m.stem)
+def test_example_is_clean(model: Path, robosc: Robosc) -> None:
+    done = robosc("check", str(model))
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.stem)
+def test_supervisor_of_the_example_is_proven(model: Path, robosc: Robosc) -> None:
+    done = robosc("verify", str(model))
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.stem)
+def test_example_has_a_readme(model: Path) -> None:
+    assert (model.parent / "README.md").is_file()
+
+
+def test_unhandled_error_forbids_the_grab(robosc: Robosc) -> None:
+    done = robosc("check", str(UNHANDLED))
+    assert done.returncode == 0
+    assert "warning[never-allowed]: grab.request can never be allowed" in done.stderr
+    assert "grab.error" in done.stderr
+    assert "ObstacleGrabber.grabbing" in done.stderr
+    assert "on error from grab goto idle" in done.stderr
+
+
+def test_the_remedy_that_is_told_helps(robosc: Robosc, tmp_path: Path) -> None:
+    text = UNHANDLED.read_text(encoding="utf-8")
+    handled = "on response from grab goto idle\n on error from grab goto idle"
+    mended = text.replace("on response from grab goto idle", handled)
+    assert mended != text
+    (tmp_path / "mended.rscd").write_text(mended, encoding="utf-8")
+    assert "grab.request can never be allowed" not in robosc("check", "mended.rscd").stderr

@@ -1,0 +1,103 @@
+"""The repository is a catkin package: devel and install space, with ``rosrun`` in both."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from ros_support import EXAMPLES, REPOSITORY, Workspace
+
+MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
+SCRIPTS = REPOSITORY / "robosc_ros1" / "scripts"
+VERBS = sorted(p.name for p in SCRIPTS.iterdir() if p.name != "robosc")
+
+
+@pytest.fixture(scope="module")
+def installed(make_workspace: Callable[[], Workspace]) -> Workspace:
+    """The repository alone, in devel and install space."""
+    workspace = make_workspace()
+    workspace.add(REPOSITORY, "robosc")
+    workspace.build("install")
+    return workspace
+
+
+@pytest.fixture(params=["devel", "install"])
+def space(request: pytest.FixtureRequest) -> str:
+    name: str = request.param
+    return name
+
+
+def test_check(installed: Workspace, space: str) -> None:
+    done = installed.run("rosrun", "robosc", "check", "--json", str(MODEL), space=space)
+    assert json.loads(done.stdout)["version"] == 1
+    assert done.stderr == ""
+
+
+def test_generate_writes_the_same_package_as_the_checkout(
+    installed: Workspace, space: str, tmp_path: Path, robosc: Callable[..., object]
+) -> None:
+    installed.run(
+        "rosrun", "robosc", "generate", str(MODEL), "--output", str(tmp_path / space), space=space
+    )
+    robosc("generate", str(MODEL), "--output", str(tmp_path / "checkout"))
+    assert contents(tmp_path / space) == contents(tmp_path / "checkout")
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    found = {p.relative_to(folder).as_posix(): p.read_bytes() for p in files(folder)}
+    assert found
+    return found
+
+
+def files(folder: Path) -> Iterator[Path]:
+    return (p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_is_found_and_only_once(installed: Workspace, space: str, verb: str) -> None:
+    """rosrun would ask which of several is meant."""
+    done = installed.run("rosrun", "robosc", verb, "--help", space=space)
+    assert done.stdout.startswith("usage: robosc")
+
+
+def test_install_space_needs_no_checkout(installed: Workspace) -> None:
+    """Nothing in the install space leads back to the sources."""
+    paths = list(files(installed.folder / "install"))
+    assert any(p.suffix == ".jinja" for p in paths)
+    for path in paths:
+        assert str(REPOSITORY).encode() not in path.read_bytes(), path
+    probe = "import robosc.cli; print(robosc.cli.__file__)"
+    done = installed.run("/usr/bin/python3", "-c", probe, space="install")
+    assert done.stdout.startswith(str(installed.folder / "install"))
+
+
+def test_message_definitions_of_the_workspace_are_found(example_workspace: Workspace) -> None:
+    """A model whose service's request has a field that the definition lacks is wrong."""
+    model = example_workspace.folder / "typo.rscd"
+    text = MODEL.read_text(encoding="utf-8")
+    wrong = text.replace("{ state: LineDetector.no_line }", "{ stat: LineDetector.no_line }")
+    wrong = wrong.replace("        state: boolean\n", "        stat: boolean\n")
+    assert wrong != text
+    model.write_text(wrong, encoding="utf-8")
+    done = example_workspace.run("rosrun", "robosc", "check", str(model), check=False)
+    assert done.returncode == 1
+    assert "unknown-field" in done.stderr
+
+
+def test_no_other_executable_bears_the_name_of_a_verb() -> None:
+    tracked = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=REPOSITORY, capture_output=True, check=False
+    )
+    if tracked.returncode != 0:
+        pytest.skip("not a git checkout")
+    executables = [
+        path
+        for path in map(os.fsdecode, filter(None, tracked.stdout.split(b"\0")))
+        if os.access(REPOSITORY / path, os.X_OK) and (REPOSITORY / path).is_file()
+    ]
+    named_like_verbs = {p for p in executables if Path(p).name in VERBS}
+    assert named_like_verbs == {f"robosc_ros1/scripts/{verb}" for verb in VERBS}
