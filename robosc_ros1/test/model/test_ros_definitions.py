@@ -167,10 +167,11 @@ def test_the_environment_comes_before_what_lies_around(tmp_path: Path) -> None:
 def test_without_genmsg_definitions_are_not_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    package(tmp_path, "p", msg__M="int8 a\n")
+    package(tmp_path, "p", msg__M="int8 a\n", action__Go="---\n---\n")
     monkeypatch.setattr(rosmsg, "_genmsg", lambda: None)
     definitions = around(tmp_path / "m.rscd")
     assert definitions.message("p", "M") == Missing("genmsg", "p")
+    assert definitions.action("p", "GoAction") == Missing("genmsg", "p")
     text = """
     component P { outgoing message m with type: integer links l }
     interface l use M from p

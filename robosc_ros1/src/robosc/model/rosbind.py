@@ -136,7 +136,8 @@ class Binder:
                 "interface-not-found",
                 interface.type.span,
                 f"{package} has no {kind} '{interface.type.text}'",
-                self._report.suggest(interface.type.text, missing.names, f"its {kind}s"),
+                self._other_kind(package, interface.type.text)
+                or self._report.suggest(interface.type.text, missing.names, f"its {kind}s"),
             )
         else:
             self._report.add(
@@ -145,6 +146,18 @@ class Binder:
                 f"the definition of this {kind} cannot be read: {missing.detail}",
             )
         return False
+
+    def _other_kind(self, package: str, type_: str) -> str | None:
+        lookups = {
+            "message": self._definitions.message,
+            "service": self._definitions.service,
+            "action": self._definitions.action,
+        }
+        for kind, look_up in lookups.items():
+            if isinstance(look_up(package, type_), Interface):
+                article = "an" if kind == "action" else "a"
+                return f"it has {article} {kind} of this name"
+        return None
 
     def _package_not_found(self, missing: Missing, span: Span) -> None:
         package = missing.package

@@ -235,7 +235,7 @@ class MessageDefinitions:
             stem = type_.removesuffix("Action")
             if stem != type_:
                 shorter = self._interface(package, stem, "action")
-                if isinstance(shorter, Interface) or shorter.reason == "faulty":
+                if isinstance(shorter, Interface) or shorter.reason != "file":
                     return shorter
         return found
 
