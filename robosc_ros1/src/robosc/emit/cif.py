@@ -21,11 +21,11 @@ from dataclasses import dataclass, field
 from itertools import product
 
 from robosc.emit.cif_expr import Context, Names, condition, in_range, initial, offset, update
+from robosc.emit.given import Values, assigned, holds
 from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant
-from robosc.ir.expr import Undefined, evaluate
 from robosc.model.entities import EventKind, Requirement
-from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, StateRef, Unary, ValueRef
-from robosc.model.types import BooleanType, EnumType, IntegerType, Type, Value
+from robosc.model.expr import FALSE, TRUE, Expr, StateRef, VariableRef
+from robosc.model.types import Type, Value
 from robosc.supervisor import Supervisor
 
 __all__ = ["cif_plant", "cif_supervised"]
@@ -37,7 +37,7 @@ def cif_plant(plant: Plant) -> str:
 
 
 def cif_supervised(supervisor: Supervisor) -> str:
-    """The same with robosc's supervisor as an automaton of guards, for simulation and comparison."""
+    """The same with robosc's supervisor as an automaton of guards, to simulate and to compare."""
     return _Writer(supervisor.plant).specification(supervisor)
 
 
@@ -46,7 +46,7 @@ class _Occurrence:
     """An event with one value: an event of its own in CIF."""
 
     event: Event
-    values: dict[tuple[str | int, ...], Value | None]
+    values: Values
     name: str
 
 
@@ -141,7 +141,7 @@ class _Writer:
         for edge in participant.edges:
             if edge.source != location:
                 continue
-            guard = self._given(edge.guard, occurrence)
+            guard = holds(edge.guard, occurrence.values)
             if guard == FALSE:
                 continue
             conditions = [] if guard == TRUE else [condition(self.context, guard)]
@@ -181,23 +181,18 @@ class _Writer:
 
     def _update(self, axis: int, expr: Expr) -> str:
         name = self.plant.axes[axis].name
-        return f"{self.context.own_variable(name)} := {update(self.context, self._type(axis), expr)}"
+        return (
+            f"{self.context.own_variable(name)} := {update(self.context, self._type(axis), expr)}"
+        )
 
     def _updates(self, edge: Edge, occurrence: _Occurrence) -> Iterator[tuple[int, Expr]]:
         """Assignments with the value put in; those that read a missing element drop out."""
         for axis, expr in edge.updates:
-            try:
-                yield axis, _with_values(expr, occurrence.values)
-            except Undefined:
-                continue
-
-    def _given(self, guard: Expr | None, occurrence: _Occurrence) -> Expr:
-        if guard is None:
-            return TRUE
-        try:
-            return _with_values(guard, occurrence.values)
-        except Undefined:
-            return FALSE
+            component, _, variable = self.plant.axes[axis].name.partition(".")
+            kept = VariableRef(component, variable, self._type(axis))
+            value = assigned(expr, occurrence.values, kept)
+            if value is not None:
+                yield axis, value
 
     def _phase(self, key: str) -> None:
         """The automaton of a service or action itself."""
@@ -220,9 +215,7 @@ class _Writer:
     def _messages(self) -> None:
         """Messages that no component reacts to: always possible, changing nothing."""
         free = [
-            o.name
-            for o in self.occurrences
-            if o.event.phase is None and not o.event.participants
+            o.name for o in self.occurrences if o.event.phase is None and not o.event.participants
         ]
         if free:
             name = self.names.fresh("Messages")
@@ -257,7 +250,10 @@ class _Writer:
     def _cancels(self) -> None:
         cancels = [o for o in self.occurrences if o.event.kind is EventKind.CANCEL]
         if cancels:
-            self.lines += ["", "// An action is cancelled only where one of its requirements fails."]
+            self.lines += [
+                "",
+                "// An action is cancelled only where one of its requirements fails.",
+            ]
         for occurrence in cancels:
             requirement = occurrence.event.requirement
             text = condition(self.context, FALSE if requirement is None else requirement)
@@ -274,13 +270,16 @@ class _Writer:
             for text in self._overflows(occurrence, participant, edge)
         ]
         if found:
-            self.lines += ["", "// What cannot be prevented must not take a variable out of its range."]
+            self.lines += [
+                "",
+                "// What cannot be prevented must not take a variable out of its range.",
+            ]
             self.lines += list(dict.fromkeys(found))
 
     def _overflows(
         self, occurrence: _Occurrence, participant: Participant, edge: Edge
     ) -> Iterator[str]:
-        guard = self._given(edge.guard, occurrence)
+        guard = holds(edge.guard, occurrence.values)
         if guard == FALSE:
             return
         place = str(self.plant.axes[participant.axis].values[edge.source])
@@ -329,36 +328,3 @@ def _value_name(value: Value | None) -> str:
         case int():
             return f"m{-value}" if value < 0 else str(value)
     return str(value)
-
-
-def _with_values(expr: Expr, values: dict[tuple[str | int, ...], Value | None]) -> Expr:
-    """The expression with ``value`` replaced by what it is.
-
-    Raises:
-        Undefined: a missing element decides, as it would when the expression is evaluated.
-    """
-    match expr:
-        case ValueRef(path=path, type=type_):
-            value = values[path]
-            if value is None:
-                raise Undefined
-            return Literal(value, type_)
-        case Unary(operator=operator, operand=operand):
-            return _folded(Unary(operator, _with_values(operand, values), expr.type))
-        case Binary(operator=operator, left=left, right=right):
-            first = _with_values(left, values)
-            decided = {"and": FALSE, "or": TRUE, "=>": FALSE}.get(operator)
-            if decided is not None and first == decided:
-                return TRUE if operator in ("or", "=>") else FALSE
-            return _folded(Binary(operator, first, _with_values(right, values), expr.type))
-    return expr
-
-
-def _folded(expr: Unary | Binary) -> Expr:
-    parts = [expr.operand] if isinstance(expr, Unary) else [expr.left, expr.right]
-    if not all(isinstance(part, Literal) for part in parts):
-        return expr
-    value = evaluate(expr, lambda leaf: None)
-    return Literal(value, BooleanType() if isinstance(value, bool) else expr.type)
-
-

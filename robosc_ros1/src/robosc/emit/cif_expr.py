@@ -1,9 +1,10 @@
 """Expressions and names in CIF, within what its data-based synthesis computes with.
 
 Integers there start at 0, and sums are safest where nothing in between is negative. So a variable
-whose range starts below 0 is kept as its distance from that bound (:func:`offset`), and a comparison
-is written with every term on the side where it is added: ``x - y < 2`` becomes ``x < y + 2``. What
-is no such sum (products, divisions, fractions) is written out value by value; all is finite here.
+whose range starts below 0 is kept as its distance from that bound (:func:`offset`), and a
+comparison is written with every term on the side where it is added: ``x - y < 2`` becomes
+``x < y + 2``. What is no such sum (products, divisions, fractions) is written out value by value;
+all is finite here.
 """
 
 from __future__ import annotations
@@ -38,19 +39,19 @@ from robosc.model.types import (
 
 __all__ = ["Context", "Names", "condition", "in_range", "initial", "offset", "update"]
 
-_KEYWORDS = frozenset(
-    """
-    alg and any attr automaton bool break case const cont continue controllable def der dict disables
-    disc dist do edge elif else end enum equation event external false final for func goto group if
-    import in initial input int invariant list location marked mod monitor namespace needs not now or
-    plant post pre print printfile real requirement return sample self set string sub supervisor
-    svgcopy svgfile svgin svgmove svgout switch tau text time to true tuple type uncontrollable urgent
-    value void when while div file abs acos acosh asin asinh atan atanh cbrt ceil cos cosh del empty
-    exp floor fmt ln log max min pop pow round scale sign sin sinh size sqrt tan tanh bernoulli beta
-    binomial constant erlang exponential gamma geometric lognormal normal poisson random triangle
-    uniform weibull
-    """.split()
+_RESERVED = (
+    "alg and any attr automaton bool break case const cont continue controllable def der dict "
+    "disables disc dist do edge elif else end enum equation event external false final for "
+    "func goto group if import in initial input int invariant list location marked mod "
+    "monitor namespace needs not now or plant post pre print printfile real requirement "
+    "return sample self set string sub supervisor svgcopy svgfile svgin svgmove svgout switch "
+    "tau text time to true tuple type uncontrollable urgent value void when while div file "
+    "abs acos acosh asin asinh atan atanh cbrt ceil cos cosh del empty exp floor fmt ln log "
+    "max min pop pow round scale sign sin sinh size sqrt tan tanh bernoulli beta binomial "
+    "constant erlang exponential gamma geometric lognormal normal poisson random triangle "
+    "uniform weibull "
 )
+_KEYWORDS = frozenset(_RESERVED.split())
 _MOST_REPEATED = 4  # `x + x + x + x`; larger factors are written out value by value
 
 
@@ -232,7 +233,7 @@ def _no_leaf(leaf: Leaf) -> Value | None:
 
 @dataclass(frozen=True, slots=True)
 class _Sum:
-    """``terms`` (variable to factor, none of them 0) and a constant, of the variables' own values."""
+    """``terms`` (variable to factor, never 0) and a constant, over the variables' own values."""
 
     terms: Mapping[VariableRef, int]
     constant: int

@@ -12,12 +12,28 @@ from collections.abc import Mapping
 from typing import TypeAlias
 
 from robosc.ir.expr import Undefined, conjunction, disjunction, evaluate, negation
-from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, Unary, ValueRef, walk
+from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, Unary, ValueRef, VariableRef, walk
 from robosc.model.types import BooleanType, Value
 
-__all__ = ["Values", "holds", "put_in", "truth"]
+__all__ = ["Values", "assigned", "holds"]
 
 Values: TypeAlias = Mapping[tuple[str | int, ...], Value | None]
+
+
+def assigned(expr: Expr, values: Values, kept: VariableRef) -> Expr | None:
+    """What an assignment to the variable ``kept`` gives it; None if it leaves it as it is."""
+    try:
+        return put_in(expr, values)
+    except Undefined:
+        if not isinstance(expr.type, BooleanType):
+            return None
+    true, false = truth(expr, values)
+    return disjunction([true, conjunction([negation(false), kept])])
+
+
+def holds(guard: Expr | None, values: Values) -> Expr:
+    """Where a guard holds, as a condition over the state; TRUE without one."""
+    return TRUE if guard is None else truth(guard, values)[0]
 
 
 def put_in(expr: Expr, values: Values) -> Expr:
@@ -53,11 +69,6 @@ def _folded(expr: Unary | Binary) -> Expr:
             case "=>" if TRUE in parts or parts[0] == FALSE:
                 return expr.right if expr.left == TRUE else TRUE
     return expr
-
-
-def holds(expr: Expr | None, values: Values) -> Expr:
-    """Where a guard holds, as a condition over the state; TRUE without one."""
-    return TRUE if expr is None else truth(expr, values)[0]
 
 
 def truth(expr: Expr, values: Values) -> tuple[Expr, Expr]:

@@ -1,0 +1,128 @@
+"""The CIF text means the same as the model: run by a small CIF reader, held against the oracle."""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+import pytest
+from emit.cif_reader import Specification, State, read_cif
+from random_models import random_model
+from synthesis.oracle import Occurrence, Oracle, OracleState
+from synthesis.subject import robot_of
+
+from robosc import pipeline
+from robosc.emit.cif import cif_plant, cif_supervised
+from robosc.ir.lower import lower
+from robosc.model.entities import EventKind, Robot
+
+CELL = """
+robot Cell {
+    interface link use Thing from some_robot_msgs
+    datatype enum Level from double to { value > 2 -> high default -> low }
+    component Tank {
+        outgoing message level with type: Level
+        service fill with request: none, response: integer(-1..1) links link
+        behaviour {
+            variable now: Level = high
+            variable depth: integer(-2..2)
+            initial marked state open {
+                on response from level do now := value
+                on request to fill
+                on response from fill if value != 0 do depth := depth - value
+                on error from fill do depth := depth * depth
+                transition if depth / 2 > 0.5 goto end
+            }
+            marked state end { transition goto open }
+        }
+    }
+    requirement fill needs Tank.now = low => Tank.depth - 1 < 1
+    requirement never Tank.end and Tank.depth = 1
+}
+"""
+
+
+def event_name(oracle: Oracle, occurrence: Occurrence) -> str:
+    """What an occurrence is called in CIF, as the export's documentation has it."""
+    event = occurrence.event
+    prefix = "c" if event.controllable else "u"
+    name = oracle.name(event).replace(".", "_")
+    if event.kind is EventKind.TAU:
+        return f"{prefix}_{name}_tau{event.index}"
+    return "_".join([prefix, name, event.kind.value, *(_word(v) for _, v in occurrence.values)])
+
+
+def _word(value: Any) -> str:
+    if value is None:
+        return "missing"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"m{-value}" if isinstance(value, int) and value < 0 else str(value)
+
+
+def compare(
+    oracle: Oracle,
+    steps: dict[OracleState, dict[str, OracleState]],
+    graph: dict[State, dict[str, State]],
+    specification: Specification,
+) -> None:
+    """Walk both systems together: the same events in each pair of states, one to one."""
+    assert len(steps) == len(graph)
+    if not steps:
+        return
+    pairs = {oracle.initial: specification.initial}
+    queue = deque(pairs)
+    while queue:
+        state = queue.popleft()
+        theirs = graph[pairs[state]]
+        assert set(steps[state]) == set(theirs), state
+        assert oracle.marked(state) == specification.is_marked(pairs[state])
+        for event, target in steps[state].items():
+            if target not in pairs:
+                pairs[target] = theirs[event]
+                queue.append(target)
+            assert pairs[target] == theirs[event], (state, event)
+    assert len(set(pairs.values())) == len(steps)
+
+
+def graph_of(oracle: Oracle, plant: bool) -> dict[OracleState, dict[str, OracleState]]:
+    states, transitions = oracle.plant if plant else oracle.controlled
+    found: dict[OracleState, dict[str, OracleState]] = {state: {} for state in states}
+    for transition in transitions:
+        name = event_name(oracle, transition.occurrence)
+        found[transition.source][name] = transition.target
+    return found
+
+
+def check(robot: Robot) -> None:
+    oracle = Oracle(robot)
+    plant = read_cif(cif_plant(lower(robot)))
+    compare(oracle, graph_of(oracle, plant=True), plant.graph(), plant)
+    compare(oracle, graph_of(oracle, plant=False), plant.synthesized(), plant)
+    supervisor = pipeline.synthesize(robot)
+    if not supervisor.empty:
+        supervised = read_cif(cif_supervised(supervisor))
+        expected = graph_of(oracle, plant=False)
+        compare(oracle, expected, supervised.graph(supervised=True), supervised)
+
+
+def test_hand_made_robot() -> None:
+    check(robot_of(CELL))
+
+
+@pytest.mark.parametrize("chunk", range(4))
+def test_random_robots(chunk: int) -> None:
+    for seed in range(500 + 25 * chunk, 500 + 25 * (chunk + 1)):
+        text = random_model(random.Random(seed), 1 + seed % 2)
+        try:
+            check(robot_of(text))
+        except Exception as error:
+            raise AssertionError(f"seed {seed}\n{text}") from error
+
+
+def test_text_of_a_specification() -> None:
+    """What it looks like; integers from below 0 are kept from 0 upwards."""
+    expected = Path(__file__).with_name("cell.cif").read_text()
+    assert cif_plant(lower(robot_of(CELL))) == expected
