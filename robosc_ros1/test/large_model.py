@@ -67,8 +67,8 @@ _SENSOR = """\
 
 _MACHINE = """\
     component Machine@ {
-        action start_@ with identifier: "/s@/start", request: none, response: none, feedback: none links station
-
+        action start_@ with identifier: "/s@/start",
+            request: none, response: none, feedback: none links station
         behaviour {
             initial marked state idle {
                 on request to start_@ goto working

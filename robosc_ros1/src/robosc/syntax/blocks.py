@@ -96,7 +96,6 @@ class Block(ParserElement):
             if rule:
                 # pyparsing does this only for what it can reach from the element it is started on.
                 rule.body.streamline()
-        self.errmsg = "expected '{'"
         self.mayIndexError = False
 
     def _generateDefaultName(self) -> str:
@@ -169,7 +168,8 @@ class Block(ParserElement):
         if text.startswith("{", loc):
             return loc + 1
         message = f"expected '{{' to open {header.quoted(text)}"
-        if self.begins(text, loc):
+        closed = text.startswith("}", loc) and "\n" not in text[text.trimmed(loc) : loc]
+        if closed or self.begins(text, loc):
             text.report("missing-brace", message, loc)
             text.settled = loc
             return loc
@@ -177,7 +177,7 @@ class Block(ParserElement):
         if junk and not self.landmarks.any_in(text, loc, junk.end() - 1):
             text.report("syntax", message, loc)
             return junk.end()
-        raise ParseException(text, loc, self.errmsg, self)
+        raise ParseException(text, loc, message, self)
 
     def read(self, text: ModelText, loc: int, header: Header | None, nodes: list[Any]) -> int:
         """Read declarations up to the closing brace into ``nodes``; the place behind it.
@@ -235,7 +235,7 @@ class Block(ParserElement):
         depth = text.depth
         try:
             end, parts = rule.body._parse(text, after)
-            node = rule.build(text, loc, end, list(parts))
+            node = rule.build(text, loc, text.trimmed(end), list(parts))
         except ParseBaseException as fault:
             # The traceback would keep every frame of the parse alive.
             fault.__traceback__ = None
@@ -276,6 +276,8 @@ class Block(ParserElement):
             rule = self.items.rules[keyword]
             return self._declaration(text, loc, loc + len(word), rule, nodes, told=True)
         message = f"expected {_either((*tail, *self.items.words, _CLOSE))}"
+        if text.follows_lexical_fault(loc):
+            return self._recover(text, loc, ParseException(text, loc, message), told=True)
         for pattern, hint in self._advice:
             if pattern.match(text, loc):
                 return self._recover(text, loc, Fault(text, loc, message, hint=hint))

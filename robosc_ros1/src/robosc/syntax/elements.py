@@ -7,7 +7,7 @@ collects the faults, so that the grammar itself is built once and holds no state
 from __future__ import annotations
 
 import re
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Any, TypeAlias
@@ -37,11 +37,11 @@ _WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _QUOTED = re.compile(r"'(\w+)")
 _ADVICE = {
     "not": "write '!' for 'not'",
-    "initial": "'initial' stands before 'marked'",
     "and": "write '^and' if this is a name",
     "or": "write '^or' if this is a name",
     "true": "write '^true' if this is a name",
     "false": "write '^false' if this is a name",
+    ".": "a number begins with a digit, as in 0.5",
 }
 
 
@@ -156,6 +156,17 @@ class ModelText(str):
         index = bisect_left(faults, start)
         return index < len(faults) and faults[index] < end
 
+    def follows_lexical_fault(self, loc: int) -> bool:
+        """Is what stands right before ``loc`` a lexical fault?"""
+        index = bisect_right(self.scan.faults, loc) - 1
+        return index >= 0 and not self[self.scan.faults[index] : loc].strip()
+
+    def trimmed(self, end: int) -> int:
+        """The end of what was read: optional parts that are absent skip the blanks before them."""
+        while self[end - 1] in " \t\r\n":
+            end -= 1
+        return end
+
     def span(self, start: int, end: int) -> Span:
         return Span(self.source, start, end)
 
@@ -177,13 +188,16 @@ def skip_space(text: str, loc: int) -> int:
 def _hint(text: str, at: int, message: str) -> str | None:
     """The remedy, where what was found shows what was meant."""
     lexeme = _LEXEME.match(text, at)
-    found = lexeme.group() if lexeme else ""
+    if lexeme is None:
+        return None
+    found = lexeme.group()
     if found == "=" and message.startswith("expected ':='"):
         return "write ':=' to assign"
     if found in _ADVICE:
         return _ADVICE[found]
     if f"'{found}:'" in message:
-        return f"write '{found}:' with its colon"
+        colon = text.startswith(":", skip_space(text, lexeme.end()))
+        return "a ',' is missing before it" if colon else f"write '{found}:' with its colon"
     near = get_close_matches(found, _QUOTED.findall(message), 1, 0.6) if len(found) < 30 else []
     return f"did you mean '{near[0]}'?" if near and near[0] != found else None
 
@@ -235,7 +249,8 @@ class Built(ParseElementEnhance):
 
     def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
         end, parts = self.expr._parse(instring, loc, do_actions, False)
-        return end, [self._build(text_of(instring), loc, end, list(parts))]
+        text = text_of(instring)
+        return end, [self._build(text, loc, text.trimmed(end), list(parts))]
 
 
 class Nested(ParseElementEnhance):

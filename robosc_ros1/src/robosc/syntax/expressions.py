@@ -155,7 +155,7 @@ class _Builder:
         self.operands.append(_Operand(node, start, end))
 
     def prefix(self, symbol: str, at: int) -> None:
-        self.pending.append(_Pending(symbol, _PREFIX_STRENGTH, at))
+        self._wait(_Pending(symbol, _PREFIX_STRENGTH, at))
 
     def parenthesis(self, at: int) -> None:
         if len(self.open) >= MAX_DEPTH:
@@ -174,13 +174,19 @@ class _Builder:
         strength = _STRENGTH[symbol]
         # What binds as tightly is reduced first, except for the right-associative '=>'.
         self._reduce(strength + 1 if symbol == "=>" else strength)
-        self.pending.append(_Pending(symbol, strength, at))
+        self._wait(_Pending(symbol, strength, at))
 
     def finish(self) -> ExprNode:
         self._reduce(1)
         node = self._finished(self.operands.pop()).node
         assert node is not None
         return node
+
+    def _wait(self, pending: _Pending) -> None:
+        # Whatever waits for its right side will stand above all that comes behind it.
+        if len(self.pending) - len(self.open) >= MAX_DEPTH:
+            raise self._too_deep(pending.at)
+        self.pending.append(pending)
 
     def _reduce(self, strength: int) -> None:
         """Apply all pending operators at least that strong, back to the last parenthesis."""

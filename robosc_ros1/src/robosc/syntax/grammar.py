@@ -86,11 +86,13 @@ def _object_block() -> Block:
 
 
 def _enum_block() -> Block:
+    # What an operator follows is no value: it is missing, and this begins the next rule.
+    value = rf"{NAME}(?!\w|\s*(?:->|!=|[<>=.+*/\[]))"
     condition = Expression("a rule 'condition -> value' or '}'") - t.symbol("->")
     default = Terminal(r"default\s*->", "", lambda text, start, end, found: None)
     rules = Rule(
         MatchFirst([default, condition]).set_name("a rule 'condition -> value' or '}'")
-        - Terminal(rf"{NAME}(?!\w|\s*->)", "the name of the value after '->'", make_name),
+        - Terminal(value, "the name of the value after '->'", make_name),
         _node(EnumRuleNode),
     )
     return Block(
@@ -99,7 +101,7 @@ def _enum_block() -> Block:
             {},
             free=rules,
             begins=r"(?:value|default)\b",
-            marks=rf"(?P<past>->[ \t]*{NAME}(?!\w|\s*->)|\n)",
+            marks=rf"(?P<item>(?:value|default)\b)|(?P<past>->[ \t]*{value}|\n)",
         )
     )
 
@@ -249,18 +251,27 @@ def _build_result(text: ModelText, start: int, end: int, parts: list[Any]) -> Re
 
 
 def _state(block: Block, first: str) -> Rule:
+    """A state that begins with ``initial``, ``marked`` or ``state``."""
     named = t.name("a name for the state") - block
-    state = t.keyword("state", f"'state' after '{first}'") - named
+    plain = t.keyword("state", f"'state' after '{first}'") - named
     marked = Opt(Terminal(r"marked(?!\w)", "", lambda text, start, end, found: True), default=False)
+    late = Opt(Terminal(r"initial(?!\w)", "", _late_initial), default=False)
     initial = marked - t.keyword("state", "'marked' or 'state' after 'initial'") - named
 
     def build(text: ModelText, start: int, end: int, parts: list[Any]) -> StateNode:
-        is_marked = parts.pop(0) if first == "initial" else first == "marked"
+        second = parts.pop(0) if first != "state" else False
         name, *transitions = parts
+        is_initial = first == "initial" or (first == "marked" and second)
+        is_marked = first == "marked" or (first == "initial" and second)
         span = text.span(start, end)
-        return StateNode(name, first == "initial", is_marked, tuple(transitions), span=span)
+        return StateNode(name, is_initial, is_marked, tuple(transitions), span=span)
 
-    return Rule({"initial": initial, "marked": state, "state": named}[first], build)
+    return Rule({"initial": initial, "marked": late + plain, "state": named}[first], build)
+
+
+def _late_initial(text: ModelText, start: int, end: int, found: str) -> bool:
+    text.report("syntax", "'initial' stands before 'marked'", start, end)
+    return True
 
 
 def _variable() -> Rule:
@@ -374,7 +385,9 @@ def _requirement() -> Rule:
     )
     # 'never' and 'always' may also be names: of a communication, or where an expression begins.
     named = r"(?!\w|\s*(?:(?:needs|disables|and|or)\b|[.\[=<>*/+)]|!=))"
-    invariant = t.choice(f"(?:never|always){named}", "") - Expression("a condition")
+    invariant = t.choice(f"(?:never|always){named}", "") - Expression(
+        "a condition after 'never' or 'always'"
+    )
     single = Expression(expected) - MatchFirst([needs, disables]).set_name("'needs' or 'disables'")
     either = MatchFirst([invariant, _several() - needs, single]).set_name(expected)
     return Rule(either, _build_requirement)

@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from functools import cached_property, lru_cache
 
 from robosc.names import IDENTIFIER
-from robosc.syntax.elements import ModelText
+from robosc.syntax.elements import ModelText, skip_space
 from robosc.syntax.keywords import LOOKS
 
 __all__ = ["Landmarks", "nearest_keyword", "word_at"]
@@ -87,8 +87,10 @@ class Landmarks:
         return len(text)
 
     def _closes_nothing(self, text: ModelText, at: int) -> bool:
-        """The brace that closes a file's outermost block is its last character."""
-        return not self.outer and at < text.body_end - 1
+        """Only the end of the file, or a second robot, follows the last closing brace."""
+        if self.outer or at >= text.body_end - 1:
+            return False
+        return word_at(text, skip_space(text, at + 1)) not in ("robot", "library")
 
     def _resumes_at(self, text: ModelText, at: int, word: str, depth: int) -> bool:
         """Does the keyword begin a declaration, and one that is not to be skipped as well?"""

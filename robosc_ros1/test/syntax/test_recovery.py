@@ -1,0 +1,669 @@
+# ruff: noqa: E501 - the messages stand as they are printed.
+"""After a fault the parser goes on: one message per faulty declaration, none of its effects."""
+
+from __future__ import annotations
+
+import pytest
+from syntax_support import faults, read, shown
+
+CASES = {
+    "two faulty declarations of every block": (
+        """\
+robot R {
+    component A {
+        outgoing message a with typ: double
+        incoming message b with identifier "/b", type: T
+        service c with request: T response: U
+        outgong message d with type: none
+        message e with type: none
+        behaviour {
+            variable x integer
+            variable y: integer(0..z) = 3
+            initial state s {
+                on respnse from a goto t
+                on response from a goto t if x
+                transition iff x goto t
+                on error from c goto s
+            }
+            marked initial state t { }
+            state u { on response from a do x = 3 }
+        }
+    }
+    component B frm lib import C
+    datatype object T {
+        x double
+        y:
+        z: integer
+    }
+    datatype enum E from double to {
+        value >= 10 free
+        value > -> foo
+        value == 3 -> bar
+        value < 1 ->
+        default -> x
+    }
+    interface a use b from
+    requirement a + 1 needs d
+    requirement a.b, c needs d
+    provide a with { x: 3 y: 4 }
+    provide b with 3 iff c
+    requirement fine needs d
+}
+""",
+        """\
+model.rscd:3:33: error[syntax]: expected 'identifier:' or 'type:' after 'with'
+    3 |         outgoing message a with typ: double
+      |                                 ^^^ did you mean 'type'?
+model.rscd:4:33: error[syntax]: expected 'identifier:' or 'type:' after 'with'
+    4 |         incoming message b with identifier "/b", type: T
+      |                                 ^^^^^^^^^^ write 'identifier:' with its colon
+model.rscd:5:35: error[syntax]: expected ',' and 'response:'
+    5 |         service c with request: T response: U
+      |                                   ^^^^^^^^ a ',' is missing before it
+model.rscd:6:9: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action' or 'behaviour'
+    6 |         outgong message d with type: none
+      |         ^^^^^^^ did you mean 'outgoing'?
+model.rscd:7:9: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour' or '}'
+    7 |         message e with type: none
+      |         ^^^^^^^ write 'incoming message' or 'outgoing message'
+model.rscd:9:24: error[syntax]: expected ':' after the name of the variable
+    9 |             variable x integer
+      |                        ^^^^^^^
+model.rscd:10:36: error[syntax]: expected a whole number
+   10 |             variable y: integer(0..z) = 3
+      |                                    ^
+model.rscd:12:20: error[syntax]: expected 'request', 'response', 'feedback', 'error' or 'cancel' after 'on'
+   12 |                 on respnse from a goto t
+      |                    ^^^^^^^ did you mean 'response'?
+model.rscd:13:43: error[syntax]: expected 'on', 'transition' or '}'
+   13 |                 on response from a goto t if x
+      |                                           ^^ 'if' stands before 'do' and 'goto'
+model.rscd:14:28: error[syntax]: expected 'if', 'goto', 'on', 'transition' or '}'
+   14 |                 transition iff x goto t
+      |                            ^^^ did you mean 'if'?
+model.rscd:17:20: error[syntax]: 'initial' stands before 'marked'
+   17 |             marked initial state t { }
+      |                    ^^^^^^^
+model.rscd:18:47: error[syntax]: expected ':=' after the variable
+   18 |             state u { on response from a do x = 3 }
+      |                                               ^ write ':=' to assign
+model.rscd:21:17: error[syntax]: expected '{' or 'from' after the name of the component
+   21 |     component B frm lib import C
+      |                 ^^^ did you mean 'from'?
+model.rscd:23:11: error[syntax]: expected ':' after the property name
+   23 |         x double
+      |           ^^^^^^
+model.rscd:25:9: error[syntax]: expected a type after ':'
+   25 |         z: integer
+      |         ^
+model.rscd:28:21: error[syntax]: expected '->'
+   28 |         value >= 10 free
+      |                     ^^^^
+model.rscd:29:17: error[syntax]: expected a value after '>'
+   29 |         value > -> foo
+      |                 ^^
+model.rscd:30:15: error[syntax]: '==' is no operator
+   30 |         value == 3 -> bar
+      |               ^^ write '='
+model.rscd:32:9: error[syntax]: expected the name of the value after '->'
+   32 |         default -> x
+      |         ^^^^^^^
+model.rscd:35:5: error[syntax]: expected the name of the ROS package after 'from'
+   35 |     requirement a + 1 needs d
+      |     ^^^^^^^^^^^
+model.rscd:35:17: error[syntax]: expected the name of a communication before 'needs'
+   35 |     requirement a + 1 needs d
+      |                 ^^^^^
+model.rscd:36:20: error[syntax]: expected 'needs' or 'disables'
+   36 |     requirement a.b, c needs d
+      |                    ^
+model.rscd:37:27: error[syntax]: expected ',' or '}'
+   37 |     provide a with { x: 3 y: 4 }
+      |                           ^
+model.rscd:38:22: error[syntax]: expected 'if', 'component', 'requirement', 'provide', 'datatype', 'interface' or '}'
+   38 |     provide b with 3 iff c
+      |                      ^^^ did you mean 'if'?
+""",
+    ),
+    "a missing brace of a state": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            initial state s {
+                transition goto t
+            state t {
+                transition goto s
+            }
+        }
+    }
+    requirement a needs b
+}
+""",
+        """\
+model.rscd:6:13: error[missing-brace]: expected '}' to close 'initial state s' before 'state'
+    6 |             state t {
+      |             ^^^^^
+model.rscd:4:13: note: it is opened here
+""",
+    ),
+    "missing braces of a component and its behaviour": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            initial state s { }
+    component B { }
+}
+""",
+        """\
+model.rscd:5:5: error[missing-brace]: expected '}' to close 'behaviour' before 'component'
+    5 |     component B { }
+      |     ^^^^^^^^^
+model.rscd:3:9: note: it is opened here
+""",
+    ),
+    "a brace too many in the middle of a behaviour": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            initial state s { } }
+            state t { }
+            state u { }
+        }
+        incoming message m with type: none
+    }
+    component B { }
+}
+""",
+        """\
+model.rscd:5:13: error[unexpected-brace]: 'state' cannot stand here
+    5 |             state t { }
+      |             ^^^^^ is there a '}' too many above?
+""",
+    ),
+    "a brace too many behind a component": (
+        """\
+robot R {
+    component A { } }
+    component B { }
+    requirement a needs b
+}
+""",
+        """\
+model.rscd:3:5: error[unexpected-brace]: the robot has ended before this
+    3 |     component B { }
+      |     ^^^^^^^^^ is there a '}' too many above?
+""",
+    ),
+    "the opening brace of a state is missing": (
+        """\
+robot R {
+    component A {
+        behaviour
+            state s
+                on request to m
+            }
+            state t }
+        }
+    }
+}
+""",
+        """\
+model.rscd:4:13: error[missing-brace]: expected '{' to open 'behaviour'
+    4 |             state s
+      |             ^^^^^
+model.rscd:5:17: error[missing-brace]: expected '{' to open 'state s'
+    5 |                 on request to m
+      |                 ^^
+model.rscd:7:21: error[missing-brace]: expected '{' to open 'state t'
+    7 |             state t }
+      |                     ^
+""",
+    ),
+    "an object that is not closed": (
+        """\
+robot R {
+    provide move with {
+        linear: { x: 0.4 },
+        angular: { z: 1 }
+    provide stop with { }
+    requirement a needs b
+}
+""",
+        """\
+model.rscd:5:5: error[syntax]: expected ',' or '}'
+    5 |     provide stop with { }
+      |     ^^^^^^^
+""",
+    ),
+    "declarations in the wrong block": (
+        """\
+robot R {
+    component A {
+        datatype object T { x: double }
+        requirement m needs A.s
+        behaviour {
+            incoming message m with type: T
+            state s {
+                variable v: boolean
+            }
+        }
+    }
+}
+""",
+        """\
+model.rscd:3:9: error[misplaced]: 'datatype' cannot stand inside 'component A'
+    3 |         datatype object T { x: double }
+      |         ^^^^^^^^
+model.rscd:2:5: note: it is opened here
+model.rscd:4:9: error[misplaced]: 'requirement' cannot stand inside 'component A'
+    4 |         requirement m needs A.s
+      |         ^^^^^^^^^^^
+model.rscd:2:5: note: it is opened here
+model.rscd:6:13: error[misplaced]: 'incoming' cannot stand inside 'behaviour'
+    6 |             incoming message m with type: T
+      |             ^^^^^^^^
+model.rscd:5:9: note: it is opened here
+model.rscd:8:17: error[misplaced]: 'variable' cannot stand inside 'state s'
+    8 |                 variable v: boolean
+      |                 ^^^^^^^^
+model.rscd:7:13: note: it is opened here
+""",
+    ),
+    "a file that ends too early": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            variable v:
+""",
+        """\
+model.rscd:4:24: error[syntax]: expected a type after ':', but the file ends here
+    4 |             variable v:
+      |                        ^
+""",
+    ),
+    "characters that mean nothing": (
+        """\
+robot R {
+    requirement a needs b && c
+    requirement d needs b;
+    # a comment
+    requirement e needs naïve.b
+    requirement f needs g ≤ 3
+    requirement h needs ==
+}
+""",
+        """\
+model.rscd:2:27: error[bad-character]: '&&' means nothing here
+    2 |     requirement a needs b && c
+      |                           ^^ write 'and'
+model.rscd:3:26: error[bad-character]: ';' means nothing here
+    3 |     requirement d needs b;
+      |                          ^ nothing stands between declarations
+model.rscd:4:5: error[bad-character]: '#' means nothing here
+    4 |     # a comment
+      |     ^ a comment begins with '//'
+model.rscd:5:27: error[bad-character]: 'ï' means nothing here
+    5 |     requirement e needs naïve.b
+      |                           ^ names have the letters a-z and A-Z, digits and '_'
+model.rscd:6:27: error[bad-character]: '≤' means nothing here
+    6 |     requirement f needs g ≤ 3
+      |                           ^ write '<='
+model.rscd:7:25: error[syntax]: expected a condition after 'needs'
+    7 |     requirement h needs ==
+      |                         ^^
+""",
+    ),
+    "a string without end spoils only its declaration": (
+        """\
+robot R {
+    component A {
+        outgoing message a with identifier: "/a, type: double
+        outgoing message b with identifier: '/b', typ: double
+    }
+}
+""",
+        """\
+model.rscd:3:45: error[unterminated-string]: this string has no end
+    3 |         outgoing message a with identifier: "/a, type: double
+      |                                             ^^^^^^^^^^^^^^^^^ close it with "
+model.rscd:4:51: error[syntax]: expected 'type:'
+    4 |         outgoing message b with identifier: '/b', typ: double
+      |                                                   ^^^ did you mean 'type'?
+""",
+    ),
+    "a comment without end spoils what follows": (
+        """\
+robot R {
+    requirement a nees b
+    component A { /* never closed
+    component B { }
+}
+""",
+        """\
+model.rscd:2:19: error[syntax]: expected 'needs' or 'disables'
+    2 |     requirement a nees b
+      |                   ^^^^ did you mean 'needs'?
+model.rscd:3:19: error[unterminated-comment]: this comment has no end
+    3 |     component A { /* never closed
+      |                   ^^ close it with */
+""",
+    ),
+    "names that are missing": (
+        """\
+robot R {
+    component {
+    }
+    component A from lib import
+    component B {
+        behaviour {
+            initial state s {
+                on request to
+                on response from goto t
+                transition if
+                transition goto
+            }
+            state {
+            }
+        }
+    }
+    requirement never
+    requirement a needs
+    provide a with
+}
+""",
+        """\
+model.rscd:2:15: error[syntax]: expected a name for the component
+    2 |     component {
+      |               ^
+model.rscd:5:5: error[syntax]: expected the name of a component after 'import'
+    5 |     component B {
+      |     ^^^^^^^^^
+model.rscd:9:17: error[syntax]: expected the name of a communication
+    9 |                 on response from goto t
+      |                 ^^
+model.rscd:9:34: error[syntax]: expected the name of a communication
+    9 |                 on response from goto t
+      |                                  ^^^^
+model.rscd:11:17: error[syntax]: expected a condition after 'if'
+   11 |                 transition goto
+      |                 ^^^^^^^^^^
+model.rscd:12:13: error[syntax]: expected the name of a state after 'goto'
+   12 |             }
+      |             ^
+model.rscd:13:19: error[syntax]: expected a name for the state
+   13 |             state {
+      |                   ^
+model.rscd:18:5: error[syntax]: expected a condition after 'never' or 'always'
+   18 |     requirement a needs
+      |     ^^^^^^^^^^^
+model.rscd:19:5: error[syntax]: expected a condition after 'needs'
+   19 |     provide a with
+      |     ^^^^^^^
+model.rscd:20:1: error[syntax]: expected a value or '{'
+   20 | }
+      | ^
+""",
+    ),
+    "operators of other languages": (
+        """\
+robot R {
+    requirement a needs b == c
+    requirement a needs b <> c
+    requirement a needs not b
+    requirement a needs b =< c
+    requirement a needs (b or c
+    requirement a needs b. = c
+    requirement a needs b[c] = 3
+}
+""",
+        """\
+model.rscd:2:27: error[syntax]: '==' is no operator
+    2 |     requirement a needs b == c
+      |                           ^^ write '='
+model.rscd:3:27: error[syntax]: '<>' is no operator
+    3 |     requirement a needs b <> c
+      |                           ^^ write '!='
+model.rscd:4:25: error[syntax]: expected a condition after 'needs'
+    4 |     requirement a needs not b
+      |                         ^^^ write '!' for 'not'
+model.rscd:5:27: error[syntax]: '=<' is no operator
+    5 |     requirement a needs b =< c
+      |                           ^^ write '<='
+model.rscd:7:5: error[syntax]: expected an operator, or ')' to close the '(' of 6:25
+    7 |     requirement a needs b. = c
+      |     ^^^^^^^^^^^
+model.rscd:7:28: error[syntax]: expected a name after '.'
+    7 |     requirement a needs b. = c
+      |                            ^
+model.rscd:8:27: error[syntax]: expected a whole number in '[…]'
+    8 |     requirement a needs b[c] = 3
+      |                           ^ an index is a literal
+""",
+    ),
+    "numbers and strings that are none": (
+        """\
+robot R {
+    requirement a needs 12abc > 1.5.2
+    requirement a needs 0x10 > 1
+    requirement a needs 1e = 1
+    requirement a needs 1e400 = 1
+    requirement a needs 99999999999999999999 = 1
+    requirement a needs "\\d" = "a"
+    requirement a needs .5 = b
+}
+""",
+        """\
+model.rscd:2:25: error[bad-number]: '12abc' is no number
+    2 |     requirement a needs 12abc > 1.5.2
+      |                         ^^^^^ numbers look like 42, 4.25 or 1e-3
+model.rscd:3:25: error[bad-number]: '0x10' is no number
+    3 |     requirement a needs 0x10 > 1
+      |                         ^^^^ numbers look like 42, 4.25 or 1e-3
+model.rscd:4:25: error[bad-number]: '1e' is no number
+    4 |     requirement a needs 1e = 1
+      |                         ^^ numbers look like 42, 4.25 or 1e-3
+model.rscd:5:25: error[number-too-large]: this number is too large for a double
+    5 |     requirement a needs 1e400 = 1
+      |                         ^^^^^
+model.rscd:6:25: error[number-too-large]: this number is too large: whole numbers go up to 18446744073709551615
+    6 |     requirement a needs 99999999999999999999 = 1
+      |                         ^^^^^^^^^^^^^^^^^^^^
+model.rscd:7:26: error[bad-escape]: '\\d' is no escape
+    7 |     requirement a needs "\\d" = "a"
+      |                          ^^ there are \\n \\t \\\\ \\" \\'
+model.rscd:8:25: error[syntax]: expected a condition after 'needs'
+    8 |     requirement a needs .5 = b
+      |                         ^ a number begins with a digit, as in 0.5
+""",
+    ),
+    "a second robot": (
+        """\
+robot R {
+    requirement a nees b
+}
+library L {
+    requirement faulty
+}
+""",
+        """\
+model.rscd:2:19: error[syntax]: expected 'needs' or 'disables'
+    2 |     requirement a nees b
+      |                   ^^^^ did you mean 'needs'?
+model.rscd:4:1: error[several-robots]: a file holds one robot or library, and there is a robot above
+    4 | library L {
+      | ^^^^^^^ move this to a file of its own
+""",
+    ),
+    "a robot's statements in a library": (
+        """\
+library L {
+    component A { }
+    requirement a needs b
+    provide a with 3
+    component B { }
+}
+""",
+        """\
+model.rscd:3:5: error[misplaced]: a library holds no requirements: write this in the robot that imports it
+    3 |     requirement a needs b
+      |     ^^^^^^^^^^^
+model.rscd:4:5: error[misplaced]: a library holds no provided data: write this in the robot that imports it
+    4 |     provide a with 3
+      |     ^^^^^^^
+""",
+    ),
+    "no robot at all": (
+        """\
+component A { }
+""",
+        """\
+model.rscd:1:1: error[syntax]: expected 'robot' or 'library'
+    1 | component A { }
+      | ^^^^^^^^^
+""",
+    ),
+    "a misspelt robot": (
+        """\
+robt R {
+    requirement a nees b
+}
+""",
+        """\
+model.rscd:1:1: error[syntax]: expected 'robot' or 'library'
+    1 | robt R {
+      | ^^^^ did you mean 'robot'?
+model.rscd:2:19: error[syntax]: expected 'needs' or 'disables'
+    2 |     requirement a nees b
+      |                   ^^^^ did you mean 'needs'?
+""",
+    ),
+    "a robot without name": (
+        """\
+robot {
+    requirement a nees b
+}
+""",
+        """\
+model.rscd:1:7: error[syntax]: expected a name for the robot
+    1 | robot {
+      |       ^
+model.rscd:2:19: error[syntax]: expected 'needs' or 'disables'
+    2 |     requirement a nees b
+      |                   ^^^^ did you mean 'needs'?
+""",
+    ),
+    "junk between declarations": (
+        """\
+robot R {
+    42
+    component A { } foo bar
+    component B { ( }
+    requirement a needs b ) or c
+}
+""",
+        """\
+model.rscd:2:5: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface' or '}'
+    2 |     42
+      |     ^^
+model.rscd:3:21: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface' or '}'
+    3 |     component A { } foo bar
+      |                     ^^^
+model.rscd:4:19: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour' or '}'
+    4 |     component B { ( }
+      |                   ^
+model.rscd:5:27: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface' or '}'
+    5 |     requirement a needs b ) or c
+      |                           ^
+""",
+    ),
+    "reserved words": (
+        """\
+robot R {
+    datatype object V { value: double and: integer }
+    component value { }
+}
+""",
+        """\
+model.rscd:2:25: error[reserved-name]: 'value' is a keyword everywhere
+    2 |     datatype object V { value: double and: integer }
+      |                         ^^^^^ write '^value'
+model.rscd:2:39: error[reserved-name]: 'and' is a keyword everywhere
+    2 |     datatype object V { value: double and: integer }
+      |                                       ^^^ write '^and'
+model.rscd:3:15: error[reserved-name]: 'value' is a keyword everywhere
+    3 |     component value { }
+      |               ^^^^^ write '^value'
+""",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_messages(case: str) -> None:
+    text, expected = CASES[case]
+    assert faults(text) == expected
+
+
+def test_the_rest_of_the_file_is_in_the_tree() -> None:
+    tree, _ = read(CASES["two faulty declarations of every block"][0])
+    assert tree is not None
+    assert [shown(d) for d in tree.declarations] == [
+        "Component(A, [Message(outgoing, d, -, none, -), Behaviour([State(s, True, False,"
+        " [ResultTransition(response, a, -, [], t), Tau(-, -),"
+        " ResultTransition(error, c, -, [], s)]), State(t, True, True, []),"
+        " State(u, False, False, [])])])",
+        "Object(T, [Property(z, integer)])",
+        "Enum(E, double, [EnumRule(-, x)])",
+        "Provide(b, 3, -)",
+        "Requirement(needs, [fine], d)",
+    ]
+
+
+def test_what_was_skipped_is_known_by_its_words() -> None:
+    tree, _ = read(CASES["two faulty declarations of every block"][0])
+    assert tree is not None
+    # Declared in faulty declarations: nobody shall call these unknown.
+    assert {"a", "b", "c", "e", "x", "y", "B", "foo", "bar"} <= tree.broken
+    assert "fine" not in tree.broken
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        "a missing brace of a state",
+        "missing braces of a component and its behaviour",
+        "a brace too many in the middle of a behaviour",
+        "a brace too many behind a component",
+        "the opening brace of a state is missing",
+    ],
+)
+def test_a_wrong_brace_loses_nothing(case: str) -> None:
+    text, _ = CASES[case]
+    tree, _ = read(text)
+    assert tree is not None
+    assert not tree.broken
+    everything = shown(tree)
+    assert everything.count("Component(") == text.count("component ")
+    assert everything.count("State(") == text.count("state ")
+    assert everything.count("Requirement(") == text.count("requirement ")
+
+
+def test_declarations_in_the_wrong_block_are_given_to_the_right_one() -> None:
+    tree, _ = read(CASES["declarations in the wrong block"][0])
+    assert tree is not None
+    assert [shown(d) for d in tree.declarations] == [
+        "Component(A, [Behaviour([State(s, False, False, []), Variable(v, boolean, -)]),"
+        " Message(incoming, m, -, T, -)])",
+        "Object(T, [Property(x, double)])",
+        "Requirement(needs, [m], A.s)",
+    ]
+
+
+def test_after_a_hundred_errors_there_is_one_more_and_no_tree() -> None:
+    tree, diagnostics = read("robot R {\n" + "requirement\n" * 300 + "}")
+    assert tree is None
+    assert [d.code for d in diagnostics] == ["syntax"] * 100 + ["too-many-errors"]

@@ -1,0 +1,87 @@
+"""Short ways to read model text in tests and to look at the trees."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from robosc.errors import Diagnostic, render_all
+from robosc.source import Source
+from robosc.syntax.nodes import (
+    Access,
+    ArrayTypeNode,
+    BasicTypeNode,
+    BinaryNode,
+    ExprNode,
+    FileNode,
+    LiteralNode,
+    Name,
+    NamedTypeNode,
+    RequirementNode,
+    StringNode,
+    UnaryNode,
+)
+from robosc.syntax.parser import parse
+
+__all__ = ["declarations", "expression", "faults", "parsed", "read", "shown"]
+
+
+def read(text: str) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
+    return parse(Source("model.rscd", text))
+
+
+def parsed(text: str) -> FileNode:
+    """The tree of a text without faults."""
+    tree, diagnostics = read(text)
+    assert not diagnostics, render_all(diagnostics)
+    assert tree is not None
+    return tree
+
+
+def declarations(text: str) -> list[str]:
+    """What a robot with these declarations holds, one short line each."""
+    return [shown(node) for node in parsed(f"robot R {{\n{text}\n}}").declarations]
+
+
+def expression(text: str) -> ExprNode:
+    (requirement,) = parsed(f"robot R {{ requirement always {text}\n}}").declarations
+    assert isinstance(requirement, RequirementNode)
+    return requirement.condition
+
+
+def faults(text: str) -> str:
+    """All messages, as a user sees them."""
+    return render_all(read(text)[1])
+
+
+def shown(node: Any) -> str:
+    """A node without its spans, expressions with all parentheses."""
+    match node:
+        case None:
+            return "-"
+        case Name(text=text) | NamedTypeNode(name=Name(text=text)):
+            return str(text)
+        case Access(root=root, path=path):
+            return root.text + "".join(
+                f"[{p}]" if isinstance(p, int) else f".{p.text}" for p in path
+            )
+        case LiteralNode(value=value):
+            return repr(value)
+        case StringNode(text=text):
+            return repr(text)
+        case UnaryNode(operator=operator, operand=operand):
+            return f"({operator}{shown(operand)})"
+        case BinaryNode(operator=operator, left=left, right=right):
+            return f"({shown(left)} {operator} {shown(right)})"
+        case BasicTypeNode(name=name, bounds=None):
+            return str(name)
+        case BasicTypeNode(name=name, bounds=(low, high)):
+            return f"{name}({low}..{high})"
+        case ArrayTypeNode(element=element):
+            return f"array({shown(element)})"
+        case tuple():
+            return f"[{', '.join(map(shown, node))}]"
+        case _ if is_dataclass(node):
+            parts = [shown(getattr(node, f.name)) for f in fields(node) if f.compare]
+            return f"{type(node).__name__.removesuffix('Node')}({', '.join(parts)})"
+    return str(node)
