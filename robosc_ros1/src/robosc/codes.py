@@ -51,9 +51,17 @@ def _error(group: str, code: str, explanation: str, example: str, remedy: str) -
 
 
 def _warning(
-    group: str, code: str, explanation: str, example: str, remedy: str, strict: bool = False
+    group: str,
+    code: str,
+    explanation: str,
+    example: str,
+    remedy: str,
+    *,
+    strict: bool = False,
+    needs_plant: bool = False,
 ) -> Code:
-    return Code(code, Severity.WARNING, group, explanation, example, remedy, strict)
+    warning = Severity.WARNING
+    return Code(code, warning, group, explanation, example, remedy, strict, needs_plant)
 
 
 _ALL = (

@@ -180,3 +180,12 @@ def test_datatypes_nested_without_end_are_refused(order: int) -> None:
     text = "\n".join(chain[::order])
     found = faults("component P { outgoing message m with type: A0 links l }\n" + text)
     assert "too-deep" in [code for code, _ in found]
+
+
+def test_the_default_may_be_the_value_of_a_rule_and_two_rules_may_not_share_one() -> None:
+    text = """
+    component P {{ outgoing message m with type: E }}
+    datatype enum E from integer to {{ value < 0 -> bad value > 9 -> {} default -> bad }}
+    """
+    assert "duplicate-name" not in [code for code, _ in faults(text.format("good"))]
+    assert ("duplicate-name", "bad") in faults(text.format("bad"))
