@@ -16,9 +16,10 @@ sys.path.insert(0, str(HERE.parent))
 
 from emit.golden_packages import MODELS, golden_folder, kept_files, package_of  # noqa: E402
 
-for model in MODELS:
+packages = {model: kept_files(package_of(model)) for model in MODELS}
+for model, files in packages.items():
     folder = golden_folder(model)
     shutil.rmtree(folder, ignore_errors=True)
-    for path, file in kept_files(package_of(model)).items():
+    for path, file in files.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(file.content, encoding="utf-8")

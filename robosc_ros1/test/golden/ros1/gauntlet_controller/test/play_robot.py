@@ -8,6 +8,7 @@ whether each command was allowed when it was sent, and whether it carried the ri
 arrives on the topics must be what the events say.
 """
 
+import functools
 import io
 import json
 import random
@@ -48,6 +49,13 @@ SERVICES = (
 ACTIONS = (
     ("/arm/reach", gauntlet_interfaces.msg.ReachAction, "Arm.reach"),
 )
+
+
+
+def resolved(name):
+    """A name as the controller uses it: its private ones are below its own name."""
+    return rospy.get_param("~controller") + "/" + name[1:] if name[0] == "~" else name
+
 
 PATIENCE = 20.0
 """Seconds after which something that must come has not come."""
@@ -156,13 +164,14 @@ class Robot:
         self.requests = {}  # key -> request messages of services and actions
         self.publishers = []
         for topic, type_, keys in SUBSCRIPTIONS:
-            publisher = rospy.Publisher(topic, type_, queue_size=100)
+            publisher = rospy.Publisher(resolved(topic), type_, queue_size=100)
             self.publishers.append((publisher, type_, keys))
         for topic, type_, _ in PUBLICATIONS:
-            rospy.Subscriber(topic, type_, self.received[topic].append)
+            rospy.Subscriber(resolved(topic), type_, self.received[topic].append)
         for name, type_, key in SERVICES:
             self.requests[key] = deque()
-            rospy.Service(name, type_, lambda request, k=key, t=type_: self._serve(k, t, request))
+            serve = functools.partial(self._serve, key, type_)
+            rospy.Service(resolved(name), type_, serve)
         self._servers = [self._action_server(*entry) for entry in ACTIONS]
 
     def note(self, key, kind, message):
@@ -204,6 +213,7 @@ class Robot:
             if handle.get_goal_status().status in (GoalStatus.PREEMPTING, GoalStatus.RECALLING):
                 handle.set_canceled()
 
+        name = resolved(name)
         server = actionlib.ActionServer(name, type_, on_goal, on_cancel, auto_start=False)
         server.start()
         return server

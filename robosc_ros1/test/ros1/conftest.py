@@ -1,0 +1,49 @@
+"""Fixtures of the tests that run generated packages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+import ros_support
+from emit.golden_packages import GOLDEN, package_of
+from ros1.stage import Puppet, Stage
+from ros_support import Master, Workspace
+
+from robosc.emit.writer import write
+
+
+@pytest.fixture(scope="session")
+def generated_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
+    """The packages of the models in ``golden/models`` and their messages, built."""
+    workspace = make_workspace()
+    workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
+    for model in ("lantern", "gauntlet", "probe"):
+        write(package_of(model), workspace.folder / "src")
+    workspace.build()
+    return workspace
+
+
+@pytest.fixture(scope="module")
+def shared_master(ros: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Master]:
+    """One master for the tests of a module; each test ends the nodes that it starts."""
+    with ros_support.master(tmp_path_factory.mktemp("master")) as running:
+        yield running
+
+
+@pytest.fixture
+def stage(generated_workspace: Workspace, shared_master: Master) -> Stage:
+    return Stage(generated_workspace, shared_master)
+
+
+@pytest.fixture
+def puppet(stage: Stage) -> Iterator[Puppet]:
+    with stage.puppet() as running:
+        yield running
+
+
+@pytest.fixture
+def ear(stage: Stage) -> Iterator[Puppet]:
+    """A second puppet, that only listens, so that the first may be killed."""
+    with stage.puppet() as running:
+        yield running

@@ -1,0 +1,193 @@
+"""A ROS node that does what its standard input tells it: the robot's side in tests.
+
+Each line is a JSON object with ``do``; when it is done, ``{"done": n}`` is printed for the n-th.
+What is heard on topics, and what servers are asked, is printed as it comes.
+"""
+
+import json
+import os
+import signal
+import sys
+import threading
+import time
+
+import actionlib
+import roslib.message
+import rospy
+from actionlib_msgs.msg import GoalStatus
+from genpy.message import fill_message_args
+
+PRINTING = threading.Lock()
+
+
+def tell(**document):
+    with PRINTING:
+        print(json.dumps(document), flush=True)
+
+
+def plain(message):
+    """A message as JSON."""
+    if hasattr(message, "__slots__"):
+        return {name: plain(getattr(message, name)) for name in message.__slots__}
+    if isinstance(message, (list, tuple)):
+        return [plain(part) for part in message]
+    if isinstance(message, float) and message != message:
+        return "NaN"
+    return message
+
+
+def filled(message, fields):
+    fill_message_args(message, [fields])
+    return message
+
+
+class Service:
+    """Answers as its ``mode`` says: "answer", "fail", "throw", "hang", "die"."""
+
+    def __init__(self, name, type_):
+        self.type = roslib.message.get_service_class(type_)
+        self.mode, self.fields, self.delay = "answer", {}, 0.0
+        self.name = name
+        self.server = rospy.Service(name, self.type, self.serve)
+
+    def serve(self, request):
+        tell(asked=self.name, message=plain(request))
+        mode, delay, fields = self.mode, self.delay, self.fields
+        time.sleep(delay)
+        if mode == "die":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if mode == "throw":
+            raise RuntimeError("thrown by the server")
+        if mode == "fail":
+            return None
+        while mode == "hang" and not rospy.is_shutdown():
+            time.sleep(0.05)
+        return filled(self.type._response_class(), fields)
+
+
+class Action:
+    """Serves goals as its ``mode`` says; "hold" keeps them until the next mode or a cancel."""
+
+    def __init__(self, name, type_):
+        self.type = roslib.message.get_message_class(type_)
+        self.mode, self.fields, self.feedback, self.delay = "succeed", {}, 0, 0.0
+        self.name = name
+        self.handles = []
+        self.server = actionlib.ActionServer(
+            name, self.type, self.on_goal, self.on_cancel, auto_start=False
+        )
+        self.server.start()
+
+    def on_goal(self, handle):
+        tell(asked=self.name, message=plain(handle.get_goal()))
+        self.handles.append(handle)
+        if self.mode == "reject":
+            handle.set_rejected()
+        elif self.mode != "ignore":
+            handle.set_accepted()
+            threading.Thread(target=self.act, args=(handle,), daemon=True).start()
+
+    def on_cancel(self, handle):
+        tell(cancelled=self.name)
+        if self.mode == "deaf":
+            handle.set_succeeded(filled(type(self.type().action_result.result)(), self.fields))
+        else:
+            handle.set_canceled()
+
+    def act(self, handle):
+        for number in range(self.feedback):
+            progress = type(self.type().action_feedback.feedback)(float(number))
+            handle.publish_feedback(progress)
+        time.sleep(self.delay)
+        self.finish(handle, self.mode)
+
+    def finish(self, handle, mode):
+        if handle.get_goal_status().status != GoalStatus.ACTIVE:
+            return
+        result = filled(type(self.type().action_result.result)(), self.fields)
+        if mode == "succeed":
+            handle.set_succeeded(result)
+        elif mode == "abort":
+            handle.set_aborted(result, "did not work")
+        elif mode == "preempt":
+            handle.set_canceled(result, "somebody else was quicker")
+
+
+class Puppet:
+    def __init__(self):
+        self.publishers = {}
+        self.servers = {}
+        self.subscribers = []
+
+    def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, wait=20.0):
+        if topic not in self.publishers:
+            message_class = roslib.message.get_message_class(type)
+            self.publishers[topic] = rospy.Publisher(topic, message_class, queue_size=10000)
+        publisher = self.publishers[topic]
+        end = time.monotonic() + wait
+        while connected and not publisher.get_num_connections():
+            if time.monotonic() > end:
+                raise RuntimeError("nobody subscribes to " + topic)
+            time.sleep(0.005)
+        start = time.monotonic()
+        for number in range(times):
+            publisher.publish(filled(publisher.data_class(), fields))
+            if rate:
+                time.sleep(max(0.0, start + (number + 1) / rate - time.monotonic()))
+
+    def listen(self, topic, type):
+        message_class = roslib.message.get_message_class(type)
+        if type == "std_msgs/String" and topic.rpartition("/")[2] in ("events", "state", "model"):
+            hear = lambda m: tell(heard=topic, message=json.loads(m.data))  # noqa: E731
+        else:
+            hear = lambda m: tell(heard=topic, message=plain(m))  # noqa: E731
+        self.subscribers.append(rospy.Subscriber(topic, message_class, hear))
+
+    def service(self, name, type, **settings):
+        self.serve(Service, name, type, settings)
+
+    def action(self, name, type, **settings):
+        self.serve(Action, name, type, settings)
+
+    def serve(self, make, name, type, settings):
+        if name not in self.servers:
+            self.servers[name] = make(name, type)
+        for attribute, value in settings.items():
+            setattr(self.servers[name], attribute, value)
+
+    def finish(self, name, mode):
+        server = self.servers[name]
+        server.finish(server.handles[-1], mode)
+
+    def withdraw(self, name):
+        self.servers.pop(name).server.shutdown("by the test")
+
+    def shout(self, name, count):
+        """Somebody else's goals."""
+        client = actionlib.ActionClient(name, self.servers[name].type)
+        client.wait_for_server(rospy.Duration(5))
+        goal = type(self.servers[name].type().action_goal.goal)()
+        self.foreign = [client.send_goal(goal) for _ in range(count)]
+
+    def clock(self, seconds):
+        from rosgraph_msgs.msg import Clock
+
+        if "/clock" not in self.publishers:
+            self.publishers["/clock"] = rospy.Publisher("/clock", Clock, queue_size=100)
+        self.publishers["/clock"].publish(Clock(rospy.Time.from_sec(seconds)))
+
+
+def main():
+    rospy.init_node("puppet", anonymous=True, disable_signals=True)
+    puppet = Puppet()
+    for number, line in enumerate(sys.stdin):
+        order = json.loads(line)
+        try:
+            getattr(puppet, order.pop("do"))(**order)
+            tell(done=number)
+        except Exception as error:
+            tell(done=number, failed=f"{type(error).__name__}: {error}")
+    rospy.signal_shutdown("end of input")
+
+
+main()

@@ -1,0 +1,186 @@
+"""A stage for a generated controller: a workspace with it, and puppets that play its robot."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from xmlrpc.client import Fault, ServerProxy
+
+from ros_support import PYTHON, Master, Workspace
+
+__all__ = ["Node", "Puppet", "Stage", "event"]
+
+PATIENCE = 20.0
+"""Seconds after which something that must come has not come."""
+
+Json = dict[str, Any]
+
+
+def event(kind: str, name: str, **more: Any) -> Callable[[Json], bool]:
+    """A condition on what is heard on ``~events``."""
+
+    def condition(document: Json) -> bool:
+        told = document["event"]
+        return (told["kind"], told["name"]) == (kind, name) and all(
+            document.get(key, told.get(key)) == value for key, value in more.items()
+        )
+
+    return condition
+
+
+class Puppet:
+    """The test's side of ``puppet_node.py``."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.process = process
+        self.lines: list[Json] = []
+        self._orders = 0
+        self._changed = threading.Condition()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            if not line.startswith("{"):
+                continue
+            with self._changed:
+                self.lines.append(json.loads(line))
+                self._changed.notify_all()
+
+    def do(self, what: str, **arguments: Any) -> None:
+        """Have the puppet do something, and wait until it has."""
+        assert self.process.stdin is not None
+        number = self._orders
+        self._orders += 1
+        self.process.stdin.write(json.dumps({"do": what, **arguments}) + "\n")
+        self.process.stdin.flush()
+        done = self.wait(lambda line: line.get("done") == number, f"the end of {what}", 30.0)
+        assert "failed" not in done, done["failed"]
+
+    def publish(self, topic: str, type_: str, data: Any = None, **more: Any) -> None:
+        fields = {} if data is None else {"data": data}
+        self.do("publish", topic=topic, type=type_, fields=fields, **more)
+
+    def wait(
+        self, condition: Callable[[Json], Any], what: str, seconds: float = PATIENCE, since: int = 0
+    ) -> Json:
+        """The first line (from the ``since``-th on) for which the condition holds."""
+        end = time.monotonic() + seconds
+        with self._changed:
+            position = since
+            while True:
+                for line in self.lines[position:]:
+                    if condition(line):
+                        return line
+                position = len(self.lines)
+                left = end - time.monotonic()
+                assert left > 0, f"waited in vain for {what}; heard last: {self.lines[-5:]}"
+                self._changed.wait(left)
+
+    def hears(
+        self, topic: str, condition: Callable[[Json], Any] = lambda _: True, **more: Any
+    ) -> Json:
+        """What is heard on a topic and meets the condition."""
+
+        def heard(line: Json) -> bool:
+            return line.get("heard") == topic and bool(condition(line["message"]))
+
+        message: Json = self.wait(heard, f"a message on {topic}", **more)["message"]
+        return message
+
+    def all_heard(self, topic: str) -> list[Json]:
+        with self._changed:
+            return [line["message"] for line in self.lines if line.get("heard") == topic]
+
+    @property
+    def mark(self) -> int:
+        """The number of lines so far, for ``since``."""
+        with self._changed:
+            return len(self.lines)
+
+
+class Node:
+    """A running controller, with a puppet that listens to what it tells."""
+
+    def __init__(self, process: subprocess.Popen[bytes], name: str, ear: Puppet) -> None:
+        self.process = process
+        self.name = name
+        self.ear = ear
+
+    @property
+    def log(self) -> str:
+        log: Path = self.process.log  # type: ignore[attr-defined]
+        return log.read_text(encoding="utf-8", errors="replace")
+
+    def tells(self, condition: Callable[[Json], Any], **more: Any) -> Json:
+        """An event that the controller tells."""
+        return self.ear.hears(f"{self.name}/events", condition, **more)
+
+    def shows(self, condition: Callable[[Json], Any], **more: Any) -> Json:
+        """A state that the controller shows."""
+        return self.ear.hears(f"{self.name}/state", condition, **more)
+
+    def events(self, condition: Callable[[Json], Any] = lambda _: True) -> list[Json]:
+        return [e for e in self.ear.all_heard(f"{self.name}/events") if condition(e)]
+
+    def enters(self, component: str, state: str) -> Json:
+        return self.shows(lambda s: s["components"][component] == state)
+
+
+class Stage:
+    """A built workspace and a master."""
+
+    def __init__(self, workspace: Workspace, master: Master) -> None:
+        self.workspace = workspace
+        self.master = master
+
+    @contextlib.contextmanager
+    def puppet(self) -> Iterator[Puppet]:
+        process = subprocess.Popen(
+            [str(PYTHON), str(Path(__file__).with_name("puppet_node.py"))],
+            env=self.workspace.environment(master=self.master),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=(self.workspace.folder / "log" / "puppet.log").open("a"),
+            text=True,
+            start_new_session=True,
+        )
+        try:
+            yield Puppet(process)
+        finally:
+            process.kill()
+            process.wait()
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    with contextlib.suppress(BrokenPipeError):
+                        pipe.close()
+
+    @contextlib.contextmanager
+    def controller(
+        self, ear: Puppet, package: str = "probe_controller", **parameters: Any
+    ) -> Iterator[Node]:
+        """A controller with parameters (``__`` stands for ``/`` in a name); the ear listens first.
+
+        The node is up when this begins: it has shown a state.
+        """
+        name = f"/{package}"
+        mark = ear.mark
+        ear.do("listen", topic=f"{name}/events", type="std_msgs/String")
+        ear.do("listen", topic=f"{name}/state", type="std_msgs/String")
+        arguments = [f"_{k.replace('__', '/')}:={v}" for k, v in parameters.items()]
+        with self.workspace.start(
+            "rosrun", package, package, *arguments, master=self.master
+        ) as process:
+            node = Node(process, name, ear)
+            ear.hears(f"{name}/state", since=mark)
+            yield node
+        # Parameters outlive their node, and the next test's node has the same name.
+        with contextlib.suppress(OSError, Fault):
+            ServerProxy(self.master.uri).deleteParam("/stage", name)

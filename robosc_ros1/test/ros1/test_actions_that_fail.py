@@ -1,0 +1,147 @@
+"""Whatever an action server does, each goal ends in exactly one response, error or cancel."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import pytest
+from ros1.stage import Node, Puppet, Stage, event
+
+RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
+BOOL = "std_msgs/Bool"
+
+
+def want(puppet: Puppet, wanted: bool) -> None:
+    puppet.publish("/run_wanted", BOOL, wanted)
+
+
+def goals_end_once(node: Node) -> bool:
+    kinds = [e["event"]["kind"] for e in node.events() if e["event"]["name"] == "run"]
+    kinds = [kind for kind in kinds if kind != "feedback"]
+    return all(kind == "request" for kind in kinds[::2]) and all(
+        kind in ("response", "error", "cancel") for kind in kinds[1::2]
+    )
+
+
+def test_a_goal_that_succeeds(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    puppet.do("action", **RUN, mode="succeed", feedback=3)
+    with stage.controller(ear) as node:
+        puppet.publish("/level", "std_msgs/Int16", 7)
+        want(puppet, True)
+        asked = puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
+        assert asked["message"]["height"] == 7
+        node.tells(event("response", "run"))
+        assert [e["event"]["value"] for e in node.events(event("feedback", "run"))][:3] == [0, 1, 2]
+        assert goals_end_once(node)
+
+
+@pytest.mark.parametrize(
+    ("mode", "reason"),
+    [
+        ("abort", "aborted: did not work"),
+        ("reject", "rejected"),
+        ("preempt", "preempted: somebody else was quicker"),
+    ],
+)
+def test_a_goal_that_does_not_succeed(
+    stage: Stage, puppet: Puppet, ear: Puppet, mode: str, reason: str
+) -> None:
+    puppet.do("action", **RUN, mode=mode)
+    with stage.controller(ear) as node:
+        want(puppet, True)
+        assert node.tells(event("error", "run"))["detail"] == reason
+        puppet.do("action", **RUN, mode="succeed")
+        node.tells(event("response", "run"))
+        assert goals_end_once(node)
+
+
+def test_a_server_that_is_absent_and_comes_later(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    with stage.controller(ear, timeout__run=0.5) as node:
+        want(puppet, True)
+        assert node.tells(event("error", "run"))["detail"] == "no answer in time"
+        puppet.publish("/level", "std_msgs/Int16", 9)
+        node.tells(event("request", "blow"))  # meanwhile, all else goes on
+        puppet.do("action", **RUN, mode="succeed")
+        node.tells(event("response", "run"))
+        assert goals_end_once(node)
+
+
+def test_a_goal_that_is_never_accepted(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    puppet.do("action", **RUN, mode="ignore")
+    with stage.controller(ear, timeout__run=0.5) as node:
+        want(puppet, True)
+        assert node.tells(event("error", "run"))["detail"] == "no answer in time"
+        puppet.wait(lambda line: line.get("cancelled") == "/run", "the cancel of the goal")
+        assert goals_end_once(node)
+
+
+def test_a_goal_that_takes_too_long(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    puppet.do("action", **RUN, mode="hold")
+    with stage.controller(ear, goal_timeout__run=0.5) as node:
+        want(puppet, True)
+        assert node.tells(event("error", "run"))["detail"] == "deadline exceeded"
+        puppet.wait(lambda line: line.get("cancelled") == "/run", "the cancel of the goal")
+        assert goals_end_once(node)
+
+
+def test_a_server_that_is_killed_with_the_goal(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    with stage.controller(ear, server_lost_after=1.0) as node:
+        with stage.puppet() as victim:
+            victim.do("action", **RUN, mode="hold")
+            want(puppet, True)
+            victim.wait(lambda line: line.get("asked") == "/run", "the goal")
+            want(puppet, True)
+            os.kill(victim.process.pid, signal.SIGKILL)
+        assert node.tells(event("error", "run"))["detail"].startswith("server lost")
+        puppet.do("action", **RUN, mode="succeed")
+        node.tells(event("response", "run"))
+        assert goals_end_once(node)
+
+
+def test_a_server_that_is_restarted_forgets_the_goal(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    with stage.controller(ear, server_lost_after=60.0) as node:
+        with stage.puppet() as victim:
+            victim.do("action", **RUN, mode="hold")
+            want(puppet, True)
+            victim.wait(lambda line: line.get("asked") == "/run", "the goal")
+            node.shows(lambda s: s["communications"]["run"] == "busy")
+            os.kill(victim.process.pid, signal.SIGKILL)
+        puppet.do("action", **RUN, mode="succeed")
+        assert node.tells(event("error", "run"))["detail"] == "lost by the server"
+        node.tells(event("response", "run"))
+        assert goals_end_once(node)
+
+
+@pytest.mark.parametrize("mode", ["hold", "deaf"])
+def test_a_cancel_ends_the_goal_whatever_the_server_answers(
+    stage: Stage, puppet: Puppet, ear: Puppet, mode: str
+) -> None:
+    puppet.do("action", **RUN, mode=mode)
+    with stage.controller(ear) as node:
+        want(puppet, True)
+        puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
+        want(puppet, False)
+        node.tells(event("cancel", "run"))
+        puppet.wait(lambda line: line.get("cancelled") == "/run", "the cancel")
+        mark = ear.mark
+        puppet.do("action", **RUN, mode="succeed")
+        want(puppet, True)
+        node.tells(event("response", "run"), since=mark)
+        assert node.events(event("error", "run")) == []
+        assert [e["outcome"] for e in node.events() if e["outcome"] != "applied"] == []
+        assert goals_end_once(node)
+
+
+def test_goals_of_others_and_a_storm_of_feedback(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    puppet.do("action", **RUN, mode="hold", feedback=2000)
+    with stage.controller(ear) as node:
+        want(puppet, True)
+        puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
+        puppet.do("shout", name="/run", count=3)
+        node.tells(event("feedback", "run", value=1999.0))
+        assert len(node.events(event("feedback", "run"))) == 2000
+        assert node.events(event("response", "run")) == []
+        assert goals_end_once(node)

@@ -1,0 +1,111 @@
+"""Whatever a service does, each request ends in exactly one response or error."""
+
+from __future__ import annotations
+
+import pytest
+from ros1.stage import Puppet, Stage, event
+
+ASK = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}
+BOOL = "std_msgs/Bool"
+
+
+def one_end_per_request(events: list[dict]) -> bool:  # type: ignore[type-arg]
+    """Whether requests and ends of ``ask`` alternate."""
+    kinds = [e["event"]["kind"] for e in events if e["event"]["name"] == "ask"]
+    return all(kind == "request" for kind in kinds[::2]) and all(
+        kind in ("response", "error") for kind in kinds[1::2]
+    )
+
+
+def test_a_service_that_answers(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    puppet.do("service", **ASK, mode="answer", fields={"success": True})
+    with stage.controller(ear) as node:
+        puppet.publish("/level", "std_msgs/Int16", 3)
+        puppet.publish("/ask_wanted", BOOL, True)
+        asked = puppet.wait(lambda line: line.get("asked") == "/ask", "the request")
+        assert asked["message"] == {"level": 3}
+        told = node.tells(event("response", "ask"))
+        assert told["event"]["value"] == {"success": True}
+        for _ in range(3):  # and again, and again
+            mark = ear.mark
+            node.tells(event("response", "ask"), since=mark)
+        assert one_end_per_request(node.events())
+
+
+@pytest.mark.parametrize(
+    ("mode", "reason"), [("fail", "returned None"), ("throw", "thrown by the server")]
+)
+def test_a_service_that_refuses(
+    stage: Stage, puppet: Puppet, ear: Puppet, mode: str, reason: str
+) -> None:
+    puppet.do("service", **ASK, mode=mode)
+    with stage.controller(ear) as node:
+        puppet.publish("/ask_wanted", BOOL, True)
+        assert reason in node.tells(event("error", "ask"))["detail"]
+        node.enters("Oracle", "resting")
+        puppet.do("service", **ASK, mode="answer")
+        node.tells(event("response", "ask"))
+        assert one_end_per_request(node.events())
+
+
+def test_a_service_that_is_absent_and_comes_later(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    with stage.controller(ear, timeout__ask=0.5) as node:
+        puppet.publish("/ask_wanted", BOOL, True)
+        assert node.tells(event("error", "ask"))["detail"] == "no answer in time"
+        puppet.publish("/level", "std_msgs/Int16", 9)
+        node.tells(event("request", "blow"))  # meanwhile, all else goes on
+        puppet.do("service", **ASK, mode="answer")
+        node.tells(event("response", "ask"))
+        assert one_end_per_request(node.events())
+
+
+def test_waiting_for_a_server_counts_into_the_deadline_and_start_order_does_not_matter(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    with stage.controller(ear, timeout__ask=30.0) as node:
+        puppet.publish("/ask_wanted", BOOL, True)
+        node.tells(event("request", "ask"))
+        puppet.do("service", **ASK, mode="answer")
+        node.tells(event("response", "ask"))
+        assert node.events(event("error", "ask")) == []
+
+
+@pytest.mark.parametrize("mode", ["hang", "slow"])
+def test_a_service_that_answers_too_late(
+    stage: Stage, puppet: Puppet, ear: Puppet, mode: str
+) -> None:
+    if mode == "hang":
+        puppet.do("service", **ASK, mode="hang")
+    else:
+        puppet.do("service", **ASK, mode="answer", delay=0.7)
+    with stage.controller(ear, timeout__ask=0.3) as node:
+        puppet.publish("/ask_wanted", BOOL, True)
+        for _ in range(12):  # more than may hang at one time
+            mark = ear.mark
+            assert node.tells(event("error", "ask"), since=mark)["detail"] == "no answer in time"
+        puppet.publish("/ask_wanted", BOOL, False)
+        node.tells(event("response", "ask_wanted", value=False))
+        node.enters("Oracle", "resting")
+        assert one_end_per_request(node.events())
+        assert node.events(event("response", "ask")) == []
+
+
+def test_a_server_that_dies_in_the_call(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    with stage.puppet() as victim, stage.controller(ear) as node:
+        victim.do("service", **ASK, mode="die", delay=0.3)
+        puppet.publish("/ask_wanted", BOOL, True)
+        node.tells(event("error", "ask"))
+        # A killed server stays registered; a new one takes its place.
+        puppet.do("service", **ASK, mode="answer")
+        node.tells(event("response", "ask"))
+        assert one_end_per_request(node.events())
+
+
+def test_a_service_of_another_type(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    puppet.do("service", name="/ask", type="std_srvs/SetBool")
+    with stage.controller(ear) as node:
+        puppet.publish("/ask_wanted", BOOL, True)
+        assert "md5sum" in node.tells(event("error", "ask"))["detail"]
+        assert node.process.poll() is None
