@@ -128,6 +128,19 @@ def _generate(args: Arguments) -> int:
     return 0
 
 
+def _export(args: Arguments) -> int:
+    from robosc import pipeline
+
+    loaded = pipeline.load(args.model, _options(args))
+    _report(loaded.diagnostics)
+    text = pipeline.export(loaded.robot, args.format, with_supervisor=args.supervisor)
+    if args.output is None:
+        print(text, end="")
+    else:
+        pipeline.write_text(args.output, text)
+    return 0
+
+
 # --- their arguments -----------------------------------------------------------------------------
 
 
@@ -211,6 +224,20 @@ def _generate_arguments(parser: argparse.ArgumentParser) -> None:
     _common(parser)
 
 
+def _export_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    parser.add_argument(
+        "--format", choices=["cif", "dot", "svg", "json"], required=True, help="what to write"
+    )
+    parser.add_argument(
+        "--supervisor", action="store_true", help="with cif: add the guards of the supervisor"
+    )
+    parser.add_argument(
+        "--output", metavar="FILE", type=Path, help="write there (default: standard output)"
+    )
+    _common(parser)
+
+
 def _positive(text: str) -> int:
     try:
         value = int(text)
@@ -256,6 +283,13 @@ VERBS = (
         "robosc verify line_follower.rscd",
         _verify_arguments,
         _verify,
+    ),
+    Verb(
+        "export",
+        "write the model for other tools: CIF, a picture, JSON",
+        "robosc export line_follower.rscd --format svg --output line_follower.svg",
+        _export_arguments,
+        _export,
     ),
 )
 

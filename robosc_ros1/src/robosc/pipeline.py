@@ -24,6 +24,7 @@ from robosc.errors import (
 from robosc.names import package_name
 
 if TYPE_CHECKING:
+    from robosc.emit.export import Format
     from robosc.emit.package import Package
     from robosc.emit.writer import Written
     from robosc.model.entities import Robot
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Checked", "Generated", "Loaded", "Options", "Output", "Target", "check", "explore",
-    "generate", "load", "synthesize", "verify",
+    "export", "generate", "load", "synthesize", "verify", "write_text",
 ]  # fmt: skip
 
 
@@ -179,6 +180,31 @@ def verify(robot: Robot) -> VerifyReport:
     from robosc.synthesis.verify import verify as prove
 
     return prove(_existing(synthesize(robot)))
+
+
+def export(robot: Robot, format_: Format, *, with_supervisor: bool = False) -> str:
+    """A robot as text for another tool; ``with_supervisor`` adds the guards to CIF.
+
+    Raises:
+        EmptySupervisorError: there is no supervisor to add.
+        StateSpaceError: synthesis is needed, and the state space is too large.
+        UsageError: a program that is needed is not installed.
+    """
+    from robosc.emit.export import exported
+    from robosc.ir.lower import lower
+
+    return exported(lower(robot), format_, with_supervisor)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes a result where the user wants it.
+
+    Raises UsageError if that cannot be done.
+    """
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror}") from error
 
 
 def generate(

@@ -1,0 +1,199 @@
+"""Pictures for graphviz: each component's automaton, and the controlled state space when small.
+
+Drawn as is usual for automata: an arrow without origin enters the initial state, marked states have
+a double line, uncontrollable events are dashed. Labels use the words of the model.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from robosc.errors import UsageError
+from robosc.ir.automaton import AxisKind, Plant, PlantState
+from robosc.ir.expr import to_dsl
+from robosc.model.entities import (
+    Behaviour,
+    Component,
+    EventKind,
+    ResultTransition,
+    Robot,
+    Tau,
+)
+from robosc.model.expr import Expr
+from robosc.supervisor import Step
+from robosc.synthesis.documents import step_document
+from robosc.synthesis.explore import Graph
+
+__all__ = ["dot_text", "svg_text"]
+
+_CONTROLLABLE = (EventKind.REQUEST, EventKind.CANCEL, EventKind.TAU)
+_EVERY_STATE = "in every state"
+
+
+def dot_text(robot: Robot, controlled: Graph | None = None) -> str:
+    """One graph with a cluster per automaton, and one for the controlled states if given."""
+    lines = [
+        f"digraph {_quoted(robot.name)} {{",
+        "  rankdir=LR; compound=true; fontname=Helvetica;",
+        "  node [shape=box, style=rounded, fontname=Helvetica, fontsize=11];",
+        "  edge [fontname=Helvetica, fontsize=9];",
+    ]
+    for component in robot.components:
+        if component.behaviour is not None:
+            lines += _cluster(component.name, _automaton(robot, component, component.behaviour))
+    if controlled is not None:
+        count = len(controlled.states)
+        title = f"controlled system: {count} {'state' if count == 1 else 'states'}"
+        lines += _cluster(title, _states(controlled))
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def svg_text(dot: str) -> str:
+    """The picture of a DOT text, laid out by graphviz.
+
+    Raises:
+        UsageError: graphviz is not installed, or fails.
+    """
+    program = shutil.which("dot")
+    if program is None:
+        raise UsageError("svg needs graphviz (apt install graphviz); --format dot works without it")
+    done = subprocess.run([program, "-Tsvg"], input=dot, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise UsageError(f"graphviz cannot draw this: {done.stderr.strip()}")
+    return done.stdout
+
+
+@dataclass(frozen=True, slots=True)
+class _Arrow:
+    source: str
+    target: str
+    label: str
+    controllable: bool
+
+
+def _cluster(title: str, body: Iterable[str]) -> list[str]:
+    name = _quoted(f"cluster {title}")
+    return [
+        f"  subgraph {name} {{",
+        f"    label={_quoted(title)}; color=gray;",
+        *(f"    {line}" for line in body),
+        "  }",
+    ]
+
+
+def _node(name: str, label: str, marked: bool) -> str:
+    lines = 2 if marked else 1
+    return f"{_quoted(name)} [label={_quoted(label)}, peripheries={lines}];"
+
+
+def _start(name: str) -> Iterator[str]:
+    origin = _quoted(f"{name} start")
+    yield f'{origin} [shape=point, width=0.08, label=""];'
+    yield f"{origin} -> {_quoted(name)};"
+
+
+def _arrows(arrows: Sequence[_Arrow]) -> Iterator[str]:
+    """Arrows with the same ends become one, its label with a line for each."""
+    groups: dict[tuple[str, str, bool], list[str]] = {}
+    for arrow in arrows:
+        key = arrow.source, arrow.target, arrow.controllable
+        groups.setdefault(key, []).append(arrow.label)
+    for (source, target, controllable), labels in groups.items():
+        style = "solid" if controllable else "dashed"
+        label = _quoted("\n".join(dict.fromkeys(labels)))
+        yield f"{_quoted(source)} -> {_quoted(target)} [label={label}, style={style}];"
+
+
+# --- components ----------------------------------------------------------------------------------
+
+
+def _automaton(robot: Robot, component: Component, behaviour: Behaviour) -> Iterator[str]:
+    def place(state: str) -> str:
+        return f"{component.name}.{state}"
+
+    arrows = []
+    for state in behaviour.states:
+        yield _node(place(state.name), state.name, state.marked)
+        if state.initial:
+            yield from _start(place(state.name))
+        own: list[ResultTransition | Tau] = [*state.transitions, *state.taus]
+        for transition in own:
+            target = place(transition.goto or state.name)
+            arrows.append(_arrow(robot, place(state.name), target, transition))
+    general: list[ResultTransition | Tau] = [*behaviour.transitions, *behaviour.taus]
+    if general:
+        everywhere = f"{component.name} {_EVERY_STATE}"
+        yield f"{_quoted(everywhere)} [label={_quoted(_EVERY_STATE)}, shape=plaintext];"
+        for transition in general:
+            target = everywhere if transition.goto is None else place(transition.goto)
+            arrows.append(_arrow(robot, everywhere, target, transition))
+    yield from _arrows(arrows)
+
+
+def _arrow(robot: Robot, source: str, target: str, transition: ResultTransition | Tau) -> _Arrow:
+    if isinstance(transition, Tau):
+        label = "" if transition.guard is None else f"[{_words(transition.guard, robot)}]"
+        return _Arrow(source, target, label, True)
+    name = robot.display_names[transition.communication]
+    lines = [f"{name}.{transition.event.value}"]
+    if transition.guard is not None:
+        lines.append(f"[{_words(transition.guard, robot)}]")
+    lines += [f"{a.variable} := {_words(a.value, robot)}" for a in transition.assignments]
+    return _Arrow(source, target, "\n".join(lines), transition.event in _CONTROLLABLE)
+
+
+def _words(expr: Expr, robot: Robot) -> str:
+    """As it was written, white space folded."""
+    if expr.span is not None:
+        return " ".join(expr.span.text.split())
+    return to_dsl(expr, robot)
+
+
+# --- the controlled system -----------------------------------------------------------------------
+
+
+def _states(graph: Graph) -> Iterator[str]:
+    plant = graph.plant
+    for number, state in enumerate(graph.states):
+        label = "\n".join(_state_lines(plant, state)) or "the only state"
+        yield _node(f"state {number}", label, plant.is_marked(state))
+    yield from _start("state 0")
+    arrows = []
+    for transition in graph.transitions:
+        event = plant.events[transition.event]
+        value = step_document(Step(event, transition.values))["value"]
+        label = f"{event.name}.{event.kind.value}"
+        if event.kind is EventKind.TAU:
+            label = f"{event.name}.tau {event.index}"
+        elif value is not None:
+            label += f"({_value(value)})"
+        ends = f"state {transition.source}", f"state {transition.target}"
+        arrows.append(_Arrow(*ends, label, event.controllable))
+    yield from _arrows(arrows)
+
+
+def _state_lines(plant: Plant, state: PlantState) -> Iterator[str]:
+    for axis, index in zip(plant.axes, state, strict=True):
+        value = axis.values[index]
+        if axis.kind is AxisKind.LOCATION:
+            yield f"{axis.name}.{value}"
+        elif axis.kind is AxisKind.VARIABLE:
+            yield f"{axis.name} = {_value(value)}"
+        elif value == "busy":
+            yield f"{plant.robot.display_names[axis.name]} busy"
+
+
+def _value(value: object) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{path} = {_value(part)}" for path, part in value.items())
+    if value is None:
+        return "nothing"
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'
