@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from robosc.ir.automaton import AxisKind, Edge, Event, Plant, PlantState
-from robosc.ir.step import Verdict, valuations
 from robosc.model.entities import EventKind
 from robosc.source import Span
 from robosc.synthesis.stepper import Stepper
@@ -55,18 +54,15 @@ def why_blocked(stepper: Stepper, path: Sequence[PlantState]) -> Blocked | None:
 def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
     """All that the plant under its requirements reaches; None if that is too much."""
     plant = stepper.plant
-    events = [(n, e, tuple(valuations(e))) for n, e in enumerate(plant.events)]
+    ways = stepper.required()
     seen = {start}
     states = [start]
     for state in states:  # grows while it is walked
         if plant.is_marked(state):
             return states
-        for number, event, combinations in events:
-            if event.requirement is not None and not stepper.holds(event.requirement, state):
-                continue
-            for values in combinations:
-                target = stepper.outcome(number, values, state)
-                if not isinstance(target, Verdict) and target not in seen:
+        for way in ways:
+            for _, target in way.targets(state):
+                if target not in seen:
                     seen.add(target)
                     states.append(target)
         if len(states) > _MOST_STATES:

@@ -15,7 +15,7 @@ import numpy as np
 from robosc.ir.automaton import Event
 from robosc.synthesis.cases import DenseCases
 from robosc.synthesis.columns import Bools
-from robosc.synthesis.kernels import Stages, backward, forward, image, preimage, uncontrolled
+from robosc.synthesis.kernels import Stages, backward, count, forward, image, preimage, uncontrolled
 from robosc.synthesis.layout import Layout, Operation
 from robosc.synthesis.moves import Compiler, Condition, EventMoves
 
@@ -253,7 +253,7 @@ class DenseEngine:
     def count(self, states: Bools, conditions: Iterable[Condition]) -> int:
         """How many of ``states`` meet one of the conditions, which exclude each other."""
         return sum(
-            int(np.count_nonzero(op.source(states, number)))
+            count(op.source(states, number))
             for condition in conditions
             for op in self.layout.regions(condition)
             for number in range(len(op.sources))
@@ -282,7 +282,7 @@ class DenseEngine:
                 here = op.source(states, number)
                 if within is not None:
                     here = here & op.slice(within, op.targets[0])
-                total += int(np.count_nonzero(here))
+                total += count(here)
         return total
 
     def cases(self, step: _Steps, states: Bools, required: bool) -> DenseCases:
@@ -305,7 +305,7 @@ class DenseEngine:
                 if within is not None:
                     here = here & op.slice(within, op.targets[0])
                 into = op.slice(found, op.sources[number][0])
-                np.logical_or(into, here, out=into)
+                np.bitwise_or(into, here, out=into)
         return found
 
     def occurrences(self, step: _Steps, states: Bools) -> int:

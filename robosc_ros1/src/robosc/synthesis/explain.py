@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.expr import conjunction, negation
-from robosc.ir.step import Outcome, Verdict, valuations
+from robosc.ir.step import Outcome, Verdict
 from robosc.model.entities import EventKind
 from robosc.model.expr import FALSE
 from robosc.source import Span
@@ -56,6 +56,15 @@ class _Explainer:
         self.system = system
         self.plant: Plant = system.plant
         self.stepper = Stepper(self.plant)
+        self.uncontrollable = [
+            self.stepper.ways(number, None)
+            for number, event in enumerate(self.plant.events)
+            if not event.controllable
+        ]
+        self.invariants = [
+            (self.stepper.test(condition), self.plant.robot.requirements[index])
+            for condition, index in self.plant.invariants
+        ]
 
     def empty(self) -> Explanation:
         robot = self.plant.robot
@@ -164,20 +173,16 @@ class _Explainer:
                 return
 
     def _uncontrollable(self, state: PlantState) -> Iterator[tuple[Step, Outcome]]:
-        for number, event in enumerate(self.plant.events):
-            if event.controllable:
-                continue
-            for values in valuations(event):
-                target = self.stepper.outcome(number, values, state)
+        for way in self.uncontrollable:
+            for values in way.values:
+                target = way.step(state, values)
                 if target is not Verdict.IMPOSSIBLE:
-                    yield Step(event, values), target
+                    yield Step(self.plant.events[way.event], values), target
 
     def _plain(self, path: tuple[PlantState, ...]) -> _Harm | None:
-        robot = self.plant.robot
         state = path[-1]
-        for condition, index in self.plant.invariants:
-            if not self.stepper.holds(condition, state):
-                requirement = robot.requirements[index]
+        for holds, requirement in self.invariants:
+            if not holds(state):
                 reason = f"'{requirement.text}' fails"
                 return _Harm(path, None, reason, None, requirement.span)
         for step, target in self._uncontrollable(state):

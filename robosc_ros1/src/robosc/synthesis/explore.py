@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant, PlantState
-from robosc.ir.step import Values, Verdict, valuations
-from robosc.model.expr import TRUE
+from robosc.ir.step import Values
+from robosc.model.expr import Expr
 from robosc.supervisor import Supervisor
 from robosc.synthesis.stepper import Stepper
 
@@ -46,28 +45,20 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
     if isinstance(system, Supervisor) and system.empty:
         return Graph(plant, (), ())
     stepper = Stepper(plant)
-    tests: dict[int, Callable[[PlantState], bool]] = {}
+    allowed: dict[int, Expr] = {}
     if isinstance(system, Supervisor):
-        number_of = {id(event): number for number, event in enumerate(plant.events)}
-        for guard in system.guards:
-            if guard.expr != TRUE:
-                tests[number_of[id(guard.event)]] = stepper.test(guard.expr)
-    events = [(i, tests.get(i), tuple(valuations(e))) for i, e in enumerate(plant.events)]
+        allowed = {id(guard.event): guard.expr for guard in system.guards}
+    ways = [stepper.ways(n, allowed.get(id(event))) for n, event in enumerate(plant.events)]
     numbers: dict[PlantState, int] = {plant.initial: 0}
     states = [plant.initial]
     transitions: list[Transition] = []
     for source, state in enumerate(states):  # grows while it is walked: breadth first
-        for event, test, combinations in events:
-            if test is not None and not test(state):
-                continue
-            for values in combinations:
-                target = stepper.outcome(event, values, state)
-                if isinstance(target, Verdict):
-                    continue
+        for way in ways:
+            for values, target in way.targets(state):
                 if target not in numbers:
                     numbers[target] = len(states)
                     states.append(target)
                     if limit is not None and len(states) > limit:
                         raise StateSpaceError(f"there are more than {limit} states; raise --limit")
-                transitions.append(Transition(source, event, values, numbers[target]))
+                transitions.append(Transition(source, way.event, values, numbers[target]))
     return Graph(plant, tuple(states), tuple(transitions))

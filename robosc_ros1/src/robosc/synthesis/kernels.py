@@ -10,10 +10,17 @@ import numpy as np
 from robosc.synthesis.columns import Bools
 from robosc.synthesis.layout import Operation
 
-__all__ = ["Stages", "backward", "forward", "image", "preimage", "uncontrolled"]
+__all__ = ["Stages", "backward", "count", "forward", "image", "preimage", "uncontrolled"]
 
 Stages: TypeAlias = Sequence[Sequence[Operation]]
 """An event: its operations in stages that follow one another; one stage is the rule."""
+
+
+def count(states: Bools) -> int:
+    """How many states there are in what an operation slices out."""
+    if states.dtype != np.bool_:
+        states = np.ascontiguousarray(states).view(np.bool_)
+    return int(np.count_nonzero(states))
 
 
 def image(stages: Stages, states: Bools) -> Bools:
@@ -34,7 +41,7 @@ def preimage(stages: Stages, states: Bools) -> Bools:
             found = _targets(op, states)
             for number in range(len(op.sources)):
                 here = op.slice(before, op.sources[number][0])
-                np.logical_or(here, _masked(op, number, found), out=here)
+                np.bitwise_or(here, _masked(op, number, found), out=here)
         states = before
     return states
 
@@ -45,10 +52,10 @@ def _masked(op: Operation, number: int, states: Bools) -> Bools:
     return states
 
 
-def _sources(op: Operation, states: Bools) -> Bools:
-    """All sources of an operation in one."""
-    found = op.source(states, 0)
-    for number in range(1, len(op.sources)):
+def _sources(op: Operation, states: Bools, numbers: Sequence[int]) -> Bools:
+    """Some sources of an operation in one."""
+    found = op.source(states, numbers[0])
+    for number in numbers[1:]:
         found = found | op.source(states, number)
     return found
 
@@ -66,38 +73,43 @@ def forward(op: Operation, states: Bools, after: Bools, within: Bools | None) ->
 
     Both may be one array.
     """
-    if op.stays and states is after:
+    numbers = op.leaving if states is after else range(len(op.sources))
+    if not numbers:
         return
-    found = _sources(op, states)
+    found = _sources(op, states, numbers)
     for target in op.targets:
         here = op.slice(after, target)
         if within is None:
-            np.logical_or(here, found, out=here)
+            np.bitwise_or(here, found, out=here)
         else:
-            np.logical_or(here, found & op.slice(within, target), out=here)
+            np.bitwise_or(here, found & op.slice(within, target), out=here)
 
 
 def backward(op: Operation, states: Bools, within: Bools | None) -> None:
     """Add to ``states`` what leads to them by an operation, inside ``within`` if given."""
-    if op.stays:
+    numbers = op.leaving
+    if not numbers:
         return
     found = _targets(op, states)
-    for number, (source, _) in enumerate(op.sources):
+    for number in numbers:
+        source = op.sources[number][0]
         here = op.slice(states, source)
         add = _masked(op, number, found)
         if within is not None:
             add = add & op.slice(within, source)
-        np.logical_or(here, add, out=here)
+        np.bitwise_or(here, add, out=here)
 
 
 def uncontrolled(op: Operation, good: Bools) -> None:
     """Take out of ``good`` what an operation can lead out of it."""
-    if op.stays:
+    numbers = op.leaving
+    if not numbers:
         return
     safe = op.slice(good, op.targets[0])
     for target in op.targets[1:]:
         safe = safe & op.slice(good, target)
-    for source, masks in op.sources:
+    for number in numbers:
+        source, masks = op.sources[number]
         here = op.slice(good, source)
         kept = safe
         if masks:
@@ -105,4 +117,4 @@ def uncontrolled(op: Operation, good: Bools) -> None:
             for mask in masks[1:]:
                 where = where & op.mask(mask)
             kept = np.logical_or(safe, np.logical_not(where))
-        np.logical_and(here, kept, out=here)
+        np.bitwise_and(here, kept, out=here)

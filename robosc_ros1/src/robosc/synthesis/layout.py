@@ -25,6 +25,9 @@ __all__ = ["Dim", "Layout", "Operation"]
 _LARGEST_GRID = 2**22
 _LARGEST_STEP = 2**22
 _MOST_DIMENSIONS = 24
+_SHORT = 16
+"""Inner loops shorter than this cost more than what is done in them; they become operations."""
+_WORTH_UNROLLING = 2**9
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,21 +78,27 @@ class Operation:
     """All states at ``source`` (where the masks hold) lead to the states at each of ``targets``.
 
     Every offset is the start of a slice of the flat array, all of one shape and with the same
-    strides. Several sources lead to the same targets; each has its own masks.
+    strides. Several sources lead to the same targets; each has its own masks. ``words``: eight
+    states are taken at a time, as one integer; there are no masks then.
     """
 
     shape: tuple[int, ...]
     strides: tuple[int, ...]
+    words: bool
     sources: tuple[tuple[int, tuple[_View, ...]], ...]
     targets: tuple[int, ...]
 
     @property
-    def stays(self) -> bool:
-        """Whether it only leads from states to themselves."""
-        return len(self.sources) == 1 and self.targets == (self.sources[0][0],)
+    def leaving(self) -> tuple[int, ...]:
+        """The sources that do not merely lead to themselves, by number."""
+        return tuple(
+            number for number, (source, _) in enumerate(self.sources) if self.targets != (source,)
+        )
 
     def slice(self, states: Bools, offset: int) -> Bools:
-        return np.ndarray(self.shape, np.bool_, states, offset, self.strides)
+        """A view; of integers if the operation takes words, for bitwise use alike."""
+        kind = np.uint64 if self.words else np.bool_
+        return np.ndarray(self.shape, kind, states, offset, self.strides)
 
     def source(self, states: Bools, number: int) -> Bools:
         """The states of one source where its masks hold; a view if there is no mask."""
@@ -348,20 +357,29 @@ def _split(
     strides: list[int],
     sources: list[tuple[int, list[tuple[Bools, int, list[int]]]]],
     targets: list[int],
+    words: bool | None = None,
 ) -> Iterator[Operation]:
     """One operation, or several where it has too many dimensions or too many states at once."""
     mask_strides = [m for _, masks in sources for _, _, m in masks]
     sizes, merged = _merge(shape, [strides, *mask_strides])
+    if words is None:
+        places = [*targets, *(at for at, _ in sources)]
+        words = bool(targets) and not mask_strides and _in_words(sizes, merged[0], places)
+        if words:
+            sizes, merged = _merge([*sizes[:-1], sizes[-1] // 8], [[*merged[0][:-1], 8]])
     cut = None
     if len(sizes) > _MOST_DIMENSIONS:
         cut = min(range(len(sizes)), key=lambda i: sizes[i]), 1
     elif prod(sizes) > _LARGEST_STEP and sizes:
         cut = 0, max(1, sizes[0] * _LARGEST_STEP // prod(sizes))
+    elif sizes and sizes[-1] < _SHORT and prod(sizes[:-1]) >= _WORTH_UNROLLING * sizes[-1]:
+        cut = len(sizes) - 1, 1
     if cut is None or sizes[cut[0]] <= cut[1]:
         rest = iter(merged[1:])
         yield Operation(
             tuple(sizes),
             tuple(merged[0]),
+            words,
             tuple(
                 (
                     offset,
@@ -385,7 +403,18 @@ def _split(
                 own = next(rest)
                 views.append((memory, at + start * own[dim], list(own)))
             moved.append((offset + shift, views))
-        yield from _split(part, list(merged[0]), moved, [t + shift for t in targets])
+        yield from _split(part, list(merged[0]), moved, [t + shift for t in targets], words)
+
+
+def _in_words(sizes: Sequence[int], strides: Sequence[int], places: Iterable[int]) -> bool:
+    """Whether eight neighbouring states can be taken as one integer throughout."""
+    return (
+        bool(sizes)
+        and strides[-1] == 1
+        and sizes[-1] % 8 == 0
+        and all(stride % 8 == 0 for stride in strides[:-1])
+        and all(place % 8 == 0 for place in places)
+    )
 
 
 def _merge(shape: Iterable[int], strides: list[list[int]]) -> tuple[list[int], list[list[int]]]:

@@ -21,7 +21,6 @@ from dataclasses import dataclass
 
 from robosc.errors import Diagnostic, Severity
 from robosc.ir.automaton import Plant, PlantState
-from robosc.ir.step import Verdict, valuations
 from robosc.model.entities import EventKind
 from robosc.supervisor import Guard
 from robosc.synthesis.stepper import Stepper
@@ -30,7 +29,7 @@ from robosc.synthesis.wording import listing, trace_text
 
 __all__ = ["Properties", "examine"]
 
-_MOST_STATES = 200_000
+_MOST_STATES = 100_000
 
 
 @dataclass(frozen=True)
@@ -70,15 +69,10 @@ class _Controller:
     def __init__(self, plant: Plant, guards: Sequence[Guard]) -> None:
         self.plant = plant
         self.stepper = Stepper(plant)
-        guard_of = {id(guard.event): guard for guard in guards}
-        self.taus: list[tuple[int, Guard]] = []
-        self.others: list[tuple[int, Guard | None]] = []
-        for number, event in enumerate(plant.events):
-            guard = guard_of.get(id(event))
-            if guard is not None and event.kind is EventKind.TAU:
-                self.taus.append((number, guard))
-            else:
-                self.others.append((number, guard))
+        allowed = {id(guard.event): guard.expr for guard in guards}
+        ways = [self.stepper.ways(n, allowed.get(id(e))) for n, e in enumerate(plant.events)]
+        self.taus = [w for w in ways if plant.events[w.event].kind is EventKind.TAU]
+        self.others = [w for w in ways if plant.events[w.event].kind is not EventKind.TAU]
         self.settlings: dict[PlantState, _Settling] = {}
         self.came: dict[PlantState, PlantState] = {}
         """The state in which a settling began, to the one at rest before it."""
@@ -109,13 +103,8 @@ class _Controller:
     def _run(self) -> None:
         queue = self._settled(self.plant.initial)
         for rest in queue:  # grows while it is walked
-            for number, guard in self.others:
-                if guard is not None and not self.stepper.holds(guard.expr, rest):
-                    continue
-                for values in valuations(self.plant.events[number]):
-                    after = self.stepper.outcome(number, values, rest)
-                    if isinstance(after, Verdict):
-                        continue
+            for way in self.others:
+                for _, after in way.targets(rest):
                     if after not in self.settlings:
                         self.came[after] = rest
                     queue.extend(self._settled(after))
@@ -139,20 +128,13 @@ class _Controller:
         while state not in seen:
             seen.add(state)
             before = len(path)
-            for number, guard in self.taus:
-                after = self._tau(number, guard, state)
-                if after is not None:
+            for tau in self.taus:
+                for _, after in tau.targets(state):
                     state = after
                     path.append(state)
             if len(path) == before:
                 return _Settling(tuple(path), True)
         return _Settling(tuple(path), False)
-
-    def _tau(self, number: int, guard: Guard, state: PlantState) -> PlantState | None:
-        if not self.stepper.holds(guard.expr, state):
-            return None
-        after = self.stepper.outcome(number, (), state)
-        return None if isinstance(after, Verdict) else after
 
     def _differing(self) -> tuple[PlantState, PlantState, PlantState] | None:
         """A state from which settling ends in two, depending on the order."""
@@ -165,7 +147,7 @@ class _Controller:
                 if state in known:
                     ends[known[state]] = None
                     continue
-                after = [t for n, g in self.taus if (t := self._tau(n, g, state)) is not None]
+                after = [target for tau in self.taus for _, target in tau.targets(state)]
                 if not after:
                     ends[state] = None
                 queue.extend(t for t in dict.fromkeys(after) if t not in states)
@@ -218,14 +200,14 @@ class _Controller:
         )
 
     def _order_matters(self, start: PlantState, one: PlantState, other: PlantState) -> Diagnostic:
-        number = next(n for n, g in self.taus if self._tau(n, g, start) is not None)
+        first = next(tau for tau in self.taus if any(tau.targets(start)))
         return Diagnostic(
             Severity.WARNING,
             "order-matters",
             "where the components' own steps end depends on their order:"
             f" {self._after(self._story(start))}, in {self._difference(one, other)}; the controller"
             " takes them in source order",
-            self.plant.events[number].span,
+            self.plant.events[first.event].span,
             "let their guards exclude each other, or accept the source order",
         )
 

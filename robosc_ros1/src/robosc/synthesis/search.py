@@ -7,7 +7,8 @@ by expanding each layer once more.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from robosc.model.expr import Expr
 from robosc.synthesis.columns import Bools, Indexes, evaluate_columns
 from robosc.synthesis.dense import DenseSolution
 from robosc.synthesis.layout import Layout
-from robosc.synthesis.moves import Condition, EventMoves, Move
+from robosc.synthesis.moves import Condition, Move
 
 __all__ = ["DenseSystem"]
 
@@ -100,29 +101,20 @@ class DenseSystem:
     def _successors(self, places: Indexes) -> Iterator[tuple[Indexes, Indexes]]:
         """Pairs of places before and after, event by event, under control."""
         states = self.solution.states
+        start = _Batch(places, self._columns(places), frozenset())
         for step in self.solution.engine.steps:
-            for before, columns in self._event(step.moves, places):
-                after = self._places(columns)
-                kept = states[after]
-                yield before[kept], after[kept]
-
-    def _event(
-        self, moves: EventMoves, places: Indexes
-    ) -> Iterator[tuple[Indexes, dict[int, Indexes]]]:
-        batches = [(places, self._columns(places))]
-        if moves.event.requirement is not None:
-            batches = [self._select(*batches[0], condition) for condition in moves.required]
-        for stage in moves.stages:
-            batches = [
-                moved for batch in batches for move in stage for moved in _moved(*batch, move)
-            ]
-        yield from (batch for batch in batches if len(batch[0]))
-
-    def _select(
-        self, places: Indexes, columns: dict[int, Indexes], condition: Condition
-    ) -> tuple[Indexes, dict[int, Indexes]]:
-        kept = _holds(condition, columns, len(places))
-        return places[kept], {axis: values[kept] for axis, values in columns.items()}
+            batches = [start]
+            if step.event.requirement is not None:
+                batches = [start.where(condition) for condition in step.moves.required]
+            for stage in step.moves.stages:
+                batches = [
+                    moved for batch in batches for move in stage for moved in batch.moved(move)
+                ]
+            for batch in batches:
+                if len(batch.places):
+                    after = self._after(batch)
+                    kept = states[after]
+                    yield batch.places[kept], after[kept]
 
     def _columns(self, places: Indexes) -> dict[int, Indexes]:
         found: dict[int, Indexes] = {}
@@ -132,41 +124,54 @@ class DenseSystem:
                 found[axis] = rows[:, column]
         return found
 
-    def _places(self, columns: dict[int, Indexes]) -> Indexes:
-        total: Indexes = np.zeros(1, np.intp)
-        for dim, stride in zip(self.layout.dims, self.layout.strides, strict=True):
-            total = total + dim.find([columns[axis] for axis in dim.axes]) * stride
-        return total
+    def _after(self, batch: _Batch) -> Indexes:
+        """The places of the states that the columns of a batch tell."""
+        after = batch.places
+        for number in {self.layout.home[axis][0] for axis in batch.written}:
+            dim, stride = self.layout.dims[number], self.layout.strides[number]
+            found = dim.find([batch.columns[axis] for axis in dim.axes])
+            after = after + (found - batch.places // stride % dim.size) * stride
+        return after
 
 
-def _holds(condition: Condition, columns: dict[int, Indexes], count: int) -> Bools:
-    found = np.ones(count, np.bool_)
-    for axis, values in condition.allowed.items():
-        found &= values[columns[axis]]
-    for factor in condition.factors:
-        found &= factor.test(columns)
-    return found
+@dataclass(frozen=True, eq=False, slots=True)
+class _Batch:
+    """States on their way through an event: where they came from, and what they are by now."""
 
+    places: Indexes
+    columns: dict[int, Indexes]
+    written: frozenset[int]
 
-def _moved(
-    places: Indexes, columns: dict[int, Indexes], move: Move
-) -> Iterator[tuple[Indexes, dict[int, Indexes]]]:
-    """Where a move leads from the states in which it holds, once per combination of new values."""
-    if not len(places):
-        return
-    kept = _holds(move.condition, columns, len(places))
-    if not kept.any():
-        return
-    batches = [(places[kept], {axis: values[kept] for axis, values in columns.items()})]
-    for axis, rectangles in move.writes.items():
-        written = []
-        for before, state in batches:
-            for old, new in rectangles:
-                here = np.isin(state[axis], old)
-                chosen = {a: v[here] for a, v in state.items()}
-                for value in new:
-                    written.append(
-                        (before[here], {**chosen, axis: np.full(int(here.sum()), value)})
-                    )
-        batches = written
-    yield from batches
+    def where(self, condition: Condition) -> _Batch:
+        """Those that meet a condition."""
+        kept = np.ones(len(self.places), np.bool_)
+        for axis, values in condition.allowed.items():
+            kept &= values[self.columns[axis]]
+        for factor in condition.factors:
+            kept &= factor.test(self.columns)
+        return self._only(kept)
+
+    def moved(self, move: Move) -> Iterator[_Batch]:
+        """Where a move leads those in which it holds, once per combination of new values."""
+        batches = [self.where(move.condition)]
+        for axis, rectangles in move.writes.items():
+            batches = [
+                written
+                for batch in batches
+                if len(batch.places)
+                for old, new in rectangles
+                for written in batch._written(axis, old, new)
+            ]
+        yield from batches
+
+    def _written(self, axis: int, old: Sequence[int], new: Sequence[int]) -> Iterator[_Batch]:
+        batch = self._only(np.isin(self.columns[axis], old))
+        for value in new:
+            columns = {**batch.columns, axis: np.full(len(batch.places), value)}
+            yield _Batch(batch.places, columns, self.written | {axis})
+
+    def _only(self, kept: Bools) -> _Batch:
+        if kept.all():
+            return self
+        columns = {axis: values[kept] for axis, values in self.columns.items()}
+        return _Batch(self.places[kept], columns, self.written)

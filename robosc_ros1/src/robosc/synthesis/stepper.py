@@ -6,18 +6,38 @@ Exploring goes through every state, event and value; each event becomes one func
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from robosc.ir.automaton import Edge, Event, Participant, Plant, PlantState
 from robosc.ir.expr import Leaf, Undefined, divide, to_python
-from robosc.ir.step import Outcome, Values, Verdict
-from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef, walk
+from robosc.ir.step import Outcome, Values, Verdict, valuations
+from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef, ValueRef, VariableRef, walk
 from robosc.synthesis.columns import axis_of
 
-__all__ = ["Stepper"]
+__all__ = ["StepFunction", "Stepper", "Test", "Way"]
 
-_Step: TypeAlias = Callable[[PlantState, Values], Outcome]
-_Test: TypeAlias = Callable[[PlantState], bool]
+StepFunction: TypeAlias = Callable[[PlantState, Values], Outcome]
+Test: TypeAlias = Callable[[PlantState], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """An event, by number, as something to be tried in many states."""
+
+    event: int
+    test: Test | None
+    values: tuple[Values, ...]
+    step: StepFunction
+
+    def targets(self, state: PlantState) -> Iterator[tuple[Values, PlantState]]:
+        """Where the event leads from a state, for each of its values."""
+        if self.test is not None and not self.test(state):
+            return
+        for values in self.values:
+            after = self.step(state, values)
+            if not isinstance(after, Verdict):
+                yield values, after
 
 
 class Stepper:
@@ -36,21 +56,25 @@ class Stepper:
             if not isinstance(axis.values, range):
                 self._namespace[f"V{number}"] = axis.values
                 self._namespace[f"I{number}"] = {v: i for i, v in enumerate(axis.values)}
-        self._steps: dict[int, _Step] = {}
-        self._tests: dict[Expr, _Test] = {}
+        self._steps: dict[int, StepFunction] = {}
+        self._tests: dict[Expr, Test] = {}
 
     def outcome(self, event: int, values: Values, state: PlantState) -> Outcome:
         """What the event of that number does, requirements apart."""
-        step = self._steps.get(event)
-        if step is None:
-            step = self._steps[event] = self._compile_event(self.plant.events[event])
-        return step(state, values)
+        return self.step(event)(state, values)
+
+    def step(self, event: int) -> StepFunction:
+        """The event of that number as a function of state and values."""
+        found = self._steps.get(event)
+        if found is None:
+            found = self._steps[event] = self._compile_event(self.plant.events[event])
+        return found
 
     def holds(self, condition: Expr, state: PlantState) -> bool:
         """Whether a condition over the state is true."""
         return self.test(condition)(state)
 
-    def test(self, condition: Expr) -> _Test:
+    def test(self, condition: Expr) -> Test:
         """The condition as a function of the state."""
         found = self._tests.get(condition)
         if found is None:
@@ -59,14 +83,26 @@ class Stepper:
             self._tests[condition] = found
         return found
 
+    def ways(self, event: int, condition: Expr | None) -> Way:
+        """An event with all its values, and when it may happen (None: always)."""
+        if condition is None or condition == TRUE:
+            test = None
+        else:
+            test = self.test(condition)
+        return Way(event, test, tuple(valuations(self.plant.events[event])), self.step(event))
+
+    def required(self) -> tuple[Way, ...]:
+        """All events of the plant under its requirements, in model order."""
+        return tuple(self.ways(n, e.requirement) for n, e in enumerate(self.plant.events))
+
     def _define(self, text: str) -> Any:
         return eval(text, self._namespace)
 
-    def _compile_event(self, event: Event) -> _Step:
+    def _compile_event(self, event: Event) -> StepFunction:
         lines = list(self._event_lines(event))
         scope = dict(self._namespace)
         exec("def step(s, v):\n" + "".join(f"    {line}\n" for line in lines), scope)
-        step: _Step = scope["step"]
+        step: StepFunction = scope["step"]
         return step
 
     def _event_lines(self, event: Event) -> Iterator[str]:

@@ -13,7 +13,7 @@ from typing import Protocol
 
 from robosc.ir.automaton import Edge, Event, Participant, Plant, PlantState
 from robosc.ir.expr import conjunction, disjunction, negation
-from robosc.ir.step import Values, valuations
+from robosc.ir.step import Values
 from robosc.model.entities import EventKind
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, PhaseRef, StateRef
 from robosc.model.types import BooleanType, IntegerType
@@ -112,12 +112,10 @@ def steps_of(stepper: Stepper, states: Sequence[PlantState]) -> tuple[Step, ...]
 
 def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> Step:
     plant = stepper.plant
-    for number, event in enumerate(plant.events):
-        if event.requirement is not None and not stepper.holds(event.requirement, before):
-            continue
-        for values in valuations(event):
-            if stepper.outcome(number, values, before) == after:
-                return make_step(plant, event, values, before, after)
+    for way in stepper.required():
+        for values, target in way.targets(before):
+            if target == after:
+                return make_step(plant, plant.events[way.event], values, before, after)
     raise AssertionError("the states do not follow each other")
 
 
