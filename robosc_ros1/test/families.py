@@ -11,7 +11,7 @@ __all__ = [
 
 
 def hands(n: int) -> str:
-    """n hands in a ring, each with a sensor; a hand starts if its sensor is open and the next rests.
+    """n hands in a ring, each with a sensor: one starts if its sensor is open and the next rests.
 
     A hand is driven by an incoming message and an outgoing one, a sensor by two outgoing ones. All
     of the product is reached, but for all hands being busy at once.
@@ -43,7 +43,7 @@ def hands_states(n: int) -> int:
 
 
 def services_hands(n: int) -> str:
-    """The same with services, whose phase each hand mirrors: half of the product per hand is void."""
+    """The same with services, whose phase each hand mirrors: half of what a hand could be is void."""
     parts = ["  interface work use Empty from std_srvs\n"]
     for i in range(n):
         parts.append(
@@ -89,9 +89,7 @@ def transfer_line(n: int, k: int) -> str:
                 "    }\n"
                 "  }\n"
             )
-    parts.extend(
-        f"  requirement work{i + 1} needs Buffer{i}.level > 0\n" for i in range(n - 1)
-    )
+    parts.extend(f"  requirement work{i + 1} needs Buffer{i}.level > 0\n" for i in range(n - 1))
     return _robot("TransferLine", parts)
 
 
@@ -142,7 +140,8 @@ def action_robot(n: int) -> str:
         if n > 1:
             neighbour = f"Arm{(i + 1) % n}"
             parts.append(
-                f"  requirement {neighbour}.moving and {neighbour}.place != near disables reach{i}\n"
+                f"  requirement {neighbour}.moving and {neighbour}.place != near"
+                f" disables reach{i}\n"
             )
     return _robot("ActionRobot", parts)
 

@@ -147,5 +147,3 @@ class _Cover:
     def _literal(self, axis: int, values: frozenset[int]) -> Expr:
         allowed = np.array([v in values for v in range(self.plant.axes[axis].size)], np.bool_)
         return condition_of(self.plant, Table((axis,), allowed, ~allowed))
-
-

@@ -23,7 +23,7 @@ DEFAULT_MEMORY = 2 * 2**30
 
 _BYTES_PER_NODE = 36  # measured, with the unique table, at the worst moment of its growth
 _BYTES_PER_CACHE_ENTRY = 24
-_CACHE_ENTRIES = 2**20
+_CACHE_ENTRIES = 2**22
 _FEWEST_NODES = 2**16
 
 _Result = TypeVar("_Result")
@@ -88,9 +88,7 @@ class Diagrams:
         self.false: Set = self._manager.false()
 
     def literal(self, variable: int, positive: bool) -> Set:
-        found: Set = (
-            self._manager.var(variable) if positive else self._manager.not_var(variable)
-        )
+        found: Set = self._manager.var(variable) if positive else self._manager.not_var(variable)
         return found
 
     def cube(self, variables: Iterable[int]) -> Set:
@@ -131,6 +129,11 @@ class Diagrams:
         """How many assignments of all variables but ``free`` ones, which it does not read."""
         exact: int = states.sat_count(self.variables)
         return exact >> free
+
+    def contains(self, states: Any, assignment: Sequence[tuple[int, bool]]) -> bool:
+        """Whether a set holds for an assignment of all variables that it reads."""
+        found: bool = states.eval(assignment)
+        return found
 
     def pick(self, states: Any) -> Sequence[bool | None]:
         """One assignment of a set that is not empty; None where a variable may be either."""

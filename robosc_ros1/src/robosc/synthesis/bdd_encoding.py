@@ -84,6 +84,7 @@ class Encoding:
         ]
         items: list[Source] = [*range(len(plant.axes)), *parameters]
         self._blocks: dict[Source, _Block] = {}
+        self._codes: dict[tuple[Source, int], Set] = {}
         first = 0
         for item in order_items(len(items), _groups(plant, items)):
             block = self._block(items[item], first)
@@ -111,7 +112,11 @@ class Encoding:
 
     def value(self, source: Source, index: int) -> Set:
         """The states in which an axis (or parameter) has the value of this index."""
-        return self._indexes(self._blocks[source].now, (index,))
+        found = self._codes.get((source, index))
+        if found is None:
+            found = self._indexes(self._blocks[source].now, (index,))
+            self._codes[source, index] = found
+        return found
 
     def values(self, source: Source, indexes: Collection[int]) -> Set:
         """The states in which an axis (or parameter) has one of these values."""
@@ -178,6 +183,18 @@ class Encoding:
                 index = index << 1 | bool(assignment[variable])
             state.append(index)
         return tuple(state)
+
+    def contains(self, states: Set, state: PlantState) -> bool:
+        """Whether a state is in a set."""
+        return self.diagrams.contains(states, self.assignment(state))
+
+    def assignment(self, state: PlantState) -> list[tuple[int, bool]]:
+        """A state as values of variables."""
+        found = []
+        for axis, index in enumerate(state):
+            for shift, variable in enumerate(reversed(self._blocks[axis].now)):
+                found.append((variable, bool(index >> shift & 1)))
+        return found
 
     def least(self, states: Set) -> PlantState:
         """The first state of a set that is not empty, in the order of axes and their values."""

@@ -11,29 +11,33 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from robosc.ir.automaton import Plant
 from robosc.synthesis.bdd_diagrams import DEFAULT_MEMORY, Set
 from robosc.synthesis.bdd_encoding import Encoding
 from robosc.synthesis.bdd_events import EventRelation, Move, Relations
 
-__all__ = ["Progress", "SymbolicEngine", "SymbolicSolution"]
+__all__ = ["Growth", "Progress", "SymbolicEngine", "SymbolicSolution"]
 
 Progress = Callable[[str, int, int], None]
 """Called now and then: what is being computed, diagram nodes in use, and the most there can be."""
+
+Growth: TypeAlias = list[tuple[int, Set]]
+"""The sets that a fixpoint passes through, each with the number of the event that made it."""
 
 
 @dataclass(frozen=True, eq=False)
 class SymbolicSolution:
     """The controlled system: the ``states`` reached under control; ``good`` are all worth keeping.
 
-    ``restricted`` tells whether something is forbidden beyond the requirements. Without a single
-    state to keep, ``good`` means something only of states that the uncontrollable loss of the
-    initial one passes through.
+    ``plant_reach`` is what the plant reaches, requirements apart. ``restricted`` tells whether
+    something is forbidden beyond the requirements. Without a single state to keep, ``good`` means
+    something only of states that the uncontrollable loss of the initial one passes through.
     """
 
     engine: SymbolicEngine
-    plant_states: int
+    plant_reach: Set
     states: Set
     good: Set
     restricted: bool
@@ -42,6 +46,10 @@ class SymbolicSolution:
     def empty(self) -> bool:
         """Whether not even the initial state can be kept."""
         return self.states == self.engine.diagrams.false
+
+    @property
+    def plant_states(self) -> int:
+        return self.engine.encoding.count(self.plant_reach)
 
     @property
     def controlled_states(self) -> int:
@@ -101,8 +109,7 @@ class SymbolicEngine:
         """The controlled system."""
         encoding = self.encoding
         initial = encoding.initial
-        reach = self._forward(initial, [event.moves for event in self.events])
-        plant_states = encoding.count(reach)
+        reach = plant_reach = self._forward(initial, [event.moves for event in self.events])
         if any(event.required != self.diagrams.true for event in self.events):
             reach = self._forward(initial, self._ruled)
         good = reach
@@ -111,7 +118,7 @@ class SymbolicEngine:
             if bad != self.diagrams.false:
                 good = good & ~self._uncontrollably(bad, good)
             if initial & good == self.diagrams.false:
-                return SymbolicSolution(self, plant_states, self.diagrams.false, good, True)
+                return SymbolicSolution(self, plant_reach, self.diagrams.false, good, True)
             back = self._coreachable(good)
             if back == good:
                 break
@@ -119,12 +126,14 @@ class SymbolicEngine:
         restricted = good != reach
         if restricted:
             reach = self._forward(initial, self._ruled, good)
-        return SymbolicSolution(self, plant_states, reach, good, restricted)
+        return SymbolicSolution(self, plant_reach, reach, good, restricted)
 
     def unsafe(self) -> Set:
         """The states that break a state requirement or leave a range, reachable or not."""
         found = [
-            event.leaving for event in self.events if not self.plant.events[event.number].controllable
+            event.leaving
+            for event in self.events
+            if not self.plant.events[event.number].controllable
         ]
         found.extend(~self.encoding.holds(expr) for expr, _ in self.plant.invariants)
         return self.diagrams.union(found)
@@ -144,10 +153,20 @@ class SymbolicEngine:
             self.relations.preimage(move, states) for move in self._ruled[event.number]
         )
 
+    def growth(self, states: Set) -> Growth:
+        """How the controlled system unfolds from the initial state, ``states`` being all of it."""
+        found: Growth = [(-1, self.encoding.initial)]
+        self._forward(self.encoding.initial, self._ruled, states, found)
+        return found
+
     # --- fixpoints
 
     def _forward(
-        self, states: Set, moves: Sequence[Sequence[Move]], within: Set | None = None
+        self,
+        states: Set,
+        moves: Sequence[Sequence[Move]],
+        within: Set | None = None,
+        growth: Growth | None = None,
     ) -> Set:
         """All that is reached; controllable events only into ``within``, if given."""
         image = self.relations.image
@@ -158,10 +177,10 @@ class SymbolicEngine:
                 reached = reached & within
             return reached
 
-        return self._closure("reachable states", states, moves, step)
+        return self._closure("reachable states", states, moves, step, growth)
 
     def _uncontrollably(self, bad: Set, good: Set) -> Set:
-        """The states of ``good`` from which uncontrollable events lead into ``bad``, and ``bad``."""
+        """``bad``, and the states of ``good`` from which uncontrollable events lead there."""
         moves = [
             () if self.plant.events[event.number].controllable else event.moves
             for event in self.events
@@ -185,6 +204,7 @@ class SymbolicEngine:
         states: Set,
         moves: Sequence[Sequence[Move]],
         step: Callable[[int, Move, Set], Set],
+        growth: Growth | None = None,
     ) -> Set:
         """Add to ``states`` what the steps of all moves give, until they give no more.
 
@@ -197,8 +217,12 @@ class SymbolicEngine:
             while True:
                 before = found
                 for move in moves[number]:
-                    if not move.stays:
-                        found = self._run(lambda m=move, f=found: f | step(number, m, f))  # type: ignore[misc]
+                    if move.stays:
+                        continue
+                    more = self._run(lambda m=move, f=found: f | step(number, m, f))  # type: ignore[misc]
+                    if growth is not None and more != found:
+                        growth.append((number, more))
+                    found = more
                 if found == before:
                     return found
 

@@ -1,10 +1,10 @@
 """The plant's events as partitioned relations over the variables of an encoding.
 
-An event is a set of *moves*. A move that gives axes constant values needs no variables for the state
-afterwards: its image quantifies those axes away and conjoins the new values. Only where that would
-make too many moves (a counter of many values, many participants with a choice each) do a move's axes
-use the variables beside, as a relation between old and new values. Axes that an event does not write
-do not occur, so nothing says that they stay.
+An event is a set of *moves*. A move that gives axes constant values needs no variables for the
+state afterwards: its image quantifies those axes away and conjoins the new values. Only where that
+would make too many moves (a counter, many participants with a choice each) do a move's axes use the
+variables beside, as a relation between old and new values. Axes that an event does not write do not
+occur, so nothing says that they stay.
 """
 
 from __future__ import annotations
@@ -15,13 +15,16 @@ from functools import reduce
 from operator import and_
 
 from robosc.ir.automaton import Edge, Participant
+from robosc.model.expr import TRUE
 from robosc.synthesis.bdd_diagrams import Renaming, Set
 from robosc.synthesis.bdd_encoding import Encoding, Partition, axes_read
 
 __all__ = ["EventRelation", "Move", "Relations"]
 
 MOST_MOVES = 3
-"""Moves of one event with constant new values, before variables for the state afterwards are used.
+"""Moves of one event with constant new values; where it would be more, a relation does it.
+
+Measured: a counter is seven times faster as a relation, a choice of two or three slower.
 """
 
 
@@ -30,8 +33,8 @@ class Move:
     """``relation`` is over the state before and over the values afterwards of ``moved``.
 
     ``target`` are the values afterwards of the other axes that are written. ``written`` and
-    ``fixed`` are these axes' variables, ``after`` those of ``moved`` afterwards. ``stays``: nothing is
-    written.
+    ``fixed`` are these axes' variables, ``after`` those of ``moved`` afterwards. ``stays``: it writes
+    nothing.
     """
 
     relation: Set
@@ -136,7 +139,7 @@ class Relations:
             possible=diagrams.exists(occurring, encoding.now(parameters)),
             leaving=diagrams.exists(consent & ~inside, encoding.now(parameters)),
             occurring=occurring,
-            required=diagrams.true if event.requirement is None else encoding.holds(event.requirement),
+            required=encoding.holds(TRUE if event.requirement is None else event.requirement),
             reads=reads,
             writes=writes,
         )

@@ -9,6 +9,7 @@ Cuthill-McKee, and the better result is taken.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import networkx as nx
 
@@ -34,7 +35,7 @@ def _cuthill_mckee(count: int, groups: Sequence[tuple[int, ...]]) -> list[int]:
         if len(group) <= _LARGEST_CLIQUE:
             graph.add_edges_from((a, b) for a in group for b in group if a < b)
         else:
-            graph.add_edges_from(zip(group, group[1:], strict=False))
+            graph.add_edges_from(pairwise(group))
     return list(nx.utils.reverse_cuthill_mckee_ordering(graph))
 
 

@@ -1,61 +1,117 @@
-"""Shortest paths in a symbolic solution: breadth first, one diagram per distance."""
+"""Short paths in a symbolic solution.
+
+Breadth first, one diagram per distance, as long as the diagrams stay small: then a path is a
+shortest one. States at one exact distance can take far larger diagrams than all states together, so
+in a large system a path goes back through the sets that the fixpoint passed through, always from
+the first set that holds a state to the one before. Every step is one of the controlled system, and
+the path is short, as a rule the shortest.
+"""
 
 from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from functools import cached_property
 
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
 from robosc.synthesis.bdd_diagrams import Set
-from robosc.synthesis.bdd_engine import SymbolicSolution
+from robosc.synthesis.bdd_engine import Growth, SymbolicSolution
 
 __all__ = ["SymbolicSystem"]
+
+_MOST_NODES = 50_000
+"""Nodes of all layers together, beyond which the search is no longer breadth first."""
 
 
 class SymbolicSystem:
     """A symbolic solution as :class:`robosc.synthesis.system.System`."""
 
-    def __init__(self, solution: SymbolicSolution) -> None:
+    def __init__(self, solution: SymbolicSolution, most_nodes: int = _MOST_NODES) -> None:
         self.solution = solution
         self.engine = solution.engine
         self.encoding = solution.engine.encoding
+        self._false = self.encoding.diagrams.false
         self._layers: list[Set] = [self.encoding.initial]
         self._seen = self.encoding.initial
+        self._nodes_left = most_nodes
 
     @property
     def plant(self) -> Plant:
         return self.engine.plant
 
     def is_good(self, state: PlantState) -> bool:
-        return self.encoding.state(state) & self.solution.good != self.encoding.diagrams.false
+        return self.encoding.contains(self.solution.good, state)
 
     def plant_reaches(self, condition: Expr) -> bool | None:
-        # The plant's own states are not kept; what no state at all meets is known without them.
-        return None if self.encoding.holds(condition) != self.encoding.diagrams.false else False
+        return self.encoding.holds(condition) & self.solution.plant_reach != self._false
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
-        false = self.encoding.diagrams.false
+        """A path to a state where the condition holds: a shortest one unless that is too costly."""
         wanted = self.encoding.holds(condition) & self.solution.states
-        if wanted == false:
+        if wanted == self._false:
             return None
         number = 0
-        while (hits := self._layer(number) & wanted) == false:
+        while (layer := self._layer(number)) is not None:
+            if layer & wanted != self._false:
+                return self._back(number, self.encoding.least(layer & wanted))
             number += 1
-        states = [self.encoding.least(hits)]
+        return self._through_growth(wanted)
+
+    # --- breadth first
+
+    def _layer(self, number: int) -> Set | None:
+        """The states at a distance from the initial one; kept, since several questions use them."""
+        while len(self._layers) <= number:
+            if self._nodes_left <= 0:
+                return None
+            try:
+                new = self.engine.successors(self._layers[-1]) & self.solution.states & ~self._seen
+                self._seen = self._seen | new
+            except MemoryError:
+                self._nodes_left = 0
+                return None
+            self._layers.append(new)
+            self._nodes_left -= self.encoding.diagrams.size(new)
+        return self._layers[number]
+
+    def _back(self, number: int, target: PlantState) -> tuple[PlantState, ...]:
+        states = [target]
         for layer in reversed(self._layers[:number]):
             states.append(self._predecessor(layer, states[-1]))
         return tuple(reversed(states))
-
-    def _layer(self, number: int) -> Set:
-        """The states at a distance from the initial one; kept, since several questions use them."""
-        while len(self._layers) <= number:
-            new = self.engine.successors(self._layers[-1]) & self.solution.states & ~self._seen
-            self._seen = self._seen | new
-            self._layers.append(new)
-        return self._layers[number]
 
     def _predecessor(self, layer: Set, target: PlantState) -> PlantState:
         after = self.encoding.state(target)
         for event in self.engine.events:
             before = self.engine.required_preimage(event, after) & layer
-            if before != self.encoding.diagrams.false:
+            if before != self._false:
                 return self.encoding.least(before)
         raise AssertionError("a state without predecessor")
+
+    # --- through the sets of the fixpoint
+
+    @cached_property
+    def _growth(self) -> Growth:
+        return self.engine.growth(self.solution.states)
+
+    def _through_growth(self, wanted: Set) -> tuple[PlantState, ...]:
+        growth = self._growth
+        number = bisect_left(growth, True, key=lambda item: item[1] & wanted != self._false)
+        states = [self.encoding.pick(growth[number][1] & wanted)]
+        while number > 0:
+            event = self.engine.events[growth[number][0]]
+            after = self.encoding.state(states[-1])
+            before = self.encoding.pick(
+                self.engine.required_preimage(event, after) & growth[number - 1][1]
+            )
+            states.append(before)
+            number = self._first(self.encoding.assignment(before), number)
+        return tuple(reversed(states))
+
+    def _first(self, assignment: Sequence[tuple[int, bool]], before: int) -> int:
+        """The first of the sets before a place that holds a state."""
+        contains = self.encoding.diagrams.contains
+        return bisect_left(
+            self._growth, True, hi=before, key=lambda item: contains(item[1], assignment)
+        )
