@@ -409,7 +409,9 @@ class PlayRobot(unittest.TestCase):
             time.sleep(robot.random.choice([0.0, 0.0, 0.01, 0.1, 0.2]))
         judge.compare_topics()
         print_coverage(judge)
-        self.assertEqual([], judge.faults[:10])
+        for fault in judge.faults[:10]:
+            print("FAULT: " + fault)
+        self.assertEqual(0, len(judge.faults), "\n".join(judge.faults[:10]))
         self.assertGreater(len(judge.events), 0)
 
 
