@@ -95,7 +95,7 @@ class BehaviourResolver:
             self.whole = False
             return None
         name = self._instance.name
-        return Variable(node.name.text, name, type_, initial, False, span=node.span)
+        return Variable(node.name.text, name, type_, initial, False, span=node.name.span)
 
     def _initial(self, node: VariableNode, type_: Type) -> Value | None:
         if node.initial is None:
@@ -159,7 +159,12 @@ class BehaviourResolver:
                 results.append(result)
         self._check_events(nodes, results, node)
         return State(
-            node.name.text, node.initial, node.marked, tuple(results), tuple(taus), span=node.span
+            node.name.text,
+            node.initial,
+            node.marked,
+            tuple(results),
+            tuple(taus),
+            span=node.name.span,
         )
 
     def _tau(self, node: TauNode) -> Tau:

@@ -258,7 +258,7 @@ def bind(info: CommunicationInfo, binder: Binder, report: Report) -> None:
         info.response,
         info.feedback,
         binding,
-        span=info.node.span,
+        span=info.node.name.span,
     )
 
 

@@ -1,7 +1,8 @@
 """The resolved, typed model of one robot: names mean things, and every type is known.
 
 Libraries are gone: an imported component stands here like a local one, its identifiers prefixed. A
-communication is referred to by its *key* ``Component.communication``, everywhere.
+communication is referred to by its *key* ``Component.communication``, everywhere. The span of what
+has a name is the name; of all else, what was written.
 """
 
 from __future__ import annotations

@@ -119,7 +119,11 @@ class _Loader:
             return None, ordered
         node, model = scope.node, file.model
         robot = Robot(
-            node.name.text, model.components, model.requirements, model.provides, span=node.span
+            node.name.text,
+            model.components,
+            model.requirements,
+            model.provides,
+            span=node.name.span,
         )
         return robot, ordered
 
@@ -316,7 +320,7 @@ class _FileResolver:
             tuple(c for c in communications if c is not None),
             behaviour,
             imported.library.text if imported is not None else None,
-            span=imported.span if imported is not None else instance.node.span,
+            span=(instance.node if imported is None else imported).name.span,
         )
 
     # --- statements ------------------------------------------------------------------------------
