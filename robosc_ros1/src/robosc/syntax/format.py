@@ -1,0 +1,422 @@
+"""Canonical layout: the same model, written as everybody writes it.
+
+The tree says what stands on a line and where a line may be broken; the words themselves, and the
+comments between them, are taken from the text one by one. So nothing can get lost or change places,
+and every name, number and string stays as it was written.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+from typing import Any
+
+from robosc.errors import ModelError, has_errors
+from robosc.source import Source
+from robosc.syntax.layout import Doc, Group, Indent, Line, Remark, print_doc
+from robosc.syntax.nodes import (
+    Access,
+    ActionNode,
+    AssignmentNode,
+    BehaviourNode,
+    BinaryNode,
+    ComponentNode,
+    DataNode,
+    DataObjectNode,
+    EnumNode,
+    EnumRuleNode,
+    ExprNode,
+    FileNode,
+    ImportNode,
+    InterfaceNode,
+    LiteralNode,
+    MessageNode,
+    ObjectNode,
+    PropertyNode,
+    ProvideNode,
+    RequirementNode,
+    ResultTransitionNode,
+    ServiceNode,
+    StateNode,
+    TauNode,
+    UnaryNode,
+    VariableNode,
+)
+from robosc.syntax.parser import parse
+from robosc.syntax.scan import Comment, scan
+
+__all__ = ["WIDTH", "format_text"]
+
+WIDTH = 100
+"""Lines longer than this are broken."""
+
+_WORD = re.compile(
+    r"""\^?[A-Za-z_]\w*
+      | \d\w*(?:\.\d\w*)?(?:(?<=[eE])[+-]\w+)?
+      | "[^"\\\n]*(?:\\.[^"\\\n]*)*" | '[^'\\\n]*(?:\\.[^'\\\n]*)*'
+      | => | -> | := | != | <= | >= | \.\. | \S""",
+    re.VERBOSE | re.ASCII,
+)
+_LEVELS = {"=>": 1, "or": 2, "and": 3, "=": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5,
+           "+": 6, "-": 6, "*": 7, "/": 7}  # fmt: skip
+_HARD = Line(hard=True)
+_LINE = Line()
+
+
+def format_text(source: Source) -> str:
+    """The model in canonical layout. Raises ModelError if it has errors of syntax."""
+    tree, diagnostics = parse(source)
+    if tree is None or has_errors(diagnostics):
+        raise ModelError(diagnostics)
+    formatted = print_doc(_Formatter(source).file(tree), WIDTH)
+    again, _ = parse(Source(source.path, formatted))
+    assert again == tree, "formatting has changed the model"
+    return formatted
+
+
+@dataclass(frozen=True, slots=True)
+class _Gap:
+    """What stands between two words: comments behind the first, comments before the second.
+
+    ``blank`` tells of an empty line before each of the latter, and before the second word.
+    """
+
+    behind: tuple[Remark, ...]
+    before: tuple[Remark, ...]
+    blank: tuple[bool, ...]
+
+    @property
+    def ends_line(self) -> bool:
+        return bool(self.before) or any(remark.ends_line for remark in self.behind)
+
+
+class _Words:
+    """The words of a model in order, each taken once, with the comments at them."""
+
+    def __init__(self, source: Source) -> None:
+        scanned = scan(source)
+        spans = [match.span() for match in _WORD.finditer(scanned.text)]
+        self._texts = [source.text[start:end] for start, end in spans]
+        self._starts = [start for start, _ in spans]
+        self._gaps = list(_gaps(source, spans, scanned.comments))
+        self._ends_line = list(accumulate((gap.ends_line for gap in self._gaps), initial=0))
+        self._line_ends = [
+            "\n" in source.text[end:start] for (_, end), (start, _) in pairwise(spans)
+        ]
+        self._told = False
+        self.index = 0
+
+    @property
+    def start(self) -> int:
+        """Where the next word begins."""
+        return self._starts[self.index]
+
+    def next_is(self, *texts: str) -> bool:
+        return self.index < len(self._texts) and self._texts[self.index] in texts
+
+    @property
+    def line_ends_behind(self) -> bool:
+        """Does the text go on in another line behind the next word?"""
+        return self._line_ends[self.index]
+
+    def take(self) -> Doc:
+        """The next word with its comments."""
+        doc: list[Doc] = [] if self._told else [*self._gaps[self.index].before]
+        self._told = False
+        doc.append(self._texts[self.index])
+        self.index += 1
+        return [*doc, *self._gaps[self.index].behind]
+
+    def until(self, end: int) -> list[Doc]:
+        """All words that begin before ``end``, with nothing between them."""
+        docs: list[Doc] = []
+        while self.index < len(self._texts) and self.start < end:
+            docs.append(self.take())
+        return docs
+
+    def comments(self, first: bool) -> list[Doc]:
+        """The comments before the next word, each on its line; ``first`` allows no blank line."""
+        gap = self._gaps[self.index]
+        docs: list[Doc] = []
+        for remark, blank in zip(gap.before, gap.blank, strict=False):
+            docs += [Line(hard=True, blank=blank and not first), remark]
+            first = False
+        self._told = True
+        return docs
+
+    def beginning(self, first: bool) -> list[Doc]:
+        """The line end before a declaration, with the comments and blank lines before it."""
+        gap = self._gaps[self.index]
+        docs = self.comments(first)
+        first = first and not gap.before
+        return [*docs, Line(hard=True, blank=gap.blank[-1] and not first)]
+
+    def group(self, begin: int, docs: Sequence[Doc], broken: bool = False) -> Group:
+        """A group of all words from the index ``begin`` on; comments among them break it."""
+        ends = self._ends_line[self.index] - self._ends_line[begin + 1] if begin < self.index else 0
+        return Group(docs, broken or ends > 0)
+
+
+def _gaps(source: Source, spans: list[tuple[int, int]], comments: Sequence[Comment]) -> list[_Gap]:
+    """One gap before each word and one behind the last."""
+    gaps: list[_Gap] = []
+    text = source.text
+    end = 0
+    index = 0
+    for start, next_end in [*spans, (len(text), len(text))]:
+        behind: list[Remark] = []
+        before: list[Remark] = []
+        blank: list[bool] = []
+        while index < len(comments) and comments[index].start < start:
+            comment = comments[index]
+            white = text[end : comment.start]
+            own_line = bool(before) or "\n" in white or not gaps
+            remark = Remark(comment.text, own_line, source.position(comment.start)[1] - 1)
+            if own_line:
+                before.append(remark)
+                blank.append(white.count("\n") > 1)
+            else:
+                behind.append(remark)
+            end = comment.end
+            index += 1
+        blank.append(text.count("\n", end, start) > 1)
+        gaps.append(_Gap(tuple(behind), tuple(before), tuple(blank)))
+        end = next_end
+    return gaps
+
+
+class _Formatter:
+    """Makes the document of each kind of node; the words are taken as they come."""
+
+    def __init__(self, source: Source) -> None:
+        self.words = _Words(source)
+        self.kinds: dict[type, Callable[[Any], Doc]] = {
+            ComponentNode: self._component,
+            ImportNode: self._import,
+            ObjectNode: self._object,
+            EnumNode: self._enum,
+            InterfaceNode: self._interface,
+            MessageNode: self._communication,
+            ServiceNode: self._communication,
+            ActionNode: self._communication,
+            BehaviourNode: self._behaviour,
+            StateNode: self._state,
+            VariableNode: self._variable,
+            ResultTransitionNode: self._transition,
+            TauNode: self._transition,
+            PropertyNode: self._property,
+            EnumRuleNode: self._rule,
+            RequirementNode: self._requirement,
+            ProvideNode: self._provide,
+        }
+
+    # --- declarations with blocks ---
+
+    def file(self, node: FileNode) -> Doc:
+        head = self.words.beginning(first=True)
+        body = self._block(self._spaced(2), node.declarations)
+        return [*head, body, *self.words.comments(first=False)]
+
+    def _block(self, header: Sequence[Doc], nodes: Sequence[Any]) -> Doc:
+        """``header { … }`` with each node on its own line."""
+        docs: list[Doc] = [*header, " ", self.words.take()]
+        inside: list[Doc] = []
+        for node in nodes:
+            inside += self.words.beginning(first=not inside)
+            inside.append(self.kinds[type(node)](node))
+        inside += self.words.comments(first=not inside)
+        if inside:
+            docs += [Indent(inside), _HARD]
+        return [*docs, self.words.take()]
+
+    def _component(self, node: ComponentNode) -> Doc:
+        return self._block(self._spaced(2), node.items)
+
+    def _behaviour(self, node: BehaviourNode) -> Doc:
+        return self._block(self._spaced(1), node.items)
+
+    def _state(self, node: StateNode) -> Doc:
+        return self._block(self._spaced(2 + node.initial + node.marked), node.transitions)
+
+    def _object(self, node: ObjectNode) -> Doc:
+        return self._block(self._spaced(3), node.properties)
+
+    def _enum(self, node: EnumNode) -> Doc:
+        header = [*self._spaced(4), " ", *self.words.until(node.source.span.end)]
+        return self._block([*header, " ", self.words.take()], node.rules)
+
+    # --- declarations of one line ---
+
+    def _import(self, node: ImportNode) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = [*self._spaced(2)]
+        clauses: list[Doc] = [_LINE, *self._spaced(4)]
+        if node.prefix:
+            clauses += [_LINE, *self._spaced(2), self.words.take(), " ", self.words.take()]
+        return self.words.group(begin, [*docs, Indent(clauses)])
+
+    def _interface(self, node: InterfaceNode) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = [*self._spaced(2)]
+        clauses: list[Doc] = [_LINE, *self._spaced(2), _LINE, *self._spaced(2)]
+        return self.words.group(begin, [*docs, Indent(clauses)])
+
+    def _communication(self, node: MessageNode | ServiceNode | ActionNode) -> Doc:
+        begin = self.words.index
+        head: list[Doc] = [*self._spaced(4 if isinstance(node, MessageNode) else 3)]
+        types = (
+            [node.type]
+            if isinstance(node, MessageNode)
+            else [node.request, node.response]
+            if isinstance(node, ServiceNode)
+            else [node.request, node.response, node.feedback]
+        )
+        ends = [part.span.end for part in types]
+        if node.identifier:
+            ends.insert(0, node.identifier.span.end)
+        clauses: list[Doc] = []
+        for number, end in enumerate(ends):
+            clauses += [_LINE if number else " ", self.words.take(), self.words.take(), " "]
+            clauses += self.words.until(end)
+            if number < len(ends) - 1:
+                clauses.append(self.words.take())
+        if node.links:
+            clauses += [" ", *self._spaced(2)]
+        return self.words.group(begin, [*head, Indent(clauses)])
+
+    def _variable(self, node: VariableNode) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = [*self._spaced(2), self.words.take(), " "]
+        docs += self.words.until(node.type.span.end)
+        if node.initial is not None:
+            docs.append(Indent([_LINE, self.words.take(), " ", self._expression(node.initial)]))
+        return self.words.group(begin, docs)
+
+    def _property(self, node: PropertyNode) -> Doc:
+        docs: list[Doc] = [self.words.take(), self.words.take(), " "]
+        return [*docs, *self.words.until(node.type.span.end)]
+
+    def _rule(self, node: EnumRuleNode) -> Doc:
+        begin = self.words.index
+        condition = node.condition
+        docs: list[Doc] = [self._expression(condition) if condition else self.words.take()]
+        return self.words.group(begin, [*docs, Indent([_LINE, *self._spaced(2)])])
+
+    def _transition(self, node: ResultTransitionNode | TauNode) -> Doc:
+        begin = self.words.index
+        head: list[Doc] = [self.words.take()]
+        clauses: list[Doc] = []
+        assignments: tuple[AssignmentNode, ...] = ()
+        if isinstance(node, ResultTransitionNode):
+            head += [" ", *self._spaced(2), " ", *self.words.until(node.communication.span.end)]
+            assignments = node.assignments
+        if node.guard is not None:
+            clauses += [_LINE, self.words.take(), " ", self._expression(node.guard)]
+        if assignments:
+            clauses += [_LINE, self.words.take(), " ", self._assignments(assignments)]
+        if node.goto:
+            clauses += [_LINE, *self._spaced(2)]
+        return self.words.group(begin, [*head, Indent(clauses)])
+
+    def _assignments(self, nodes: tuple[AssignmentNode, ...]) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = []
+        for node in nodes:
+            if docs:
+                docs += [self.words.take(), _LINE]
+            docs += self.words.until(node.target.span.end)
+            docs += [" ", self.words.take(), " ", self._expression(node.value)]
+        return self.words.group(begin, [Indent(docs)])
+
+    def _requirement(self, node: RequirementNode) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = [self.words.take(), " "]
+        if node.kind in ("never", "always"):
+            docs += [self.words.take(), " ", self._expression(node.condition)]
+        elif node.kind == "needs":
+            docs.append(self._names(node.communications))
+            docs.append(Indent([_LINE, self.words.take(), " ", self._expression(node.condition)]))
+        else:
+            docs.append(self._expression(node.condition))
+            docs.append(Indent([_LINE, self.words.take(), " ", self._names(node.communications)]))
+        return self.words.group(begin, docs)
+
+    def _names(self, nodes: tuple[Access, ...]) -> Doc:
+        """One communication, perhaps in parentheses, or several in braces."""
+        if not self.words.next_is("{"):
+            return self._expression(nodes[0])
+        begin = self.words.index
+        docs: list[Doc] = [self.words.take()]
+        inside: list[Doc] = []
+        for node in nodes:
+            inside += [self.words.take()] if inside else []
+            inside += [_LINE, *self.words.until(node.span.end)]
+        return self.words.group(begin, [*docs, Indent(inside), _LINE, self.words.take()])
+
+    # --- data ---
+
+    def _provide(self, node: ProvideNode) -> Doc:
+        docs: list[Doc] = [self.words.take(), " "]
+        docs += [*self.words.until(node.communication.span.end), " ", self.words.take(), " "]
+        docs.append(self._data(node.data))
+        if node.condition is not None:
+            begin = self.words.index
+            clause: list[Doc] = [_LINE, self.words.take(), " ", self._expression(node.condition)]
+            docs.append(self.words.group(begin, [Indent(clause)]))
+        return docs
+
+    def _data(self, node: DataNode) -> Doc:
+        if not isinstance(node, DataObjectNode):
+            return self._expression(node)
+        begin = self.words.index
+        expanded = bool(node.fields) and self.words.line_ends_behind
+        docs: list[Doc] = [self.words.take()]
+        inside: list[Doc] = []
+        for field in node.fields:
+            inside += [self.words.take()] if inside else []
+            inside += [_LINE, self.words.take(), self.words.take(), " ", self._data(field.value)]
+        if inside:
+            docs += [Indent(inside), _LINE]
+        return self.words.group(begin, [*docs, self.words.take()], broken=expanded)
+
+    # --- expressions ---
+
+    def _expression(self, node: ExprNode) -> Doc:
+        """The expression in as many parentheses as it was written in."""
+        begin = self.words.index
+        docs: list[Doc] = []
+        count = 0
+        while self.words.start < node.span.start:
+            docs.append(self.words.take())
+            count += 1
+        match node:
+            case BinaryNode(operator=operator):
+                inside: list[Doc] = []
+                self._chain(node, _LEVELS[operator], inside)
+                docs.append(self.words.group(begin, inside if count else [Indent(inside)]))
+            case UnaryNode(operand=operand):
+                docs += [self.words.take(), self._expression(operand)]
+            case Access() | LiteralNode():
+                docs += self.words.until(node.span.end)
+        return [*docs, *(self.words.take() for _ in range(count))]
+
+    def _chain(self, node: ExprNode, level: int, docs: list[Doc]) -> None:
+        """Operands and operators of one level of precedence, side by side."""
+        bare = self.words.start >= node.span.start
+        if bare and isinstance(node, BinaryNode) and _LEVELS[node.operator] == level:
+            self._chain(node.left, level, docs)
+            docs += [_LINE, self.words.take(), " "]
+            self._chain(node.right, level, docs)
+        else:
+            docs.append(self._expression(node))
+
+    # --- words ---
+
+    def _spaced(self, count: int) -> list[Doc]:
+        """That many words with blanks between them."""
+        docs: list[Doc] = [self.words.take()]
+        for _ in range(count - 1):
+            docs += [" ", self.words.take()]
+        return docs
