@@ -6,7 +6,8 @@ Sizes are known in closed form where the functions beside the texts say so.
 from __future__ import annotations
 
 __all__ = [
-    "action_robot", "hands", "hands_states", "line_states", "services_hands", "transfer_line",
+    "action_robot", "hands", "hands_states", "line_states", "philosophers", "services_hands",
+    "transfer_line",
 ]  # fmt: skip
 
 
@@ -43,7 +44,7 @@ def hands_states(n: int) -> int:
 
 
 def services_hands(n: int) -> str:
-    """The same with services, whose phase each hand mirrors: half of what a hand could be is void."""
+    """The same with services; each hand mirrors its service's phase, which doubles the product."""
     parts = ["  interface work use Empty from std_srvs\n"]
     for i in range(n):
         parts.append(
@@ -144,6 +145,32 @@ def action_robot(n: int) -> str:
                 f" disables reach{i}\n"
             )
     return _robot("ActionRobot", parts)
+
+
+def philosophers(n: int) -> str:
+    """n philosophers in a ring with a fork between each two; what they take they keep until both.
+
+    Synthesis has to keep them from all holding their first fork at once, a condition over all.
+    """
+    parts = []
+    for i in range(n):
+        parts.append(
+            f"  component Phil{i} {{\n"
+            f"    incoming message first{i} with type: none\n"
+            f"    incoming message second{i} with type: none\n"
+            f"    outgoing message done{i} with type: none\n"
+            "    behaviour {\n"
+            f"      initial marked state thinking {{ on request to first{i} goto waiting }}\n"
+            f"      state waiting {{ on request to second{i} goto eating }}\n"
+            f"      state eating {{ on response from done{i} goto thinking }}\n"
+            "    }\n"
+            "  }\n"
+        )
+    for i in range(n):
+        left, right = f"Phil{(i - 1) % n}", f"Phil{(i + 1) % n}"
+        parts.append(f"  requirement first{i} needs !{left}.eating\n")
+        parts.append(f"  requirement second{i} needs {right}.thinking\n")
+    return _robot("Philosophers", parts)
 
 
 def _sensor(i: int) -> str:

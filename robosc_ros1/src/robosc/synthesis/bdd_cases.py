@@ -7,14 +7,14 @@ the last free place of thirty) is covered by boxes found on the diagrams themsel
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
 
 import numpy as np
 
 from robosc.ir.automaton import Plant
-from robosc.ir.expr import conjunction, disjunction, negation
+from robosc.ir.expr import conjunction, disjunction
 from robosc.model.expr import Expr
 from robosc.synthesis.bdd_diagrams import Set
 from robosc.synthesis.bdd_encoding import Encoding
@@ -95,11 +95,20 @@ def wide_condition(cases: SymbolicCases) -> Expr:
     for part in sorted(cases.parts, reverse=True):
         cases = cases.without(part) or cases
     cover = _Cover(cases)
-    positive = disjunction(cover.conjunctions(cases.allowed, cases.refused))
-    negative = conjunction(
-        negation(box) for box in cover.conjunctions(cases.refused, cases.allowed)
+    some, none = (
+        cover.boxes(cases.allowed, cases.refused),
+        cover.boxes(cases.refused, cases.allowed),
     )
-    return min(positive, negative, key=lambda expr: len(str(expr)))
+    positive: list[Expr] = []
+    negative: list[Expr] = []
+    # Boxes of both kinds in turn: the cover that is complete first is the one with fewer of them.
+    while True:
+        if (box := next(none, None)) is None:
+            return conjunction(negative)
+        negative.append(disjunction(cover.literals(box, False)))
+        if (box := next(some, None)) is None:
+            return disjunction(positive)
+        positive.append(conjunction(cover.literals(box, True)))
 
 
 _Box = dict[int, frozenset[int]]
@@ -114,28 +123,41 @@ class _Cover:
         self.plant: Plant = cases.encoding.plant
         self.axes = tuple(sorted(cases.axes))
 
-    def conjunctions(self, inside: Set, outside: Set) -> Iterable[Expr]:
-        """Expressions that together hold in all of ``inside``, and nowhere in ``outside``."""
-        false = self.encoding.diagrams.false
+    def boxes(self, inside: Set, outside: Set) -> Iterator[_Box]:
+        """Boxes that together hold all of ``inside``, and nothing of ``outside``."""
         left = inside
-        while left != false:
+        while left != self.encoding.diagrams.false:
             seed = self.encoding.pick(left)
-            boxes = [self._grow(seed, outside, order) for order in (self.axes, self.axes[::-1])]
-            best = max(boxes, key=lambda box: self.encoding.count(left & self._set(box)))
+            grown = [self._grow(seed, outside, order) for order in (self.axes, self.axes[::-1])]
+            best = max(grown, key=lambda box: self.encoding.count(left & self._set(box)))
             left = left & ~self._set(best)
-            yield conjunction(self._literal(axis, best[axis]) for axis in sorted(best))
+            yield best
+
+    def literals(self, box: _Box, positive: bool) -> Iterator[Expr]:
+        """What a box says of each axis, or what its negation says."""
+        for axis in sorted(box):
+            inside = np.isin(np.arange(self.plant.axes[axis].size), list(box[axis]))
+            table = Table((axis,), inside, ~inside) if positive else Table((axis,), ~inside, inside)
+            yield condition_of(self.plant, table)
 
     def _grow(self, seed: Sequence[int], outside: Set, order: Sequence[int]) -> _Box:
-        box: _Box = {axis: frozenset((seed[axis],)) for axis in self.axes}
-        for axis in order:
-            rest = {other: values for other, values in box.items() if other != axis}
-            near = outside & self._set(rest)
+        """A box around one combination, as wide as ``outside`` lets it be."""
+        encoding = self.encoding
+        rest = [encoding.diagrams.true]
+        for axis in reversed(order):
+            rest.append(encoding.value(axis, seed[axis]) & rest[-1])
+        box: _Box = {}
+        for number, axis in enumerate(order):
+            near = outside & rest[len(order) - number - 1]
+            size = self.plant.axes[axis].size
             values = frozenset(
                 index
-                for index in range(self.plant.axes[axis].size)
-                if near & self.encoding.value(axis, index) == self.encoding.diagrams.false
+                for index in range(size)
+                if near & encoding.value(axis, index) == encoding.diagrams.false
             )
-            box = rest if len(values) == self.plant.axes[axis].size else {**rest, axis: values}
+            if len(values) < size:
+                box[axis] = values
+                outside = outside & encoding.values(axis, values)
         return box
 
     def _set(self, box: Mapping[int, frozenset[int]]) -> Set:
@@ -143,7 +165,3 @@ class _Cover:
         for axis in sorted(box, key=self.encoding.place, reverse=True):
             result = self.encoding.values(axis, box[axis]) & result
         return result
-
-    def _literal(self, axis: int, values: frozenset[int]) -> Expr:
-        allowed = np.array([v in values for v in range(self.plant.axes[axis].size)], np.bool_)
-        return condition_of(self.plant, Table((axis,), allowed, ~allowed))

@@ -15,6 +15,7 @@ from typing import TypeAlias
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
 from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.step import missing_together
 from robosc.model.expr import (
     Binary,
     Expr,
@@ -127,6 +128,20 @@ class Encoding:
 
     def all_values(self, source: Source) -> Set:
         return self.values(source, range(self._blocks[source].size))
+
+    def valuations(self, event: int) -> Set:
+        """All combinations of the event's parameter values that one value can have."""
+        result = self.diagrams.true
+        for source in self.parameters(event):
+            result = result & self.all_values(source)
+        for first, second in missing_together(self.plant.events[event]):
+            # None stands last.
+            one, other = (
+                self.value(source, self._blocks[source].size - 1)
+                for source in [(event, first), (event, second)]
+            )
+            result = result & (~one | other)
+        return result
 
     def unchanged(self, axis: int) -> Set:
         """The axis has the same value after the event as before."""

@@ -11,10 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import reduce
-from operator import and_
 
 from robosc.ir.automaton import Edge, Participant
+from robosc.ir.step import missing_together
 from robosc.model.expr import TRUE
 from robosc.synthesis.bdd_diagrams import Renaming, Set
 from robosc.synthesis.bdd_encoding import Encoding, Partition, axes_read
@@ -33,8 +32,8 @@ class Move:
     """``relation`` is over the state before and over the values afterwards of ``moved``.
 
     ``target`` are the values afterwards of the other axes that are written. ``written`` and
-    ``fixed`` are these axes' variables, ``after`` those of ``moved`` afterwards. ``stays``: it writes
-    nothing.
+    ``fixed`` are these axes' variables, ``after`` those of ``moved`` afterwards. ``stays``:
+    it writes nothing.
     """
 
     relation: Set
@@ -118,7 +117,13 @@ class Relations:
         encoding, diagrams = self.encoding, self.diagrams
         event = encoding.plant.events[number]
         parameters = encoding.parameters(number)
-        start = reduce(and_, map(encoding.all_values, parameters), diagrams.true)
+        start = encoding.valuations(number)
+        for missing, other in missing_together(event):
+            gone = [
+                encoding.value(parameters[p], len(event.parameters[p].values) - 1)
+                for p in (missing, other)
+            ]
+            start = start & (~gone[0] | gone[1])
         constants: tuple[tuple[int, int], ...] = ()
         if event.phase is not None:
             start = start & encoding.value(event.phase.axis, event.phase.source)
