@@ -189,7 +189,7 @@ class _Builder:
             options = [BOOLEAN, _range(0, 2), _range(-1, 1), DOUBLE, STRING]
             options += self.enums + self.objects
             type_ = options[self.rng.randrange(len(options))]
-            if self.chance(15) and type_.kind != "object":
+            if self.chance(15):
                 type_ = _Type(f"array({type_.text})", "array", None, (("", type_),))
             properties.append((f"p{position}", type_))
         body = "\n".join(f"    {n}: {t.text}" for n, t in properties)
@@ -201,7 +201,8 @@ class _Builder:
         if type_.values is not None:
             return [(path, type_)]
         if type_.kind == "array":
-            return self.paths(type_.properties[0][1], f"{path}[1]")
+            element = type_.properties[0][1]
+            return [p for i in (0, 1) for p in self.paths(element, f"{path}[{i}]")]
         return [p for name, t in type_.properties for p in self.paths(t, f"{path}.{name}")]
 
     # --- components --------------------------------------------------------------------------

@@ -93,6 +93,12 @@ class Engine:
         }
 
 
+class Symbolic(Engine):
+    """The same by the symbolic engine, where it is installed."""
+
+    engine = "bdd"
+
+
 SUBJECTS: list[type[Subject]] = [Reference, Engine]
 
 

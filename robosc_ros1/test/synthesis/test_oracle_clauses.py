@@ -401,6 +401,42 @@ def test_missing_array_element_leaves_the_variable(subject: type[Subject]) -> No
     )
 
 
+def test_elements_of_an_array_are_missing_together(subject: type[Subject]) -> None:
+    text = """
+        datatype object Seen { seen: boolean near: boolean }
+        datatype object Found { things: array(Seen) }
+        component A {
+            outgoing message m with type: Found links link
+            behaviour {
+                variable first: boolean
+                variable second: boolean
+                initial marked state one {
+                    on response from m
+                        if value.things[0].near
+                        do first := value.things[0].seen, second := value.things[1].seen
+                }
+            }
+        }
+        requirement always A.first or !A.first or A.second
+    """
+    # Nothing, the first alone, or both; of the first two parts are taken.
+    names = ("things[0].near", "things[0].seen", "things[1].seen")
+    either = ("false", "true")
+    expected = {("null", "null", "null")}
+    expected |= {(near, seen, "null") for near in either for seen in either}
+    expected |= {(near, seen, other) for near in either for seen in either for other in either}
+    found = [
+        step["event"]["value"]
+        for step in subject("robot R {" + LINK + text + "}").explore(plant=True)["transitions"]
+        if step["source"] == 0
+    ]
+    told = [
+        tuple(str(value[name]).lower().replace("none", "null") for name in names) for value in found
+    ]
+    assert set(told) == expected
+    assert len(told) == len(expected)
+
+
 def test_assignments_are_simultaneous_over_all_components(subject: type[Subject]) -> None:
     text = """
         component A {

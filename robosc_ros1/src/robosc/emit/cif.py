@@ -18,11 +18,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import product
 
 from robosc.emit.cif_expr import Context, Names, condition, in_range, initial, offset, update
 from robosc.emit.given import Values, assigned, holds
 from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant
+from robosc.ir.step import valuations
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.model.types import Type, Value
@@ -96,7 +96,7 @@ class _Writer:
 
     def _occurrences(self) -> Iterator[_Occurrence]:
         for event in self.plant.events:
-            for values in product(*(p.values for p in event.parameters)):
+            for values in valuations(event):
                 words = [_event_name(event), *(_value_name(value) for value in values)]
                 name = self.names.fresh("_".join(words))
                 paths = [p.path for p in event.parameters]

@@ -12,7 +12,7 @@ from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import Value
 
-__all__ = ["Outcome", "Values", "Verdict", "holds", "outcome", "valuations"]
+__all__ = ["Outcome", "Values", "Verdict", "holds", "missing_together", "outcome", "valuations"]
 
 Values: TypeAlias = tuple[Value | None, ...]
 """One value per parameter of an event."""
@@ -30,8 +30,34 @@ Outcome: TypeAlias = PlantState | Verdict
 
 
 def valuations(event: Event) -> Iterator[Values]:
-    """All combinations of the event's parameter values, the last parameter fastest."""
-    return product(*(parameter.values for parameter in event.parameters))
+    """All combinations of parameter values that one value can have, the last parameter fastest."""
+    pairs = missing_together(event)
+    for values in product(*(parameter.values for parameter in event.parameters)):
+        if not any(values[i] is None and values[j] is not None for i, j in pairs):
+            yield values
+
+
+def missing_together(event: Event) -> tuple[tuple[int, int], ...]:
+    """Pairs of parameters: where the first did not come, the second cannot have come either.
+
+    Where ``a[1]`` is missing, so are ``a[2]`` and ``a[1].x``.
+    """
+    paths = [parameter.path for parameter in event.parameters]
+    return tuple(
+        (i, j)
+        for i, missing in enumerate(paths)
+        for j, other in enumerate(paths)
+        if i != j and _needs(other, missing)
+    )
+
+
+def _needs(path: tuple[str | int, ...], missing: tuple[str | int, ...]) -> bool:
+    """Whether a part lies behind the array element whose absence makes ``missing`` so for sure."""
+    depth = max((d for d, step in enumerate(missing) if isinstance(step, int)), default=None)
+    if depth is None or len(path) <= depth or path[:depth] != missing[:depth]:
+        return False
+    last, step = missing[depth], path[depth]
+    return isinstance(last, int) and isinstance(step, int) and step >= last
 
 
 def outcome(plant: Plant, event: Event, values: Values, state: PlantState) -> Outcome:

@@ -75,9 +75,12 @@ def _reads(plant: Plant, participant: Participant) -> set[int]:
 
 
 def _takes(participant: Participant) -> set[tuple[str | int, ...]]:
-    """The parts of the event's value that the participant reads."""
+    """The parts of the event's value that the participant reads.
+
+    Those of one array count as the array: which of them did not come hangs together.
+    """
     return {
-        node.path
+        node.path[: next((d for d, step in enumerate(node.path) if isinstance(step, int)), None)]
         for expr in _expressions(participant)
         for node in walk(expr)
         if isinstance(node, ValueRef)

@@ -171,7 +171,9 @@ class EventMoves:
 
     def __init__(self, plant: Plant, coding: Coding, event: Event) -> None:
         self.event = event
-        self.valuations: list[_Values] = list(product(*(p.values for p in event.parameters)))
+        self.valuations = [
+            v for v in product(*(p.values for p in event.parameters)) if _fit(event, v)
+        ]
         self.axes = _touched(plant, event)
         self._plant = plant
         self._coding = coding
@@ -241,6 +243,26 @@ class EventMoves:
                 return False
             after[axis] = values.index(value)
         return True
+
+
+def _fit(event: Event, values: _Values) -> bool:
+    """Whether one incoming value can have these parts.
+
+    An array that is too short for one of its elements is so for all that follow, and what is in
+    them is missing, too.
+    """
+    there = [p.path for p, v in zip(event.parameters, values, strict=True) if v is not None]
+    for parameter, value in zip(event.parameters, values, strict=True):
+        if value is None:
+            missing = parameter.path
+            at = max(i for i, step in enumerate(missing) if isinstance(step, int))
+            first = missing[at]
+            assert isinstance(first, int)
+            for path in there:
+                step = path[at] if path[:at] == missing[:at] and len(path) > at else None
+                if isinstance(step, int) and step >= first:
+                    return False
+    return True
 
 
 def _lookup(
