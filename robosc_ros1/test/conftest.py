@@ -54,7 +54,7 @@ def example_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
 
 @pytest.fixture
 def robosc(tmp_path: Path) -> Callable[..., ros_support.Completed]:
-    """Runs ``python3 -m robosc`` of this interpreter in the test's folder, without a terminal."""
+    """Runs the command line in the test's folder; environment variables are keyword arguments."""
 
     def run(*arguments: str, **environment: str) -> ros_support.Completed:
         return ros_support.run_robosc(arguments, tmp_path, environment)

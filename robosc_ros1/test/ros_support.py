@@ -24,6 +24,7 @@ Nothing of the caller's ROS setup (sourced workspaces, ROS_MASTER_URI) leaks int
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import shutil
 import signal
@@ -34,8 +35,9 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from xmlrpc.client import ServerProxy
+
+from robosc.cli import main
 
 __all__ = [
     "EXAMPLES", "REPOSITORY", "SOURCES", "Completed", "Master", "Workspace", "await_condition",
@@ -91,19 +93,34 @@ def await_condition(condition, what: str, seconds: float = 30.0):  # type: ignor
         time.sleep(0.02)
 
 
-def run_robosc(
-    arguments: Sequence[str], folder: Path, environment: Mapping[str, str] = MappingProxyType({})
-) -> Completed:
-    """``python3 -m robosc …`` of this interpreter and checkout, in a folder."""
-    env = os.environ | {"PYTHONPATH": str(SOURCES), "PYTHONDONTWRITEBYTECODE": "1"} | environment
-    return subprocess.run(
-        [sys.executable, "-m", "robosc", *arguments],
-        cwd=folder,
-        env=env,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+def run_robosc(arguments: Sequence[str], folder: Path, environment: Mapping[str, str]) -> Completed:
+    """``python3 -m robosc …`` of this checkout in a folder.
+
+    Without an environment of its own it runs in this process, which is ten times as fast; an
+    exception that would show a traceback comes out of here.
+    """
+    if environment:
+        env = os.environ | {"PYTHONPATH": str(SOURCES), "PYTHONDONTWRITEBYTECODE": "1"}
+        return subprocess.run(
+            [sys.executable, "-m", "robosc", *arguments],
+            cwd=folder,
+            env=env | environment,
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+    streams = [io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2)]
+    redirections = contextlib.redirect_stdout(streams[0]), contextlib.redirect_stderr(streams[1])
+    with contextlib.chdir(folder), redirections[0], redirections[1]:
+        try:
+            code = main(arguments)
+        except SystemExit as end:
+            code = int(end.code or 0)
+    texts = []
+    for stream in streams:
+        stream.seek(0)
+        texts.append(stream.read())
+    return Completed(["robosc", *arguments], code, *texts)
 
 
 @dataclass(frozen=True)

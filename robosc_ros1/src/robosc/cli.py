@@ -25,6 +25,7 @@ from robosc.errors import (
     render_all,
     sort_diagnostics,
 )
+from robosc.progress import ProgressLine
 
 if TYPE_CHECKING:
     from robosc.pipeline import Options
@@ -53,7 +54,8 @@ class Verb:
 def _check(args: Arguments) -> int:
     from robosc import pipeline, report
 
-    results = [pipeline.check(path, _options(args)) for path in args.models]
+    options = _options(args)
+    results = [pipeline.check(path, options) for path in args.models]
     diagnostics = sort_diagnostics(d for result in results for d in result.diagnostics)
     if args.json:
         _print_json(report.diagnostics(diagnostics))
@@ -75,7 +77,7 @@ def _synthesize(args: Arguments) -> int:
     from robosc.synthesis.documents import synthesize_document
 
     loaded = pipeline.load(args.model, _options(args))
-    supervisor = pipeline.synthesize(loaded.robot, args.engine, args.max_states)
+    supervisor = pipeline.synthesize(loaded.robot, args.engine, args.max_states, args.progress)
     # The explanations are part of the result; they are not told twice.
     explained = {explanation.diagnostic for explanation in supervisor.explanations}
     _report([*loaded.diagnostics, *(d for d in supervisor.diagnostics if d not in explained)])
@@ -83,7 +85,10 @@ def _synthesize(args: Arguments) -> int:
         _print_json(synthesize_document(supervisor))
     else:
         print(report.supervisor_text(supervisor), end="")
-    return EmptySupervisorError.exit_code if supervisor.empty else 0
+    if supervisor.empty:
+        _complain(f"no controller can keep the requirements of {loaded.robot.name}")
+        return EmptySupervisorError.exit_code
+    return 0
 
 
 def _explore(args: Arguments) -> int:
@@ -92,7 +97,9 @@ def _explore(args: Arguments) -> int:
 
     loaded = pipeline.load(args.model, _options(args))
     _report(loaded.diagnostics)
-    graph = pipeline.explore(loaded.robot, plant=args.plant, limit=args.limit)
+    graph = pipeline.explore(
+        loaded.robot, plant=args.plant, limit=args.limit, progress=args.progress
+    )
     if args.json:
         _print_json(explore_document(graph))
     else:
@@ -107,7 +114,7 @@ def _verify(args: Arguments) -> int:
 
     loaded = pipeline.load(args.model, _options(args))
     _report(loaded.diagnostics)
-    found = pipeline.verify(loaded.robot)
+    found = pipeline.verify(loaded.robot, args.progress)
     if args.json:
         _print_json(verify_document(found, step_document))
     else:
@@ -321,6 +328,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _guarded(args: Arguments) -> int:
+    args.progress = ProgressLine(sys.stderr)
     try:
         verb: Verb = args.verb
         return verb.run(args)
@@ -330,6 +338,8 @@ def _guarded(args: Arguments) -> int:
     except RoboscError as error:
         _complain(str(error))
         return error.exit_code
+    finally:
+        args.progress.clear()
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -354,7 +364,7 @@ def _parser() -> argparse.ArgumentParser:
 def _options(args: Arguments) -> Options:
     from robosc import pipeline
 
-    return pipeline.Options(tuple(args.library_path), args.strict)
+    return pipeline.Options(tuple(args.library_path), args.strict, args.progress)
 
 
 def _report(diagnostics: Iterable[Diagnostic]) -> None:

@@ -6,8 +6,10 @@ prints. Stages are imported where they are used, because a command needs few of 
 
 from __future__ import annotations
 
+import gc
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -45,10 +47,12 @@ Target: TypeAlias = Literal["ros1", "ros2"]
 @dataclass(frozen=True, slots=True)
 class Options:
     """How a model is read: further folders with libraries, and whether a message definition that is
-    not installed is an error."""
+    not installed is an error. ``progress`` is told what synthesis does, how far it is, and the most
+    it can be."""
 
     library_path: tuple[Path, ...] = ()
     strict: bool = False
+    progress: Progress | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +129,7 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
         failure = ModelError(diagnostics) if has_errors(diagnostics) else None
         return Checked(diagnostics, failure)
     try:
-        supervisor = synthesize(robot)
+        supervisor = synthesize(robot, progress=options.progress)
     except StateSpaceError as error:
         return Checked(diagnostics, incomplete=f"{path}: checked without synthesis: {error}")
     try:
@@ -143,8 +147,6 @@ def synthesize(
 ) -> Supervisor:
     """The supervisor of a robot; it may be empty.
 
-    ``progress`` is told now and then what is being computed, how far it is, and the most it can be.
-
     Raises:
         StateSpaceError: too large for the engine and the limit.
     """
@@ -155,7 +157,9 @@ def synthesize(
     return compute(lower(robot), engine, max_states or DEFAULT_MAX_STATES, progress)
 
 
-def explore(robot: Robot, *, plant: bool = False, limit: int = 100_000) -> Graph:
+def explore(
+    robot: Robot, *, plant: bool = False, limit: int = 100_000, progress: Progress | None = None
+) -> Graph:
     """The controlled transition system, or with ``plant`` the uncontrolled one.
 
     Raises:
@@ -167,10 +171,10 @@ def explore(robot: Robot, *, plant: bool = False, limit: int = 100_000) -> Graph
 
     if plant:
         return walk(lower(robot), limit)
-    return walk(_existing(synthesize(robot)), limit)
+    return walk(_existing(synthesize(robot, progress=progress)), limit)
 
 
-def verify(robot: Robot) -> VerifyReport:
+def verify(robot: Robot, progress: Progress | None = None) -> VerifyReport:
     """Proves the supervisor of a robot by independent means, state by state.
 
     Raises:
@@ -179,7 +183,7 @@ def verify(robot: Robot) -> VerifyReport:
     """
     from robosc.synthesis.verify import verify as prove
 
-    return prove(_existing(synthesize(robot)))
+    return prove(_existing(synthesize(robot, progress=progress)))
 
 
 def export(robot: Robot, format_: Format, *, with_supervisor: bool = False) -> str:
@@ -228,7 +232,8 @@ def generate(
     name = output.package or f"{package_name(loaded.robot.name)}_controller"
     if package_name(name) != name:
         raise UsageError(f"{name!r} is no name for a package: lower case, digits and single _")
-    supervisor = _existing(synthesize(loaded.robot), loaded.diagnostics)
+    supervisor = synthesize(loaded.robot, progress=options.progress)
+    _existing(supervisor, loaded.diagnostics)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
     package = _emitter(output.target)(supervisor, name)
     files = write(package, output.folder, output.force)
@@ -258,4 +263,22 @@ def _read(path: str | Path, options: Options) -> tuple[Robot | None, tuple[Diagn
     from robosc.model.resolve import load as resolve
 
     library_path = [str(folder) for folder in options.library_path]
-    return resolve(str(path), library_path, strict=options.strict)
+    with _collector_at_rest():
+        return resolve(str(path), library_path, strict=options.strict)
+
+
+@contextmanager
+def _collector_at_rest() -> Iterator[None]:
+    """No search for garbage meanwhile.
+
+    A model that is being read only grows, and holds next to no cycles. Each search walks through
+    all of it in vain, and finds more to walk through than the one before: with it, the cost of
+    reading a large model would grow faster than the model.
+    """
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()

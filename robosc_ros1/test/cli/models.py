@@ -90,8 +90,8 @@ LARGE = (
     component Valve{i} {{ incoming message open{i} with type: none }}
     requirement open{i} needs Sensor{i}.last = 3
 """
-        for i in range(6)
+        for i in range(4)
     )
     + "}\n"
 )
-"""4^6 states: small for synthesis, and more than a low limit."""
+"""4^4 states: small for synthesis, and more than a low limit."""

@@ -13,7 +13,9 @@ from typing import Any
 
 import models
 import pytest
-from ros_support import SOURCES, Completed
+from ros_support import REPOSITORY, SOURCES, Completed
+
+from robosc.cli import VERBS
 
 Robosc = Callable[..., Completed]
 
@@ -32,15 +34,20 @@ def document(done: Completed) -> Any:
     return json.loads(done.stdout)
 
 
-VERBS = ("check", "synthesize", "explore", "generate", "verify", "export", "format")
-
-
-@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("verb", [verb.name for verb in VERBS])
 def test_help_has_an_example(verb: str, robosc: Robosc) -> None:
     done = robosc(verb, "--help")
     assert done.returncode == 0
     assert f"example: robosc {verb} " in done.stdout
     assert done.stderr == ""
+
+
+def test_each_verb_is_an_executable_for_rosrun() -> None:
+    scripts = REPOSITORY / "robosc_ros1" / "scripts"
+    assert {p.name for p in scripts.iterdir()} == {verb.name for verb in VERBS} | {"robosc"}
+    for verb in VERBS:
+        assert f'run("{verb.name}")' in (scripts / verb.name).read_text(encoding="utf-8")
+        assert os.access(scripts / verb.name, os.X_OK)
 
 
 def test_check_says_that_all_is_well_on_stdout_alone(robosc: Robosc, folder: Path) -> None:

@@ -14,8 +14,8 @@ import pytest
 from ros_support import SOURCES
 
 ORDER = (
-    "source", "errors", "codes", "names", "resources", "syntax", "model", "ir", "supervisor",
-    "synthesis", "runtime", "emit", "pipeline", "report", "cli", "__main__",
+    "source", "errors", "codes", "names", "resources", "progress", "syntax", "model", "ir",
+    "supervisor", "synthesis", "runtime", "emit", "pipeline", "report", "cli", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
 
