@@ -16,6 +16,7 @@ import rospy
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rosgraph_msgs.msg import Clock
+from rospy.impl.registration import Registration, get_registration_listeners
 from std_msgs.msg import String
 
 from ._runtime.port import Port
@@ -81,6 +82,22 @@ class RosPort(Port):
         if self._simulated:
             wake = engine.wake
             self._subscribers.append(rospy.Subscriber("/clock", Clock, lambda _: wake()))
+
+    def await_subscribers(self, patience=1.0):
+        """Wait until who listens already is connected, so that the first commands are not lost.
+
+        Only at the start, and not for long: a subscriber that comes later gets what is sent then.
+        """
+        try:
+            _, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        except Exception:
+            return  # the master will be missed elsewhere
+        counts = {topic: len(nodes) for topic, nodes in subscribers}
+        end = time.monotonic() + patience
+        for publisher, _ in self._publishers.values():
+            wanted = counts.get(publisher.resolved_name, 0)
+            while publisher.get_num_connections() < wanted and time.monotonic() < end:
+                time.sleep(0.005)
 
     def now(self):
         return rospy.get_time() if self._simulated else time.monotonic()
@@ -346,3 +363,42 @@ class RosOutlet(Outlet):
         array = DiagnosticArray(status=[status])
         array.header.stamp = rospy.Time.now()
         self._diagnostics.publish(array)
+
+
+class MasterWatch:
+    """Registers the node again after the master was restarted, which rospy does not do by itself.
+
+    Connections that exist survive the master's end, so the controller goes on working meanwhile.
+    """
+
+    def __init__(self, period=1.0):
+        self._period = period
+        self._gone = False
+        threading.Thread(target=self._run, name="master watch", daemon=True).start()
+
+    def _run(self):
+        master = rosgraph.Master(rospy.get_name())
+        while not rospy.core.is_shutdown_requested():
+            time.sleep(self._period)
+            try:
+                master.lookupNode(rospy.get_name())
+                self._gone = False
+            except rosgraph.MasterError:  # it answers, but does not know this node
+                self._register()
+            except Exception:
+                if not self._gone:
+                    rospy.logwarn("the ROS master does not answer; going on without it")
+                self._gone = True
+
+    def _register(self):
+        if rospy.core.is_shutdown_requested():
+            return
+        rospy.logwarn("the ROS master does not know this node any more; registering again")
+        manager = rospy.topics.get_topic_manager()
+        listeners = get_registration_listeners()
+        for topic, message_type in manager.get_publications():
+            listeners.notify_added(topic, message_type, Registration.PUB)
+        for topic, message_type in manager.get_subscriptions():
+            listeners.notify_added(topic, message_type, Registration.SUB)
+        for service, uri in rospy.service.get_service_manager().get_services():
+            listeners.notify_added(service, uri, Registration.SRV)

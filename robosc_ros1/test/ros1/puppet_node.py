@@ -174,6 +174,8 @@ class Puppet:
 
         if "/clock" not in self.publishers:
             self.publishers["/clock"] = rospy.Publisher("/clock", Clock, queue_size=100)
+        while not self.publishers["/clock"].get_num_connections():
+            time.sleep(0.005)
         self.publishers["/clock"].publish(Clock(rospy.Time.from_sec(seconds)))
 
 

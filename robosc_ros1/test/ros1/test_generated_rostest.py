@@ -35,9 +35,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_it_finds_a_faulty_controller(
-    make_workspace: Callable[[], Workspace], fault: str
-) -> None:
+def test_it_finds_a_faulty_controller(make_workspace: Callable[[], Workspace], fault: str) -> None:
     before, after, complaint = FAULTS[fault]
     workspace = make_workspace()
     write(package_of("lantern"), workspace.folder / "src")

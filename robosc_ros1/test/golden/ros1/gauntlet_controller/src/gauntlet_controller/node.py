@@ -14,7 +14,7 @@ from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
 from .controller import GauntletController
 from .model import MODEL
-from .ros import RosOutlet, RosPort
+from .ros import MasterWatch, RosOutlet, RosPort
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
@@ -68,8 +68,10 @@ def main():
         rospy.rostime.wallsleep(0.1)  # publishers have queues of their own
 
     rospy.on_shutdown(shut_down)
+    port.await_subscribers()
     port.connect(engine, SUBSCRIPTIONS)
     thread.start()
     reporter.start()
+    MasterWatch()
     rospy.spin()
     return port.exit_code

@@ -1,0 +1,158 @@
+"""Start, end, and everything that happens to a node in between."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+import pytest
+import ros_support
+from ros1.stage import Puppet, Stage, event
+from ros_support import Workspace, await_condition
+
+RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
+BOOL = "std_msgs/Bool"
+
+BUDGET = 2.0
+"""A node ends within so many seconds, says the contract; the machine may be busy, so twice."""
+
+
+@contextmanager
+def ended_with(stage: Stage, how: str, pid: int) -> Iterator[None]:
+    if how == "rosnode kill":
+        stage.workspace.run("rosnode", "kill", "/probe_controller", master=stage.master)
+    else:
+        os.kill(pid, getattr(signal, how))
+    yield
+
+
+@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "rosnode kill"])
+def test_shutdown_cancels_goals_and_sends_the_stop_command(
+    stage: Stage, puppet: Puppet, ear: Puppet, how: str
+) -> None:
+    puppet.do("action", **RUN, mode="hold")
+    puppet.do("listen", topic="/halt", type="std_msgs/Empty")
+    with stage.controller(ear, stop_command="halt") as node:
+        puppet.publish("/level", "std_msgs/Int16", 9)
+        puppet.publish("/run_wanted", BOOL, True)
+        puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
+        node.tells(event("request", "blow"))
+        mark = puppet.mark
+        start = time.monotonic()
+        with ended_with(stage, how, node.process.pid):
+            assert node.process.wait(20) in (0, -signal.SIGTERM, -signal.SIGINT)
+        spent = time.monotonic() - start
+        puppet.wait(lambda line: line.get("cancelled") == "/run", "the cancel", since=mark)
+        puppet.hears("/halt", since=mark)
+        if how != "rosnode kill":  # the tool itself takes its time
+            assert spent < 2 * BUDGET
+        assert "Traceback" not in node.log
+
+
+def test_a_second_node_of_the_same_name_takes_over(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    with stage.controller(ear) as first, stage.controller(ear) as second:
+        first.process.wait(20)
+        puppet.publish("/level", "std_msgs/Int16", 9)
+        second.tells(event("request", "blow"))
+        assert second.process.poll() is None
+
+
+def test_roslaunch_starts_it_again(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    for topic in ("events", "state"):
+        ear.do("listen", topic=f"/probe_controller/{topic}", type="std_msgs/String")
+    with stage.workspace.start(
+        "roslaunch", "probe_controller", "probe_controller.launch", "respawn:=true",
+        "rate:=50.0", "stop_command:=halt", master=stage.master,
+    ):  # fmt: skip
+        ear.hears("/probe_controller/state")
+        done = stage.workspace.run("rosparam", "get", "/probe_controller/rate", master=stage.master)
+        assert done.stdout.strip() == "50.0"
+        mark = ear.mark
+        pid = int(
+            stage.workspace.run(
+                "python3", "-c",
+                "import rosgraph, xmlrpc.client as x;"
+                "print(x.ServerProxy(rosgraph.Master('/t').lookupNode('/probe_controller'))"
+                ".getPid('/t')[2])",
+                master=stage.master,
+            ).stdout
+        )  # fmt: skip
+        os.kill(pid, signal.SIGKILL)
+        puppet.publish("/level", "std_msgs/Int16", 9, connected=False)
+        ear.hears("/probe_controller/state", lambda s: s["number"] <= 2, since=mark)
+        puppet.publish("/level", "std_msgs/Int16", 9, wait=30)
+        ear.hears("/probe_controller/events", event("request", "blow"), since=mark)
+
+
+def test_the_master_is_killed_and_restarted(
+    generated_workspace: Workspace, ros: None, tmp_path: Path
+) -> None:
+    (tmp_path / "first").mkdir()
+    (tmp_path / "second").mkdir()
+    with ros_support.master(tmp_path / "first") as running:
+        stage = Stage(generated_workspace, running)
+        with stage.puppet() as ear, stage.controller(ear) as node:
+            with stage.puppet() as before:
+                before.publish("/level", "std_msgs/Int16", 9)
+                node.tells(event("request", "blow"))
+                end_master(running)
+                # What is connected goes on.
+                before.publish("/level", "std_msgs/Int16", 3)
+                node.tells(event("request", "halt"))
+                await_condition(lambda: "does not answer" in node.log, "the warning")
+            with restarted_master(running, tmp_path / "second"):
+                await_condition(lambda: "registering again" in node.log, "the registration")
+                with stage.puppet() as after:
+                    mark = ear.mark
+                    after.publish("/level", "std_msgs/Int16", 9)
+                    node.tells(event("request", "blow"), since=mark)
+                    after.do("listen", topic="/blow", type="std_msgs/Int16")
+                    after.hears("/blow")
+                node.process.send_signal(signal.SIGINT)
+                assert node.process.wait(10) == 0
+
+
+def end_master(running: ros_support.Master) -> None:
+    """Kill the rosmaster process, and wait until it is gone."""
+    pid = ServerProxy(running.uri).getPid("/test")[2]  # type: ignore[index]
+    os.kill(int(pid), signal.SIGKILL)  # type: ignore[call-overload]
+    await_condition(lambda: not running.answers(), "the end of the master")
+
+
+@contextmanager
+def restarted_master(running: ros_support.Master, folder: Path) -> Iterator[None]:
+    """A new master on the port of one that has gone."""
+    env = ros_support.plain_environment(**running.environment, ROS_LOG_DIR=str(folder))
+    process = subprocess.Popen(
+        ["rosmaster", "--core", "-p", str(running.port)],
+        env=env,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.STDOUT,
+    )
+    try:
+        await_condition(running.answers, "the new master")
+        yield
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_it_ends_when_the_master_is_gone(
+    generated_workspace: Workspace, ros: None, tmp_path: Path
+) -> None:
+    with ros_support.master(tmp_path) as running:
+        stage = Stage(generated_workspace, running)
+        with stage.puppet() as ear, stage.controller(ear) as node:
+            end_master(running)
+            start = time.monotonic()
+            node.process.send_signal(signal.SIGINT)
+            node.process.wait(20)
+            assert time.monotonic() - start < 2 * BUDGET

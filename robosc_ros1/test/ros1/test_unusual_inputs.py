@@ -1,0 +1,127 @@
+"""Messages that the model does not expect, and clocks that do not run as usual."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from ros1.stage import Puppet, Stage, event
+
+INT = "std_msgs/Int16"
+
+
+def test_a_value_out_of_range_is_told_and_ignored(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    ear.do("listen", topic="/diagnostics", type="diagnostic_msgs/DiagnosticArray")
+    with stage.controller(ear) as node:
+        puppet.publish("/level", INT, 12)
+        told = node.tells(event("response", "level", outcome="mismatch"))
+        assert "outside 0..9" in told["detail"]
+        state = node.shows(lambda s: s["counters"]["mismatches"] == 1)
+        assert state["variables"]["Switches.height"] == 0
+        ear.hears("/diagnostics", lambda m: m["status"][0]["level"] == 1)
+        assert "outside 0..9" in node.log
+        puppet.publish("/level", INT, 9)
+        node.tells(event("request", "blow"))
+
+
+def test_the_policy_stop_makes_a_safe_stop(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    puppet.do("listen", topic="/halt", type="std_msgs/Empty")
+    ear.do("listen", topic="/diagnostics", type="diagnostic_msgs/DiagnosticArray")
+    with stage.controller(ear, on_mismatch="stop", stop_command="halt") as node:
+        puppet.publish("/level", INT, 9)
+        node.tells(event("request", "blow"))
+        mark = puppet.mark
+        puppet.publish("/level", INT, 12)
+        puppet.hears("/halt", since=mark)
+        assert "outside 0..9" in node.shows(lambda s: s["stopped"])["stopped"]
+        ear.hears("/diagnostics", lambda m: m["status"][0]["level"] == 2)
+        before = len(node.events(event("request", "blow")))
+        puppet.publish("/level", INT, 8)
+        node.tells(event("response", "level", value=8))  # still followed
+        assert len(node.events(event("request", "blow"))) == before
+        assert node.process.poll() is None
+
+
+def test_a_safe_stop_may_end_the_node(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    with stage.controller(ear, on_mismatch="stop", exit_on_stop="true") as node:
+        puppet.publish("/level", INT, 12)
+        assert node.process.wait(20) == 1
+
+
+@pytest.mark.parametrize(
+    ("number", "value"), [(float("nan"), "cool"), (float("inf"), "warm"), (-float("inf"), "cool")]
+)
+def test_numbers_that_are_none_take_the_rules_as_they_are(
+    stage: Stage, puppet: Puppet, ear: Puppet, number: float, value: str
+) -> None:
+    with stage.controller(ear) as node:
+        puppet.publish("/reading", "std_msgs/Float32", number)
+        assert node.tells(event("response", "reading"))["event"]["value"] == value
+
+
+def test_a_topic_of_another_type_is_not_heard_and_does_no_harm(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    with stage.controller(ear) as node:
+        puppet.publish("/reading", "std_msgs/String", "very warm", connected=False)
+        puppet.publish("/level", INT, 9)
+        node.tells(event("request", "blow"))
+        assert node.events(event("response", "reading")) == []
+
+
+def test_two_thousand_messages_are_all_taken_in_order(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    with stage.controller(ear) as node:
+        puppet.publish("/level", INT, 3, times=1000, rate=2000)
+        puppet.publish("/level", INT, 4, times=1000, rate=2000)
+        node.shows(lambda s: s["counters"]["inputs"] == 2000)
+        values = [e["event"]["value"] for e in node.events(event("response", "level"))]
+        assert values == [3] * 1000 + [4] * 1000
+
+
+@contextmanager
+def simulated_time(stage: Stage) -> Iterator[None]:
+    stage.workspace.run("rosparam", "set", "/use_sim_time", "true", master=stage.master)
+    try:
+        yield
+    finally:
+        stage.workspace.run("rosparam", "delete", "/use_sim_time", master=stage.master)
+
+
+def test_simulated_time_stops_starts_and_jumps(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    with simulated_time(stage), stage.controller(ear, rate=10.0, timeout__ask=0.5) as node:
+
+        def commands() -> int:
+            return len(node.events(event("request", "blow")))
+
+        def step(seconds: float, at_least: int) -> None:
+            """Set the clock until the controller has sent its command again."""
+            mark = ear.mark
+            puppet.do("clock", seconds=seconds)
+            for _ in range(at_least):
+                node.tells(event("request", "blow"), since=mark)
+
+        # The clock stands at 0: edges work, nothing repeats.
+        puppet.publish("/level", INT, 9)
+        node.tells(event("request", "blow"))
+        puppet.publish("/reading", "std_msgs/Float32", 99.0)
+        node.tells(event("response", "reading"))
+        assert commands() == 1
+        # It runs from 0.
+        step(0.11, 1)
+        step(0.25, 1)
+        # It jumps back, and goes on.
+        step(500.0, 1)
+        before = commands()
+        puppet.do("clock", seconds=1.0)
+        puppet.publish("/reading", "std_msgs/Float32", 9.0)
+        node.tells(event("response", "reading", value="cool"))
+        assert commands() == before
+        step(1.11, 1)
+        # It stands still: deadlines run by wall time all the same.
+        puppet.publish("/ask_wanted", "std_msgs/Bool", True)
+        assert node.tells(event("error", "ask"))["detail"] == "no answer in time"
