@@ -40,9 +40,11 @@ def _leaves(type_: object) -> list[Expr]:
     return [leaf for leaf in found if isinstance(leaf.type, type_)]
 
 
-integers = st.sampled_from(_leaves(IntegerType)) | st.integers(-(2**70), 2**70).map(
-    lambda v: Literal(v, INTEGER)
-) | st.integers(-4, 4).map(lambda v: Literal(v, INTEGER))
+integers = (
+    st.sampled_from(_leaves(IntegerType))
+    | st.integers(-(2**70), 2**70).map(lambda v: Literal(v, INTEGER))
+    | st.integers(-4, 4).map(lambda v: Literal(v, INTEGER))
+)
 doubles = st.floats(allow_nan=False, width=64).map(lambda v: Literal(v, DOUBLE))
 enums = st.sampled_from(_leaves(EnumType)) | st.sampled_from(["red", "green", "blue"]).map(
     lambda v: Literal(v, _leaves(EnumType)[0].type)
@@ -78,13 +80,15 @@ atoms = (
 )
 conditions = st.recursive(
     atoms,
-    lambda inner: st.builds(
-        lambda op, left, right: Binary(op, left, right, BOOLEAN),
-        st.sampled_from(["and", "or", "=>", "=", "!="]),
-        inner,
-        inner,
-    )
-    | inner.map(lambda e: Unary("!", e, BOOLEAN)),
+    lambda inner: (
+        st.builds(
+            lambda op, left, right: Binary(op, left, right, BOOLEAN),
+            st.sampled_from(["and", "or", "=>", "=", "!="]),
+            inner,
+            inner,
+        )
+        | inner.map(lambda e: Unary("!", e, BOOLEAN))
+    ),
     max_leaves=6,
 )
 
@@ -127,8 +131,17 @@ def test_conditions(expr: Expr) -> None:
 
 
 @settings(derandomize=True, deadline=None, max_examples=150)
-@given(st.recursive(integers, lambda inner: st.builds(
-    lambda op, left, right: Binary(op, left, right, INTEGER), st.sampled_from("+-*"), inner, inner
-), max_leaves=5))
+@given(
+    st.recursive(
+        integers,
+        lambda inner: st.builds(
+            lambda op, left, right: Binary(op, left, right, INTEGER),
+            st.sampled_from("+-*"),
+            inner,
+            inner,
+        ),
+        max_leaves=5,
+    )
+)
 def test_integers_never_overflow(expr: Expr) -> None:
     check(expr)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from robosc.ir.automaton import AxisKind, Edge, Event, Plant, PlantState
 from robosc.model.entities import EventKind
 from robosc.source import Span
+from robosc.supervisor import Step
 from robosc.synthesis.stepper import Stepper
-from robosc.synthesis.system import steps_of
 from robosc.synthesis.wording import listing
 
 __all__ = ["Blocked", "why_blocked"]
@@ -24,14 +24,13 @@ class Blocked:
     span: Span | None
 
 
-def why_blocked(stepper: Stepper, path: Sequence[PlantState]) -> Blocked | None:
-    """Why no marked state can be reached from the end of a path; None if one can, or too far off.
+def why_blocked(stepper: Stepper, state: PlantState, steps: Sequence[Step]) -> Blocked | None:
+    """Why no marked state can be reached from a state; None if one can, or that is too far off.
 
-    The path is one of uncontrollable events; the last of them may be what the stuck component fails
-    to react to.
+    ``steps`` led there; one of the last may be what the stuck component fails to react to.
     """
     plant = stepper.plant
-    states = _reachable(stepper, path[-1])
+    states = _reachable(stepper, state)
     if states is None or any(plant.is_marked(state) for state in states):
         return None
     stuck = [
@@ -48,7 +47,7 @@ def why_blocked(stepper: Stepper, path: Sequence[PlantState]) -> Blocked | None:
         reason = f"{listing(names)} are never in marked states at the same time again"
         return Blocked(reason, None, None)
     axis = min(stuck, key=lambda n: plant.axes[n].kind is AxisKind.PHASE)
-    return _told(stepper, path, states, axis)
+    return _told(stepper, steps, states, axis)
 
 
 def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
@@ -71,7 +70,7 @@ def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
 
 
 def _told(
-    stepper: Stepper, path: Sequence[PlantState], states: Sequence[PlantState], axis: int
+    stepper: Stepper, steps: Sequence[Step], states: Sequence[PlantState], axis: int
 ) -> Blocked:
     plant = stepper.plant
     places = sorted({state[axis] for state in states})
@@ -86,15 +85,14 @@ def _told(
     reason = f"{name} is stuck in {name}.{names[0]}, from where no marked state can be reached"
     behaviour = plant.robot.component(name).behaviour
     assert behaviour is not None
-    return Blocked(reason, _remedy(stepper, path, axis, place), behaviour.states[place].span)
+    return Blocked(reason, _remedy(stepper.plant, steps, axis, place), behaviour.states[place].span)
 
 
-def _remedy(stepper: Stepper, path: Sequence[PlantState], axis: int, place: int) -> str | None:
-    plant = stepper.plant
+def _remedy(plant: Plant, steps: Sequence[Step], axis: int, place: int) -> str | None:
     name = plant.axes[axis].name
     here = str(plant.axes[axis].values[place])
     back = plant.axes[axis].initial
-    for step in reversed(steps_of(stepper, path)):
+    for step in reversed(steps):
         event = step.event
         if event.kind is EventKind.TAU or _edges(event, axis, place):
             continue

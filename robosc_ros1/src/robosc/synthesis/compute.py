@@ -111,6 +111,12 @@ def _too_large(layout: Layout, max_states: int, engine: str) -> StateSpaceError:
     if engine == "auto":
         advice += f"; or install the symbolic engine: {install_hint()}"
     return StateSpaceError(
-        f"the state space has {layout.size} combinations, more than the {max_states} allowed."
+        f"the state space has {_amount(layout.size)} combinations, more than the {max_states} allowed."
         f" The largest contributors are {', '.join(names)}: {advice}"
     )
+
+
+def _amount(number: int) -> str:
+    """A count in figures that one can still take in."""
+    text = str(number)
+    return text if len(text) <= 12 else f"about 10^{len(text) - 1}"

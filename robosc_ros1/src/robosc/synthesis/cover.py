@@ -165,7 +165,8 @@ def _irredundant(inside: Bools, boxes: list[_Box]) -> list[_Box]:
     for box in kept:
         result.append(_box(left, box.free))
         left[np.ix_(*box.free)] = False
-    return result
+    # Model order reads better than the order in which they were found.
+    return sorted(result, key=lambda box: [at for at, f in enumerate(box.free) if not f.all()])
 
 
 # --- wording -------------------------------------------------------------------------------------

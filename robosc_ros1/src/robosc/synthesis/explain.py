@@ -86,8 +86,8 @@ class _Explainer:
         number = next(i for i, e in enumerate(self.plant.events) if e is event)
         target = self.stepper.outcome(number, (), path[-1])
         assert not isinstance(target, Verdict)
-        harm = self._harm(target)
         command = make_step(self.plant, event, (), path[-1], target)
+        harm = self._harm(target, (command,))
         after = self._trace(harm.states, harm.last)
         trace = (*steps_of(self.stepper, path), command, *after)
         name = event_text(event)
@@ -137,8 +137,11 @@ class _Explainer:
 
     # --- the harm
 
-    def _harm(self, start: PlantState) -> _Harm:
-        """From a state that must be avoided to the nearest one where the harm is plain."""
+    def _harm(self, start: PlantState, before: tuple[Step, ...] = ()) -> _Harm:
+        """From a state that must be avoided to the nearest one where the harm is plain.
+
+        ``before`` is the step that led to the state.
+        """
         paths: list[tuple[PlantState, ...]] = []
         for path in self._unpreventable(start):
             found = self._plain(path)
@@ -146,7 +149,7 @@ class _Explainer:
                 return found
             paths.append(path)
         for path in paths:
-            blocked = why_blocked(self.stepper, path)
+            blocked = why_blocked(self.stepper, path[-1], (*before, *steps_of(self.stepper, path)))
             if blocked is not None:
                 return _Harm(path, None, blocked.reason, blocked.remedy, blocked.span)
         return _Harm(

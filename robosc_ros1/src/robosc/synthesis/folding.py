@@ -47,6 +47,11 @@ class _Folder:
         self.touched = [
             written | _read(event) for event, written in zip(moves, self.written, strict=True)
         ]
+        # Groups are many and events too: which events write an axis is found once for all.
+        self.writers: dict[int, list[int]] = {}
+        for number, written in enumerate(self.written):
+            for axis in written:
+                self.writers.setdefault(axis, []).append(number)
         self.dim_of = {
             number: Dim((number,), np.arange(axis.size).reshape(-1, 1))
             for number, axis in enumerate(plant.axes)
@@ -93,12 +98,8 @@ class _Folder:
         """The combinations of some dimensions that can occur, as one dimension."""
         axes = tuple(axis for dim in dims for axis in dim.axes)
         layout = Layout(self.plant, dims)
-        events = [
-            stages
-            for event, written in zip(self.moves, self.written, strict=True)
-            if not written.isdisjoint(axes)
-            for stages in [self._projected(event, layout, set(axes))]
-        ]
+        numbers = sorted({number for axis in axes for number in self.writers.get(axis, ())})
+        events = [self._projected(self.moves[number], layout, set(axes)) for number in numbers]
         states = np.zeros(layout.size, np.bool_)
         states[_place(layout, self.plant)] = True
         before, now = 0, 1

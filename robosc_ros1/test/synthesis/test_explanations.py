@@ -1,0 +1,255 @@
+"""Reasons for what synthesis forbids: the trace, the harm, the remedy, and their place."""
+
+from __future__ import annotations
+
+import random
+
+import families
+import pytest
+from random_models import random_model
+from synthesis.oracle import Oracle
+from synthesis.plants import (
+    explanation_of,
+    guard_text,
+    plant_of,
+    replay,
+    supervisor_of,
+    trace_text_of,
+)
+from synthesis.subject import robot_of
+
+from robosc.errors import Severity
+from robosc.ir.lower import lower
+from robosc.ir.step import Verdict, holds
+from robosc.synthesis import synthesize
+
+GRABBER = """
+    component ObstacleGrabber {
+        action grab with request: none, response: none, feedback: none links link
+        behaviour {
+            initial marked state idle { on request to grab goto grabbing }
+            state grabbing { on response from grab goto idle }
+        }
+    }
+"""
+
+
+def test_unhandled_error() -> None:
+    found = supervisor_of(GRABBER)
+    assert guard_text(found, "grab.request") == ("false", "never")
+    why = explanation_of(found, "grab.request")
+    assert trace_text_of(why.trace) == ["grab.request", "grab.error"]
+    assert why.reason == (
+        "grab.request can never be allowed: after grab.request the controller cannot prevent"
+        " grab.error; then ObstacleGrabber is stuck in ObstacleGrabber.grabbing, from where no"
+        " marked state can be reached"
+    )
+    assert why.remedy == "add 'on error from grab goto idle' in state grabbing of ObstacleGrabber"
+    assert why.diagnostic.severity is Severity.WARNING
+    assert why.diagnostic.code == "never-allowed"
+    assert why.diagnostic.span.text == "grab"
+    assert why.diagnostic.hint == why.remedy
+
+
+def test_the_remedy_helps() -> None:
+    mended = GRABBER.replace(
+        "on response from grab goto idle",
+        "on response from grab goto idle on error from grab goto idle",
+    )
+    found = supervisor_of(mended)
+    assert guard_text(found, "grab.request") == ("true", "as required")
+    assert [e.event.kind.value for e in found.explanations if e.event] == ["cancel"]
+    assert found.diagnostics == ()
+
+
+def test_unhandled_cancel() -> None:
+    """A cancel leaves the component behind: synthesis forbids it, the error is handled."""
+    found = supervisor_of(
+        GRABBER.replace(
+            "on response from grab goto idle",
+            "on response from grab goto idle on error from grab goto idle",
+        )
+        + "component S { outgoing message m with type: boolean behaviour { variable x: boolean"
+        " initial marked state s { on response from m do x := value } } }"
+        " requirement S.x disables grab"
+    )
+    assert guard_text(found, "grab.cancel") == ("false", "never")
+    why = explanation_of(found, "grab.cancel")
+    assert trace_text_of(why.trace) == ["grab.request", "m.response", "grab.cancel"]
+    assert why.remedy == "add 'on cancel from grab goto idle' in state grabbing of ObstacleGrabber"
+
+
+def test_state_that_nothing_leaves() -> None:
+    """The front end refuses a dead end by its own automaton; here the guard is what closes it."""
+    found = supervisor_of(
+        "component A { incoming message go with type: none outgoing message off with type: none"
+        " behaviour { variable x: boolean"
+        " initial marked state home { on request to go goto away }"
+        " state away { on response from off if x goto home } } }"
+    )
+    why = explanation_of(found, "go.request")
+    assert trace_text_of(why.trace) == ["go.request"]
+    assert "A is stuck in A.away" in why.reason
+
+
+def test_overflow() -> None:
+    found = supervisor_of(families.transfer_line(2, 1))
+    why = explanation_of(found, "work0.request")
+    assert guard_text(found, "work0.request") == ("Buffer0.level <= 0", "restricted")
+    assert trace_text_of(why.trace) == [
+        "work0.request", "work0.response", "work0.request", "work0.response",
+    ]  # fmt: skip
+    assert "Buffer0.level leaves its range 0..1 (it becomes 2)" in why.reason
+    assert why.remedy is not None
+    assert "'if Buffer0.level <= 0'" in why.remedy
+    assert why.diagnostic.code == "restricted-command"
+    assert why.diagnostic.notes[0].span is not None
+    assert "level := level + 1" in why.diagnostic.notes[0].span.text
+
+
+def test_state_requirement() -> None:
+    found = supervisor_of(
+        "component A { incoming message on with type: none incoming message off with type: none"
+        " behaviour { initial marked state down { on request to on goto up }"
+        " marked state up { on request to off goto down } } }"
+        "component B { outgoing message m with type: none behaviour {"
+        " initial marked state low { on response from m goto high }"
+        " marked state high { on response from m goto low } } }"
+        " requirement never A.up and B.high"
+    )
+    why = explanation_of(found, "on.request")
+    assert trace_text_of(why.trace) == ["on.request", "m.response"]
+    assert why.reason.endswith("'requirement never A.up and B.high' fails")
+    note = why.diagnostic.notes[0].span
+    assert note is not None
+    assert note.text == "requirement never A.up and B.high"
+
+
+def test_forbidden_state_at_once() -> None:
+    found = supervisor_of(
+        "component A { incoming message on with type: none incoming message off with type: none"
+        " behaviour { initial marked state down { on request to on goto up }"
+        " marked state up { on request to off goto down } } }"
+        " requirement never A.up"
+    )
+    why = explanation_of(found, "on.request")
+    assert why.reason == (
+        "on.request can never be allowed: after on.request, 'requirement never A.up' fails"
+    )
+
+
+def test_own_step_into_a_dead_end() -> None:
+    found = supervisor_of(
+        "component A { incoming message back with type: none"
+        " outgoing message m with type: none"
+        " behaviour { variable x: integer(0..1) = 0"
+        " initial marked state home { transition goto away }"
+        " state away { on request to back if x = 1 goto home } } }"
+    )
+    why = explanation_of(found, "A.tau1")
+    assert [step.values for step in why.trace] == [("home->away",)]
+    assert "A is stuck in A.away" in why.reason
+
+
+def test_empty_supervisor() -> None:
+    found = supervisor_of(
+        "component A { outgoing message m with type: none behaviour {"
+        " initial marked state low { on response from m goto high }"
+        " marked state high { on response from m goto low } } }"
+        " requirement never A.high"
+    )
+    assert found.empty
+    assert (found.controlled_states, found.controlled_transitions) == (0, 0)
+    (why,) = found.explanations
+    assert why.event is None
+    assert why.reason == (
+        "no controller can keep the requirements: after m.response, which no controller can"
+        " prevent, 'requirement never A.high' fails"
+    )
+    assert why.diagnostic.severity is Severity.ERROR
+    assert why.diagnostic.code == "empty-supervisor"
+    assert found.diagnostics == (why.diagnostic,)
+
+
+def test_empty_from_the_start() -> None:
+    found = supervisor_of(
+        "component A { outgoing message m with type: none behaviour {"
+        " initial marked state low { on response from m goto high }"
+        " marked state high { on response from m goto low } } }"
+        " requirement always A.high"
+    )
+    (why,) = found.explanations
+    assert why.trace == ()
+    assert why.reason == (
+        "no controller can keep the requirements: 'requirement always A.high' fails"
+    )
+
+
+def test_command_whose_requirements_never_hold() -> None:
+    found = supervisor_of(
+        "component A { incoming message go with type: none"
+        " behaviour { variable x: integer(0..2) = 0 initial marked state s {} } }"
+        " requirement go needs A.x = 1"
+    )
+    why = explanation_of(found, "go.request")
+    assert why.trace == ()
+    assert "its requirements hold in no state" in why.reason
+
+
+def test_blocking_of_two_that_are_never_home_together() -> None:
+    """Each comes home again and again, but they alternate."""
+    found = supervisor_of(
+        "component A { outgoing message tick with type: none incoming message go with type: none"
+        " behaviour { initial marked state start { on request to go goto home }"
+        " state home { on response from tick goto away }"
+        " state away { on response from tick goto home } } }".replace(
+            "state home", "marked state home"
+        )
+        + "component B { behaviour { initial marked state start { on request to go goto away }"
+        " marked state home { on response from tick goto away }"
+        " state away { on response from tick goto home } } }"
+    )
+    why = explanation_of(found, "go.request")
+    assert why.reason.endswith("A and B are never in marked states at the same time again")
+
+
+@pytest.mark.parametrize("seed", range(300, 380))
+def test_traces_of_random_robots_can_be_played(seed: int) -> None:
+    """Each trace runs in the plant, keeps the requirements, and ends where nobody may be."""
+    robot = robot_of(random_model(random.Random(seed), 1 + seed % 3))
+    plant = lower(robot)
+    oracle = Oracle(robot)
+    for found in synthesize(plant, "dense").explanations:
+        if not found.trace:
+            continue
+        end = replay(plant, found.trace)
+        commands = [n for n, step in enumerate(found.trace) if step.event is found.event]
+        if found.event is not None:
+            assert commands, "the refused command is part of the trace"
+            rest = found.trace[commands[-1] + 1 :]
+            assert not any(step.event.controllable for step in rest)
+        for number, step in enumerate(found.trace):
+            before = replay(plant, found.trace[:number])
+            assert not isinstance(before, Verdict)
+            if step.event.requirement is not None:
+                assert holds(plant, step.event.requirement, before)
+        if end is not Verdict.OUT_OF_RANGE:
+            values = tuple(axis.values[at] for axis, at in zip(plant.axes, end, strict=True))
+            assert values not in oracle.kept
+
+
+@pytest.mark.parametrize("seed", range(300, 340))
+def test_every_restricted_or_forbidden_event_is_explained(seed: int) -> None:
+    plant = lower(robot_of(random_model(random.Random(seed), 2)))
+    found = synthesize(plant, "dense")
+    told = [e.event for e in found.explanations]
+    if found.empty:
+        assert told == [None]
+    else:
+        assert told == [g.event for g in found.guards if g.status != "as required"]
+
+
+def test_same_reasons_every_time() -> None:
+    text = families.transfer_line(4, 2)
+    first, second = (synthesize(plant_of(text), "dense") for _ in range(2))
+    assert [e.reason for e in first.explanations] == [e.reason for e in second.explanations]
