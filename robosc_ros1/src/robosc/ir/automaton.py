@@ -156,7 +156,7 @@ class Plant:
     def axis_index(self) -> dict[tuple[AxisKind, str], int]:
         return {(axis.kind, axis.name): i for i, axis in enumerate(self.axes)}
 
-    @property
+    @cached_property
     def initial(self) -> PlantState:
         return tuple(axis.initial for axis in self.axes)
 
