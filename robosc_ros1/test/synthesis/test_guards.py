@@ -112,8 +112,8 @@ def test_invariant_on_what_is_controlled() -> None:
 def test_enum_values_are_named() -> None:
     found = supervisor_of(
         "datatype enum Place from integer to { value = 1 -> near value = 2 -> far default -> home }"
-        "component Arm { action reach with request: none, response: Place, feedback: none links link"
-        " behaviour { variable at: Place = home"
+        "component Arm { action reach with request: none, response: Place, feedback: none"
+        " links link behaviour { variable at: Place = home"
         " initial marked state rest { on request to reach goto moving }"
         " state moving { on response from reach do at := value goto rest"
         "   on error from reach goto rest } } }"

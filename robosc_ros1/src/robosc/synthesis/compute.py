@@ -111,8 +111,8 @@ def _too_large(layout: Layout, max_states: int, engine: str) -> StateSpaceError:
     if engine == "auto":
         advice += f"; or install the symbolic engine: {install_hint()}"
     return StateSpaceError(
-        f"the state space has {_amount(layout.size)} combinations, more than the {max_states} allowed."
-        f" The largest contributors are {', '.join(names)}: {advice}"
+        f"the state space has {_amount(layout.size)} combinations, more than the {max_states}"
+        f" allowed. The largest contributors are {', '.join(names)}: {advice}"
     )
 
 

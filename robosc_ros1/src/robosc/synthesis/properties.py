@@ -18,13 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from robosc.errors import Diagnostic, Severity
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.entities import EventKind
-from robosc.supervisor import Guard
-from robosc.synthesis.stepper import Stepper
-from robosc.synthesis.system import steps_of
+from robosc.supervisor import Guard, Step
+from robosc.synthesis.stepper import Stepper, Way
+from robosc.synthesis.system import make_step
 from robosc.synthesis.wording import listing, trace_text
 
 __all__ = ["Properties", "examine"]
@@ -173,23 +174,35 @@ class _Controller:
 
     # --- what is said
 
-    def _story(self, start: PlantState) -> tuple[PlantState, ...]:
-        """The states from the initial one to where a settling begins."""
-        parts: list[tuple[PlantState, ...]] = [(start,)]
+    def _story(self, start: PlantState) -> tuple[Step, ...]:
+        """The steps from the initial state to where a settling begins."""
+        steps: list[Step] = []
         while start in self.came:
-            start = self.rests[self.came[start]]
-            parts.append(self.settlings[start].path)
-        return tuple(state for part in reversed(parts) for state in part)
+            rest = self.came[start]
+            steps.insert(0, self._step(self.others, rest, start))
+            start = self.rests[rest]
+            steps[:0] = self._own(self.settlings[start].path)
+        return tuple(steps)
 
-    def _after(self, states: Sequence[PlantState]) -> str:
-        trace = trace_text(steps_of(self.stepper, states))
-        return f"after {trace}" if trace else "at the start"
+    def _own(self, path: Sequence[PlantState]) -> tuple[Step, ...]:
+        return tuple(self._step(self.taus, before, after) for before, after in pairwise(path))
+
+    def _step(self, ways: Sequence[Way], before: PlantState, after: PlantState) -> Step:
+        for way in ways:
+            for values, target in way.targets(before):
+                if target == after:
+                    event = self.plant.events[way.event]
+                    return make_step(self.plant, event, values, before, after)
+        raise AssertionError("the states do not follow each other")
+
+    def _after(self, steps: Sequence[Step]) -> str:
+        return f"after {trace_text(steps)}" if steps else "at the start"
 
     def _endless(self, settling: _Settling) -> Diagnostic:
         path = settling.path
         begin = path.index(path[-1])
-        cycle = steps_of(self.stepper, path[begin:])
-        story = self._story(path[0])[:-1] + path[: begin + 1]
+        cycle = self._own(path[begin:])
+        story = self._story(path[0]) + self._own(path[: begin + 1])
         return Diagnostic(
             Severity.WARNING,
             "endless-settling",
@@ -224,7 +237,7 @@ class _Controller:
 
     def _blocking(self, rest: PlantState) -> Diagnostic:
         start = self.rests[rest]
-        story = self._story(start)[:-1] + self.settlings[start].path
+        story = self._story(start) + self._own(self.settlings[start].path)
         return Diagnostic(
             Severity.WARNING,
             "blocking-under-control",

@@ -1,0 +1,147 @@
+"""Bounded response, confluence and nonblocking of the controller that runs a supervisor."""
+
+from __future__ import annotations
+
+from synthesis.plants import supervisor_of
+
+from robosc.errors import Diagnostic
+from robosc.supervisor import Supervisor
+
+CONTROL = ("endless-settling", "order-matters", "blocking-under-control")
+
+
+def behaviour(states: str, other: str = "") -> str:
+    return "component A { outgoing message m with type: none behaviour { " + states + " } }" + other
+
+
+def properties(found: Supervisor) -> dict[str, bool]:
+    return dict(found.properties)
+
+
+def diagnostic(found: Supervisor) -> Diagnostic:
+    (one,) = [d for d in found.diagnostics if d.code in CONTROL]
+    return one
+
+
+def test_without_own_steps_all_hold() -> None:
+    found = supervisor_of(behaviour("initial marked state s { on response from m goto s }"))
+    assert properties(found) == {
+        "bounded response": True,
+        "confluence": True,
+        "nonblocking under control": True,
+    }
+    assert found.settle_bound == 0
+
+
+def test_bound_is_the_longest_settling() -> None:
+    found = supervisor_of(
+        behaviour(
+            "initial marked state s { on response from m goto a }"
+            " state a { transition goto b } state b { transition goto c }"
+            " state c { transition goto s }"
+        )
+    )
+    assert all(properties(found).values())
+    assert found.settle_bound == 3
+
+
+def test_steps_without_end() -> None:
+    found = supervisor_of(
+        behaviour(
+            "initial marked state s { on response from m goto a }"
+            " state a { transition goto b } marked state b { transition goto a }"
+        )
+    )
+    assert properties(found)["bounded response"] is False
+    assert found.settle_bound is None
+    assert diagnostic(found).message == (
+        "the components' own steps never end: after m.response they repeat A: a->b, A: b->a"
+    )
+
+
+def test_step_that_changes_nothing_never_ends() -> None:
+    found = supervisor_of(behaviour("initial marked state s { transition }"))
+    assert properties(found)["bounded response"] is False
+    assert "at the start they repeat A: s->s" in diagnostic(found).message
+
+
+def test_guard_that_ends_the_round() -> None:
+    found = supervisor_of(
+        behaviour(
+            "variable x: boolean initial marked state a { transition if x goto b"
+            " on response from n do x := value }"
+            " marked state b { transition if !x goto a on response from n do x := value }",
+            " component B { outgoing message n with type: boolean }",
+        )
+    )
+    assert all(properties(found).values())
+    assert found.settle_bound == 1
+
+
+def test_order_matters() -> None:
+    found = supervisor_of(
+        behaviour(
+            "initial marked state s { on response from m goto a }"
+            " state a { transition goto left transition goto right }"
+            " marked state left { on response from m goto s }"
+            " marked state right { on response from m goto s }"
+        )
+    )
+    assert properties(found)["confluence"] is False
+    assert properties(found)["bounded response"] is True
+    one = diagnostic(found)
+    assert one.code == "order-matters"
+    assert "after m.response, in A.left or in A.right" in one.message
+
+
+def test_order_of_independent_steps_does_not_matter() -> None:
+    found = supervisor_of(
+        behaviour(
+            "initial marked state s { on response from m goto a } state a { transition goto s }",
+            " component B { behaviour { initial marked state s { on response from m goto a }"
+            " state a { transition goto b } state b { transition goto s } } }",
+        )
+    )
+    assert all(properties(found).values())
+    assert found.settle_bound == 3
+
+
+def test_order_matters_only_where_the_controller_comes() -> None:
+    """Both steps are possible in a state that eager settling never rests in nor passes."""
+    found = supervisor_of(
+        behaviour(
+            "initial marked state s { transition goto rest on response from m goto fork }"
+            " marked state rest {}"
+            " state fork { transition goto rest transition goto s }"
+        )
+    )
+    assert properties(found)["confluence"] is True
+
+
+def test_marked_state_that_is_only_passed() -> None:
+    found = supervisor_of(
+        behaviour(
+            "initial marked state s { transition goto a } state a { on response from m goto s }"
+        )
+    )
+    assert properties(found) == {
+        "bounded response": True,
+        "confluence": True,
+        "nonblocking under control": False,
+    }
+    one = diagnostic(found)
+    assert one.code == "blocking-under-control"
+    assert one.message.startswith("after A: s->a the controller never again comes to rest")
+
+
+def test_supervisor_ends_the_steps() -> None:
+    """Of two own steps round, synthesis forbids one."""
+    found = supervisor_of(
+        behaviour(
+            "initial marked state a { transition goto b } marked state b { transition goto c }"
+            " marked state c { transition goto a }",
+            " requirement never A.c",
+        )
+    )
+    assert all(properties(found).values())
+    assert found.settle_bound == 1

@@ -1,0 +1,163 @@
+"""The JSON documents of synthesize and explore, as CLI users get them."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from synthesis.plants import plant_of, supervisor_of
+
+from robosc.errors import StateSpaceError
+from robosc.synthesis import explore
+from robosc.synthesis.documents import explore_document, synthesize_document
+
+BODY = """
+    datatype enum Colour from integer to { value = 1 -> red default -> blue }
+    datatype object Thing { kind: Colour inner: Inner list: array(Inner) }
+    datatype object Inner { good: boolean }
+    component A {
+        outgoing message seen with type: Thing links link
+        service act with request: none, response: boolean links link
+        behaviour {
+            variable c: Colour = blue
+            variable g: boolean
+            variable h: boolean
+            initial marked state idle {
+                on request to act goto busy
+                on response from seen do c := value.kind, g := value.inner.good,
+                    h := value.list[0].good
+            }
+            state busy {
+                on response from act if value goto done
+                on response from act if !value goto idle
+                on error from act goto idle
+            }
+            state done { transition goto idle }
+        }
+    }
+    requirement act needs A.c = red and A.g and !A.h
+"""
+
+
+def document(plant: bool = False) -> dict[str, Any]:
+    system = plant_of(BODY) if plant else supervisor_of(BODY)
+    found = explore_document(explore(system))
+    json.dumps(found)
+    return found
+
+
+def events(found: dict[str, Any], kind: str) -> list[dict[str, Any]]:
+    shown = [t["event"] for t in found["transitions"] if t["event"]["kind"] == kind]
+    return [dict(e) for e in {json.dumps(e): e for e in shown}.values()]
+
+
+def test_states() -> None:
+    found = document()
+    assert found["version"] == 1
+    assert found["robot"] == "R"
+    assert found["initial"] == 0
+    assert found["states"][0] == {
+        "id": 0,
+        "components": {"A": "idle"},
+        "variables": {"A.c": "blue", "A.g": False, "A.h": False},
+        "communications": {"act": "idle"},
+        "marked": True,
+    }
+    assert [state["id"] for state in found["states"]] == list(range(len(found["states"])))
+
+
+def test_values_of_objects_are_told_by_path() -> None:
+    seen = [e for e in events(document(), "response") if e["name"] == "seen"]
+    assert seen[0] == {
+        "kind": "response",
+        "name": "seen",
+        "value": {"kind": "red", "inner.good": False, "list[0].good": False},
+    }
+    assert {e["value"]["list[0].good"] for e in seen} == {False, True, None}
+    assert len(seen) == 2 * 2 * 3
+
+
+def test_values_of_basic_types_and_none() -> None:
+    found = document()
+    act = [e for e in events(found, "response") if e["name"] == "act"]
+    assert [e["value"] for e in act] == [False, True]
+    assert events(found, "request") == [{"kind": "request", "name": "act", "value": None}]
+    assert events(found, "error") == [{"kind": "error", "name": "act", "value": None}]
+
+
+def test_own_steps_tell_their_number_and_way() -> None:
+    assert events(document(), "tau") == [
+        {"kind": "tau", "name": "A", "index": 1, "value": "done->idle"}
+    ]
+
+
+def test_plant_has_more() -> None:
+    assert len(document(plant=True)["transitions"]) > len(document()["transitions"])
+
+
+def test_names_are_qualified_only_where_they_are_ambiguous() -> None:
+    body = """
+        component A { service act with request: none, response: none links link }
+        component B { service other with request: none, response: none links link }
+    """
+    found = explore_document(explore(plant_of(body)))
+    assert found["states"][0]["communications"] == {"act": "idle", "other": "idle"}
+
+
+def test_limit() -> None:
+    plant = plant_of(BODY)
+    count = len(explore(plant).states)
+    assert len(explore(plant, limit=count).states) == count
+    with pytest.raises(StateSpaceError, match=str(count - 1)):
+        explore(plant, limit=count - 1)
+
+
+def test_graph_of_an_empty_supervisor_has_no_states() -> None:
+    found = supervisor_of(
+        "component A { behaviour { initial marked state s {} } } requirement never A.s"
+    )
+    assert explore(found).states == ()
+
+
+def test_synthesize() -> None:
+    found = synthesize_document(supervisor_of(BODY))
+    json.dumps(found)
+    assert list(found) == [
+        "version", "robot", "engine", "seconds", "plant_states", "controlled_states",
+        "controlled_transitions", "guards", "explanations", "properties",
+    ]  # fmt: skip
+    assert found["engine"] == "dense"
+    assert found["guards"] == [
+        {
+            "event": {"kind": "request", "name": "act"},
+            "guard": "A.c = red and A.g and !A.h",
+            "status": "as required",
+        },
+        {
+            "event": {"kind": "tau", "name": "A", "index": 1},
+            "guard": "true",
+            "status": "as required",
+        },
+    ]
+    assert found["explanations"] == []
+    assert set(found["properties"]) == {
+        "bounded response", "confluence", "nonblocking under control",
+    }  # fmt: skip
+
+
+def test_explanations_in_the_document() -> None:
+    found = synthesize_document(
+        supervisor_of(
+            "component A { service s with request: none, response: none links link behaviour {"
+            " initial marked state idle { on request to s goto busy }"
+            " state busy { on response from s goto idle } } }"
+        )
+    )
+    (why,) = found["explanations"]
+    assert why["event"] == {"kind": "request", "name": "s"}
+    assert why["trace"] == [
+        {"kind": "request", "name": "s", "value": None},
+        {"kind": "error", "name": "s", "value": None},
+    ]
+    assert why["remedy"] == "add 'on error from s goto idle' in state busy of A"
