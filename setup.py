@@ -1,6 +1,6 @@
 """Serves catkin (devel and install space) and a plain ``pip install .`` alike.
 
-What is said in package.xml is read from there. The templates go to ``share/robosc/templates`` of the
+What package.xml says is read from there. The templates go to ``share/robosc/templates`` of the
 prefix, which :mod:`robosc.resources` finds in every layout; package data would not do, because
 catkin refuses packages that lie in two folders.
 """
