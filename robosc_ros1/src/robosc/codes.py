@@ -44,6 +44,7 @@ _STATEMENTS = "Requirements and data"
 _LIBRARIES = "Libraries"
 _ROS = "ROS interfaces"
 _WHOLE = "The model as a whole"
+_CONTROLLED = "The controlled system"
 
 
 def _error(group: str, code: str, explanation: str, example: str, remedy: str) -> Code:
@@ -62,6 +63,10 @@ def _warning(
 ) -> Code:
     warning = Severity.WARNING
     return Code(code, warning, group, explanation, example, remedy, strict, needs_plant)
+
+
+def _plant(severity: Severity, code: str, explanation: str, example: str, remedy: str) -> Code:
+    return Code(code, severity, _CONTROLLED, explanation, example, remedy, needs_plant=True)
 
 
 _ALL = (
@@ -649,6 +654,109 @@ _ALL = (
         "datatype enum Distance from double to { value > 9 -> far value > 1 -> near default ->"
         " here }",
         "Use it, or remove its rule.",
+    ),
+    # --- the controlled system
+    _plant(
+        Severity.ERROR,
+        "empty-supervisor",
+        "No controller can keep the requirements: even from the initial state the robot can,"
+        " on its own, come to where a state requirement fails, a variable leaves its range, or"
+        " nothing leads back to a marked state.",
+        "requirement never Sensor.blocked   // the sensor alone decides that",
+        "The message tells the events that nobody can prevent. Weaken the requirement, or model"
+        " what the controller can do about it.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "never-allowed",
+        "The command can never be sent, because something could follow that nobody can prevent"
+        " and that must not happen. The message tells the shortest way there.",
+        "state grabbing { on response from grab goto idle }   // and if the grab fails?",
+        "Mostly an event is not handled; the hint says which and where.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "restricted-command",
+        "The command is allowed less often than its requirements say, because in some states"
+        " something could follow that nobody can prevent and that must not happen.",
+        "on response from fill do level := level + 1   // level: integer(0..3)",
+        "If that is what is wanted, nothing needs to be done: the controller sees to it. If not,"
+        " the hint says what would lift the restriction.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "topic-conflict",
+        "Two commands go to one topic and can be enabled at the same time, so that the robot may"
+        " get both, one after the other.",
+        'incoming message move with identifier: "/vel", type: Twist links twist\n'
+        'incoming message stop with identifier: "/vel", type: Twist links twist',
+        "Let the requirements of one exclude the other.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "provide-overlap",
+        "Two provide statements of one communication can hold at the same time. The first one in"
+        " the file is used.",
+        "provide move with { x: 1.0 } if A.slow\nprovide move with { x: 2.0 } if B.clear",
+        "Make their conditions exclude each other.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "provide-missing",
+        "The command can be sent in a state in which none of its provide statements holds. The"
+        " message's defaults are sent then, usually zeros.",
+        "provide move with { x: 1.0 } if A.clear",
+        "Add a provide statement for that case, or a requirement that forbids the command then.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "requirement-always-true",
+        "The requirement holds in every state that the robot can reach, so it forbids nothing.",
+        "requirement move needs Arm.idle or Arm.busy   // it is always one of them",
+        "Correct the condition, or remove the requirement.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "requirement-never-met",
+        "The requirement holds in no state in which the robot can do what it speaks of.",
+        "requirement move needs Arm.idle and Arm.busy",
+        "Correct the condition.",
+    ),
+    _plant(
+        Severity.ERROR,
+        "guard-overlap",
+        "Two transitions for one event leave one state, and a state can be reached in which both"
+        " guards hold: what the component does is not determined.",
+        "on response from distance if value > 1 goto near\n"
+        "on response from distance if value < 3 goto far",
+        "Make the guards exclude each other.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "endless-settling",
+        "The components' own transitions can follow one another for ever, and the controller"
+        " takes them as soon as they are possible: it would never come to rest. At run time a"
+        " bound ends that with a safe stop.",
+        "state a { transition goto b } state b { transition goto a }",
+        "Give one of the transitions a guard that fails after the step.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "order-matters",
+        "Several own transitions are possible at once, and where that ends depends on which is"
+        " taken first. The controller takes them in the order of the file.",
+        "state a { transition goto left transition goto right }",
+        "Let their guards exclude each other, or keep in mind that the first one wins.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "blocking-under-control",
+        "A marked state can be reached, but the controller passes through it: it takes own"
+        " transitions as soon as they are possible, and comes to rest in states that are not"
+        " marked only.",
+        "marked state a { transition goto b } state b {}",
+        "Mark the states in which the component does rest, or guard the transitions that leave"
+        " the marked ones.",
     ),
 )
 
