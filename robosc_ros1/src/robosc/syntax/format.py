@@ -7,15 +7,12 @@ and every name, number and string stays as it was written.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from itertools import accumulate, pairwise
 from typing import Any
 
 from robosc.errors import ModelError, has_errors
 from robosc.source import Source
-from robosc.syntax.layout import Doc, Group, Indent, Line, Remark, print_doc
+from robosc.syntax.layout import Doc, Indent, Line, print_doc
 from robosc.syntax.nodes import (
     Access,
     ActionNode,
@@ -45,20 +42,13 @@ from robosc.syntax.nodes import (
     VariableNode,
 )
 from robosc.syntax.parser import parse
-from robosc.syntax.scan import Comment, scan
+from robosc.syntax.words import Words
 
 __all__ = ["WIDTH", "format_text"]
 
 WIDTH = 100
 """Lines longer than this are broken."""
 
-_WORD = re.compile(
-    r"""\^?[A-Za-z_]\w*
-      | \d\w*(?:\.\d\w*)?(?:(?<=[eE])[+-]\w+)?
-      | "[^"\\\n]*(?:\\.[^"\\\n]*)*" | '[^'\\\n]*(?:\\.[^'\\\n]*)*'
-      | => | -> | := | != | <= | >= | \.\. | \S""",
-    re.VERBOSE | re.ASCII,
-)
 _LEVELS = {"=>": 1, "or": 2, "and": 3, "=": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5,
            "+": 6, "-": 6, "*": 7, "/": 7}  # fmt: skip
 _HARD = Line(hard=True)
@@ -76,122 +66,11 @@ def format_text(source: Source) -> str:
     return formatted
 
 
-@dataclass(frozen=True, slots=True)
-class _Gap:
-    """What stands between two words: comments behind the first, comments before the second.
-
-    ``blank`` tells of an empty line before each of the latter, and before the second word.
-    """
-
-    behind: tuple[Remark, ...]
-    before: tuple[Remark, ...]
-    blank: tuple[bool, ...]
-
-    @property
-    def ends_line(self) -> bool:
-        return bool(self.before) or any(remark.ends_line for remark in self.behind)
-
-
-class _Words:
-    """The words of a model in order, each taken once, with the comments at them."""
-
-    def __init__(self, source: Source) -> None:
-        scanned = scan(source)
-        spans = [match.span() for match in _WORD.finditer(scanned.text)]
-        self._texts = [source.text[start:end] for start, end in spans]
-        self._starts = [start for start, _ in spans]
-        self._gaps = list(_gaps(source, spans, scanned.comments))
-        self._ends_line = list(accumulate((gap.ends_line for gap in self._gaps), initial=0))
-        self._line_ends = [
-            "\n" in source.text[end:start] for (_, end), (start, _) in pairwise(spans)
-        ]
-        self._told = False
-        self.index = 0
-
-    @property
-    def start(self) -> int:
-        """Where the next word begins."""
-        return self._starts[self.index]
-
-    def next_is(self, *texts: str) -> bool:
-        return self.index < len(self._texts) and self._texts[self.index] in texts
-
-    @property
-    def line_ends_behind(self) -> bool:
-        """Does the text go on in another line behind the next word?"""
-        return self._line_ends[self.index]
-
-    def take(self) -> Doc:
-        """The next word with its comments."""
-        doc: list[Doc] = [] if self._told else [*self._gaps[self.index].before]
-        self._told = False
-        doc.append(self._texts[self.index])
-        self.index += 1
-        return [*doc, *self._gaps[self.index].behind]
-
-    def until(self, end: int) -> list[Doc]:
-        """All words that begin before ``end``, with nothing between them."""
-        docs: list[Doc] = []
-        while self.index < len(self._texts) and self.start < end:
-            docs.append(self.take())
-        return docs
-
-    def comments(self, first: bool) -> list[Doc]:
-        """The comments before the next word, each on its line; ``first`` allows no blank line."""
-        gap = self._gaps[self.index]
-        docs: list[Doc] = []
-        for remark, blank in zip(gap.before, gap.blank, strict=False):
-            docs += [Line(hard=True, blank=blank and not first), remark]
-            first = False
-        self._told = True
-        return docs
-
-    def beginning(self, first: bool) -> list[Doc]:
-        """The line end before a declaration, with the comments and blank lines before it."""
-        gap = self._gaps[self.index]
-        docs = self.comments(first)
-        first = first and not gap.before
-        return [*docs, Line(hard=True, blank=gap.blank[-1] and not first)]
-
-    def group(self, begin: int, docs: Sequence[Doc], broken: bool = False) -> Group:
-        """A group of all words from the index ``begin`` on; comments among them break it."""
-        ends = self._ends_line[self.index] - self._ends_line[begin + 1] if begin < self.index else 0
-        return Group(docs, broken or ends > 0)
-
-
-def _gaps(source: Source, spans: list[tuple[int, int]], comments: Sequence[Comment]) -> list[_Gap]:
-    """One gap before each word and one behind the last."""
-    gaps: list[_Gap] = []
-    text = source.text
-    end = 0
-    index = 0
-    for start, next_end in [*spans, (len(text), len(text))]:
-        behind: list[Remark] = []
-        before: list[Remark] = []
-        blank: list[bool] = []
-        while index < len(comments) and comments[index].start < start:
-            comment = comments[index]
-            white = text[end : comment.start]
-            own_line = bool(before) or "\n" in white or not gaps
-            remark = Remark(comment.text, own_line, source.position(comment.start)[1] - 1)
-            if own_line:
-                before.append(remark)
-                blank.append(white.count("\n") > 1)
-            else:
-                behind.append(remark)
-            end = comment.end
-            index += 1
-        blank.append(text.count("\n", end, start) > 1)
-        gaps.append(_Gap(tuple(behind), tuple(before), tuple(blank)))
-        end = next_end
-    return gaps
-
-
 class _Formatter:
     """Makes the document of each kind of node; the words are taken as they come."""
 
     def __init__(self, source: Source) -> None:
-        self.words = _Words(source)
+        self.words = Words(source)
         self.kinds: dict[type, Callable[[Any], Doc]] = {
             ComponentNode: self._component,
             ImportNode: self._import,
