@@ -22,6 +22,7 @@ from robosc.errors import (
     ModelError,
     RoboscError,
     Severity,
+    has_errors,
     render_all,
     sort_diagnostics,
 )
@@ -88,7 +89,7 @@ def _synthesize(args: Arguments) -> int:
     if supervisor.empty:
         _complain(f"no controller can keep the requirements of {loaded.robot.name}")
         return EmptySupervisorError.exit_code
-    return 0
+    return ModelError.exit_code if has_errors(supervisor.diagnostics) else 0
 
 
 def _explore(args: Arguments) -> int:

@@ -134,7 +134,7 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
         return Checked(diagnostics, incomplete=f"{path}: checked without synthesis: {error}")
     try:
         _existing(supervisor)
-    except EmptySupervisorError as error:
+    except (EmptySupervisorError, ModelError) as error:
         return Checked(diagnostics + error.diagnostics, error)
     return Checked(diagnostics + supervisor.diagnostics)
 
@@ -251,11 +251,18 @@ def _emitter(target: Target) -> Callable[[Supervisor, str], Package]:
 
 
 def _existing(supervisor: Supervisor, warnings: tuple[Diagnostic, ...] = ()) -> Supervisor:
-    """The same supervisor, or an EmptySupervisorError that tells why there is none."""
+    """The same supervisor, if a controller may be made of it.
+
+    Raises:
+        EmptySupervisorError: nothing is left; the diagnostics tell why.
+        ModelError: the state space shows an error of the model, such as overlapping guards.
+    """
     if supervisor.empty:
         name = supervisor.plant.robot.name
         message = f"no controller can keep the requirements of {name}"
         raise EmptySupervisorError(message, warnings + supervisor.diagnostics)
+    if has_errors(supervisor.diagnostics):
+        raise ModelError(warnings + supervisor.diagnostics)
     return supervisor
 
 

@@ -736,9 +736,12 @@ def _enums(communications: Iterable[Communication]) -> list[EnumType]:
 def _settle_bound(supervisor: Supervisor) -> int:
     """Steps that settling can take without coming back to where it was.
 
-    Own steps change nothing but their components' states, so there are no more situations than
+    Synthesis knows the exact number unless the system is large or settling has no end. Else: own
+    steps change nothing but their components' states, so there are no more situations than
     combinations of those, nor than reachable states.
     """
+    if supervisor.settle_bound is not None:
+        return max(1, supervisor.settle_bound)
     plant = supervisor.plant
     axes = {p.axis for e in plant.events if e.kind is EventKind.TAU for p in e.participants}
     combinations = prod(

@@ -446,7 +446,7 @@ class GauntletController(Controller):
 
     ROBOT = "Gauntlet"
     SOURCE = "gauntlet.rscd"
-    SETTLE_BOUND = 2
+    SETTLE_BOUND = 1
     COMMUNICATIONS = (
         Communication("Eye.scan", "scan", "outgoing"),
         Communication("Eye.spots", "spots", "outgoing"),

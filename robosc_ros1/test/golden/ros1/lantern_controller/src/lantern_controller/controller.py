@@ -132,7 +132,7 @@ class LanternController(Controller):
 
     ROBOT = "Lantern"
     SOURCE = "lantern.rscd"
-    SETTLE_BOUND = 3
+    SETTLE_BOUND = 1
     COMMUNICATIONS = (
         Communication("Sky.brightness", "brightness", "outgoing"),
         Communication("Flame.kindle", "kindle", "incoming"),
