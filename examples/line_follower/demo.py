@@ -191,7 +191,7 @@ def draw(summary: dict[str, Any], picture: Path) -> None:
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     axes.set_title(f"{summary['metres']:.1f} m, {violations(summary)} violations")
-    axes.legend(loc="upper right")
+    axes.legend(loc="center")
     figure.savefig(picture, dpi=120, bbox_inches="tight")
 
 
