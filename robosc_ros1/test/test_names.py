@@ -11,7 +11,7 @@ from robosc.names import escape, is_identifier, package_name, ros_name_fault, sn
 
 @pytest.mark.parametrize(
     "name",
-    ["vel", "/vel", "cmd_vel", "/robot_1/left/cmd_vel", "a/b", "~state", "~/state", "_a", "A1"],
+    ["vel", "/vel", "cmd_vel", "/robot_1/left/cmd_vel", "a/b", "~state", "~/state", "/_a", "A1"],
 )
 def test_allowed(name: str) -> None:
     assert ros_name_fault(name) is None
@@ -30,6 +30,7 @@ def test_allowed(name: str) -> None:
         ("1st", "the part '1st' begins with a digit"),
         ("/a/2", "the part '2' begins with a digit"),
         ("a__b", "the part 'a__b' contains '__'"),
+        ("_a", "it begins with '_'"),
         ("a b", "' ' is not allowed: only letters, digits, '_' and '/' are"),
         ("a-b", "'-' is not allowed: only letters, digits, '_' and '/' are"),
         ("a~b", "'~' is not allowed: only letters, digits, '_' and '/' are"),

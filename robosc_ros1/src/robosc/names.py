@@ -51,7 +51,8 @@ def ros_name_fault(name: str) -> str | None:
     """Why ROS does not allow ``name`` for a topic, service or action; None if it does.
 
     Accepted are relative (``a/b``), absolute (``/a/b``) and private (``~a``) names that are valid
-    in ROS 1 and ROS 2 alike, so that one model serves both.
+    in ROS 1 and ROS 2 alike, so that one model serves both. ROS 1 takes no leading ``_``, ROS 2 no
+    ``__``.
     """
     if not name:
         return "it is empty"
@@ -60,6 +61,8 @@ def ros_name_fault(name: str) -> str | None:
     rest = name[2:] if name.startswith("~/") else name[1:] if name[0] in "/~" else name
     if bad := re.search(r"[^A-Za-z0-9_/]", rest):
         return f"{bad.group()!r} is not allowed: only letters, digits, '_' and '/' are"
+    if name[0] == "_":
+        return "it begins with '_'"
     if rest.endswith("/"):
         return "it ends with '/'"
     for part in rest.split("/"):

@@ -57,6 +57,8 @@ def declare(instance: Instance, report: Report) -> None:
                     "put everything into one",
                     [Note("the first one is here", _head(instance.behaviour, "behaviour"))],
                 )
+                instance.types.scope.lose(item)
+                instance.further.append(item)
                 continue
             instance.behaviour = item
             _declare_behaviour(instance, item, report)
@@ -307,7 +309,7 @@ def _identifier(info: CommunicationInfo, report: Report) -> str | None:
     written: StringNode | None = info.node.identifier
     name = written.text if written is not None else info.name
     span = written.span if written is not None else info.node.name.span
-    fault = _name_fault(name)
+    fault = ros_name_fault(name)
     if fault is not None:
         hint = None if written is not None else 'add: identifier: "a_name_that_ros_allows",'
         report.add("ros-name", span, f"ROS does not allow the name '{name}': {fault}", hint)
@@ -315,18 +317,11 @@ def _identifier(info: CommunicationInfo, report: Report) -> str | None:
     return join(info.instance.prefix, name)
 
 
-def _name_fault(name: str) -> str | None:
-    fault = ros_name_fault(name)
-    if fault is None and name.startswith("_"):
-        return "it begins with '_'"
-    return fault
-
-
 def check_prefix(node: StringNode, report: Report) -> str:
     """A usable prefix: the one written, or none after an error."""
     text = node.text
     stripped = text.rstrip("/")
-    fault = None if text in ("", "/") else _name_fault(stripped)
+    fault = None if text in ("", "/") else ros_name_fault(stripped)
     if fault is not None:
         report.add("ros-name", node.span, f"ROS does not allow the prefix '{text}': {fault}")
         return ""

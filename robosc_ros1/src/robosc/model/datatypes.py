@@ -97,6 +97,11 @@ class TypeTable:
     def resolve_all(self) -> None:
         for name in self.scope.datatypes:
             self._named(name)
+        for node in self.scope.doubles:
+            if isinstance(node, ObjectNode):
+                self._object(node)
+            elif isinstance(node, EnumNode):
+                self._enum(node)
 
     def enum(self, name: str) -> EnumType | None:
         """The enum as expressions know it."""

@@ -38,6 +38,7 @@ from robosc.model.types import Type
 from robosc.model.world import Assembly, Instance, LibraryNames, Names
 from robosc.source import Source
 from robosc.syntax.nodes import (
+    BehaviourNode,
     ComponentNode,
     ExprNode,
     ImportNode,
@@ -246,6 +247,8 @@ class _FileResolver:
         if self._scope.node.kind == "robot":
             check_local_names(self.assembly, self._report)
         components = tuple(self._component(i) for i in self.assembly.instances.values())
+        self._check_doubles()
+        self._binder.check_unlinked(self._scope.interfaces.values())
         requirements, provides = self._statements()
         model = Model(components, requirements, provides)
         model = settle_state(model, self.assembly, self._report)
@@ -276,6 +279,23 @@ class _FileResolver:
         self.assembly.add(instance)
         for info in instance.communications.values():
             bind(info, self._binder, self._report)
+
+    def _check_doubles(self) -> None:
+        """Resolve what has a name, or a place, that is taken, only for the faults in it."""
+        for instance in list(self.assembly.instances.values()):
+            for behaviour in () if instance.imported else instance.further:
+                outside = [i for i in instance.node.items if not isinstance(i, BehaviourNode)]
+                self._check_aside(replace(instance.node, items=(*outside, behaviour)))
+        for node in self._scope.doubles:
+            if isinstance(node, ComponentNode):
+                self._check_aside(node)
+
+    def _check_aside(self, node: ComponentNode) -> None:
+        instance = Instance(node.name.text, node, self.types)
+        declare(instance, self._report)
+        for info in instance.communications.values():
+            bind(info, self._binder, self._report)
+        self._component(instance)
 
     def _imported(self, node: ImportNode) -> Instance | None:
         prefix = check_prefix(node.prefix, self._report) if node.prefix is not None else ""

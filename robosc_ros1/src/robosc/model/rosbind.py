@@ -6,6 +6,7 @@ we receive must fit into our type (an integer field read as a double is fine, no
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from robosc.model.datatypes import Universe
@@ -64,6 +65,7 @@ class Binder:
         self._universe = universe
         self._report = report
         self._warned: set[str] = set()
+        self._looked_up: set[InterfaceNode] = set()
         self._checked: set[tuple[ObjectType, str, bool]] = set()
 
     def bind(
@@ -73,6 +75,7 @@ class Binder:
         if interface is None:
             return self._default(node, parts)
         package, type_ = interface.package.text, interface.type.text
+        self._looked_up.add(interface)
         match node:
             case MessageNode():
                 found = self._definitions.message(package, type_)
@@ -146,6 +149,30 @@ class Binder:
                 f"the definition of this {kind} cannot be read: {missing.detail}",
             )
         return False
+
+    def check_unlinked(self, interfaces: Iterable[InterfaceNode]) -> None:
+        """Look up what no communication has linked, as whatever kind there is."""
+        for interface in interfaces:
+            package, type_ = interface.package.text, interface.type.text
+            if interface in self._looked_up or not (type_[0].isalpha() and package[0].isalpha()):
+                continue
+            found = [
+                look_up(package, type_)
+                for look_up in (
+                    self._definitions.message,
+                    self._definitions.service,
+                    self._definitions.action,
+                )
+            ]
+            missing = [f for f in found if isinstance(f, Missing) and f.reason == "file"]
+            if len(missing) == len(found):
+                names = [name for one in missing for name in one.names]
+                self._report.add(
+                    "interface-not-found",
+                    interface.type.span,
+                    f"{package} has no message, service or action '{type_}'",
+                    self._report.suggest(type_, names, "it has"),
+                )
 
     def _other_kind(self, package: str, type_: str) -> str | None:
         lookups = {

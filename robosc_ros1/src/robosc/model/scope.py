@@ -6,6 +6,7 @@ references to them are silent, since the syntax error was reported already.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -13,16 +14,25 @@ from robosc.errors import Diagnostic, Note, Severity
 from robosc.model.report import Report
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
+    BehaviourNode,
     ComponentNode,
+    DeclarationNode,
     EnumNode,
     FileNode,
     ImportNode,
     InterfaceNode,
     Name,
     ObjectNode,
+    StateNode,
+    VariableNode,
 )
 
 __all__ = ["FileScope", "is_escaped", "report_duplicate"]
+
+
+_Declaration = TypeVar(
+    "_Declaration", ComponentNode | ImportNode, ObjectNode | EnumNode, InterfaceNode
+)
 
 
 @dataclass
@@ -35,6 +45,11 @@ class FileScope:
     components: dict[str, ComponentNode | ImportNode] = field(default_factory=dict)
     datatypes: dict[str, ObjectNode | EnumNode] = field(default_factory=dict)
     interfaces: dict[str, InterfaceNode] = field(default_factory=dict)
+    doubles: list[ComponentNode | ImportNode | ObjectNode | EnumNode | InterfaceNode] = field(
+        default_factory=list
+    )
+    """Declarations whose name is taken: nothing can refer to them, but what they say is checked."""
+    lost: set[str] = field(default_factory=set)
     used_datatypes: set[str] = field(default_factory=set)
     used_interfaces: set[str] = field(default_factory=set)
 
@@ -47,24 +62,59 @@ class FileScope:
         for item in node.declarations:
             match item:
                 case ComponentNode() | ImportNode():
-                    _declare(scope.components, item.name, item, "component", report)
+                    scope._declare(scope.components, item, "component", report)
                 case ObjectNode() | EnumNode():
-                    _declare(scope.datatypes, item.name, item, "datatype", report)
+                    scope._declare(scope.datatypes, item, "datatype", report)
                 case InterfaceNode():
-                    _declare(scope.interfaces, item.name, item, "interface", report)
+                    scope._declare(scope.interfaces, item, "interface", report)
         return scope
+
+    def _declare(
+        self, table: dict[str, _Declaration], item: _Declaration, what: str, report: Report
+    ) -> None:
+        name = item.name.text
+        if name in table:
+            report_duplicate(what, item.name, table[name].name.span, report)
+            self.doubles.append(item)
+            self.lose(item)
+        else:
+            table[name] = item
 
     @property
     def origin(self) -> str:
         return self.node.name.text
 
     def is_lost(self, name: str) -> bool:
-        """Whether a name without declaration may have had one in text that did not parse."""
-        return name in self.node.broken
+        """Whether a name without declaration may have one in text that does not count: it did not
+        parse, or declares something a second time."""
+        return name in self.node.broken or name in self.lost
+
+    def lose(self, node: DeclarationNode | BehaviourNode) -> None:
+        """What is declared in it cannot be referred to, which is reported already."""
+        self.lost.update(_declared(node))
 
     def is_damaged(self, span: Span) -> bool:
         """Whether a part of this range did not parse, so that what it lacks proves nothing."""
         return any(f.start <= span.end and f.end >= span.start for f in self.faults)
+
+
+def _declared(node: DeclarationNode | BehaviourNode) -> Iterator[str]:
+    """The names that a declaration brings, apart from its own."""
+    match node:
+        case ComponentNode(items=items):
+            for item in items:
+                if isinstance(item, BehaviourNode):
+                    yield from _declared(item)
+                else:
+                    yield item.name.text
+        case BehaviourNode(items=items):
+            for part in items:
+                if isinstance(part, StateNode | VariableNode):
+                    yield part.name.text
+        case ObjectNode(properties=properties):
+            yield from (prop.name.text for prop in properties)
+        case EnumNode(rules=rules):
+            yield from (rule.value.text for rule in rules)
 
 
 def is_escaped(name: Name) -> bool:
@@ -80,17 +130,3 @@ def report_duplicate(what: str, second: Name, first: Span, report: Report) -> No
         "give one of them another name",
         [Note("the first one is here", first)],
     )
-
-
-_Declaration = TypeVar(
-    "_Declaration", ComponentNode | ImportNode, ObjectNode | EnumNode, InterfaceNode
-)
-
-
-def _declare(
-    table: dict[str, _Declaration], name: Name, item: _Declaration, what: str, report: Report
-) -> None:
-    if name.text in table:
-        report_duplicate(what, name, table[name.text].name.span, report)
-    else:
-        table[name.text] = item

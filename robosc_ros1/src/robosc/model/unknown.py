@@ -98,7 +98,9 @@ class NameFaults:
                 "unknown-member",
                 member.span,
                 f"{root} has no variable or state '{member.text}'",
-                self._report.suggest(member.text, component.members),
+                self._report.suggest(member.text, component.members)
+                if component.members
+                else f"{root} has no behaviour",
             )
 
     def ambiguous(self, access: Access, meanings: list[Expr]) -> None:

@@ -58,7 +58,7 @@ class Instance:
     ``node`` and ``types`` are those of the declaration, in a library for an import; ``prefix`` is
     the whole chain of prefixes, joined; ``original`` and ``library`` are what an import took it
     from. The tables hold the first of two equal names; a variable whose type has an error is there
-    with None.
+    with None. ``further`` are behaviours beyond the one that a component may have.
     """
 
     name: str
@@ -67,6 +67,7 @@ class Instance:
     prefix: str = ""
     imported: ImportNode | None = None
     behaviour: BehaviourNode | None = None
+    further: list[BehaviourNode] = field(default_factory=list)
     states: dict[str, StateNode] = field(default_factory=dict)
     variables: dict[str, Type | None] = field(default_factory=dict)
     variable_nodes: dict[str, VariableNode] = field(default_factory=dict)

@@ -34,6 +34,10 @@ _LEXEME = re.compile(
     r"\^?\w+|\d+(?:\.\d+)?|\"[^\"\n]*\"?|'[^'\n]*'?|[=!<>:]=|=>|->|\.\.|.", re.ASCII
 )
 _WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_STATEMENTS = frozenset({"requirement", "provide", "on", "transition"})
+_DECLARING = frozenset(
+    {"component", "datatype", "interface", "message", "service", "action", "variable", "state"}
+)
 _QUOTED = re.compile(r"'(\w+)")
 _ADVICE = {
     "not": "write '!' for 'not'",
@@ -143,8 +147,14 @@ class ModelText(str):
             self.report("syntax", message, at, hint=_hint(self, at, message))
 
     def skipped(self, start: int, end: int) -> None:
-        """Remember the words of a declaration that will not be in the tree."""
-        self.broken.update(_WORD.findall(self[start:end]))
+        """Remember the words of a declaration that will not be in the tree.
+
+        A statement or transition declares nothing, so that unknown names elsewhere stay unknown.
+        """
+        words = _WORD.findall(self[start:end])
+        if words and words[0] in _STATEMENTS and _DECLARING.isdisjoint(words):
+            return
+        self.broken.update(words)
 
     @property
     def exhausted(self) -> bool:

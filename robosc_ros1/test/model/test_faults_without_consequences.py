@@ -1,0 +1,97 @@
+"""One mistake makes one error: what follows from it is silent, what does not is told."""
+
+from __future__ import annotations
+
+from model_text import faults
+
+MOTOR = """
+component Motor {
+    incoming message move with type: none
+    behaviour {
+        initial marked state idle { on request to move goto busy }
+        marked state busy { on request to halt goto idle }
+    }
+}
+"""
+
+
+def test_what_a_second_component_of_one_name_declares_is_not_unknown() -> None:
+    second = """
+    component Motor {
+        incoming message halt with type: none
+        behaviour { initial marked state off {} }
+    }
+    requirement halt needs Motor.off
+    """
+    assert faults(MOTOR + second) == [("duplicate-name", "Motor")]
+
+
+def test_the_content_of_a_second_component_of_one_name_is_checked() -> None:
+    second = """
+    component Motor {
+        incoming message halt with type: dooble
+        behaviour { initial marked state off { on request to move goto of } }
+    }
+    """
+    assert faults(MOTOR + second) == [
+        ("duplicate-name", "Motor"), ("unknown-type", "dooble"), ("unknown-state", "of"),
+    ]  # fmt: skip
+
+
+def test_a_second_datatype_of_one_name_is_checked_and_its_values_are_not_unknown() -> None:
+    text = """
+    component Sensor {
+        outgoing message range with type: Range
+        behaviour {
+            variable range: Range
+            initial marked state on_ { on response from range do range := value }
+        }
+    }
+    component Motor { incoming message move with type: none }
+    requirement move needs Sensor.range = near
+    datatype enum Range from double to { value > 1 -> far default -> here }
+    datatype enum Range from integer to { value > "1" -> near default -> here }
+    """
+    assert faults(text) == [("duplicate-name", "Range"), ("type-mismatch", '"1"')]
+
+
+def test_a_second_behaviour_is_checked() -> None:
+    text = """
+    component Motor {
+        incoming message move with type: none
+        behaviour { initial marked state idle {} }
+        behaviour { variable speed: integer(0..3) initial marked state off {
+            on request to move do sped := 1 } }
+    }
+    requirement move needs Motor.speed = 2
+    """
+    assert faults(text) == [("several-behaviours", "behaviour"), ("unknown-name", "sped")]
+
+
+def test_a_faulty_requirement_hides_no_unknown_name_elsewhere() -> None:
+    text = (
+        MOTOR.replace("halt", "move")
+        + """
+    requirement Motor.idle disable move
+    requirement move needs motor.idle
+    """
+    )
+    assert faults(text) == [("syntax", "disable"), ("unknown-name", "motor")]
+
+
+def test_a_faulty_declaration_inside_a_statement_hides_the_names_that_it_may_declare() -> None:
+    text = """
+    component Motor { incoming message move with type: none }
+    requirement move needs
+    component Arm { incoming message lift with typ: none }
+    requirement lift needs Arm.up
+    """
+    assert [code for code, _ in faults(text)] == ["syntax", "syntax"]
+
+
+def test_a_component_without_behaviour_has_no_states() -> None:
+    text = """
+    component Motor { incoming message move with type: none }
+    requirement move needs Motor.idle
+    """
+    assert faults(text) == [("unknown-member", "idle")]
