@@ -7,7 +7,7 @@ from __future__ import annotations
 
 __all__ = [
     "action_robot", "hands", "hands_states", "line_states", "philosophers", "services_hands",
-    "transfer_line",
+    "switches", "transfer_line",
 ]  # fmt: skip
 
 
@@ -171,6 +171,16 @@ def philosophers(n: int) -> str:
         parts.append(f"  requirement first{i} needs !{left}.eating\n")
         parts.append(f"  requirement second{i} needs {right}.thinking\n")
     return _robot("Philosophers", parts)
+
+
+def switches(n: int) -> str:
+    """Declarations of n components S0, S1, ... with a boolean x that messages set freely."""
+    return "".join(
+        f"component S{i} {{ outgoing message m{i} with type: boolean behaviour {{"
+        " variable x: boolean initial marked state s {"
+        f" on response from m{i} do x := value }} }} }}\n"
+        for i in range(n)
+    )
 
 
 def _sensor(i: int) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from typing import TypeAlias
 
 from robosc.errors import StateSpaceError
@@ -338,25 +339,58 @@ class Encoding:
             )
         operate = _operation(expr)
         grouped = _Grouping()
+        ranges = _Ranges(self.diagrams, [states for _, states in right])
         for first, states in left:
-            for second, others in right:
-                both = states & others
-                if first is None or second is None:
-                    grouped.add(None, both)
-                else:
-                    grouped.add(operate(first, second), both)
+            # Neighbours often give one result (comparisons: two in all) and are taken together.
+            results = [operate(first, second) for second, _ in right]
+            start = 0
+            for result, run in groupby(results, key=_key):
+                end = start + sum(1 for _ in run)
+                grouped.add(results[start], states & ranges.union(start, end), result)
+                start = end
         return grouped.partition(self.diagrams)
 
 
-def _operation(expr: Binary) -> Callable[[Value, Value], Value]:
+def _operation(expr: Binary) -> Callable[[Value | None, Value | None], Value | None]:
     """What the reference evaluation makes of two values."""
     left, right = StateRef("", "left"), StateRef("", "right")
     bare = Binary(expr.operator, left, right, expr.type)
 
-    def operate(first: Value, second: Value) -> Value:
+    def operate(first: Value | None, second: Value | None) -> Value | None:
+        if first is None or second is None:
+            return None
         return evaluate(bare, lambda leaf: first if leaf is left else second)
 
     return operate
+
+
+class _Ranges:
+    """Unions of neighbouring sets, from unions of 1, 2, 4, 8... that are made once."""
+
+    def __init__(self, diagrams: Diagrams, sets: list[Set]) -> None:
+        self._diagrams = diagrams
+        self._levels = [sets]
+
+    def union(self, start: int, end: int) -> Set:
+        parts = []
+        level = 0
+        while start < end:
+            sets = self._level(level)
+            if start % 2:
+                parts.append(sets[start])
+                start += 1
+            if end % 2:
+                end -= 1
+                parts.append(sets[end])
+            start, end, level = start // 2, end // 2, level + 1
+        return self._diagrams.union(parts)
+
+    def _level(self, number: int) -> list[Set]:
+        if number == len(self._levels):
+            below = self._levels[-1]
+            pairs = zip(below[::2], below[1::2], strict=False)
+            self._levels.append([first | second for first, second in pairs])
+        return self._levels[number]
 
 
 def _value(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value | None:
@@ -377,8 +411,10 @@ class _Grouping:
     def __init__(self) -> None:
         self._found: dict[object, tuple[Value | None, list[Set]]] = {}
 
-    def add(self, value: Value | None, states: Set) -> None:
-        self._found.setdefault(_key(value), (value, []))[1].append(states)
+    def add(self, value: Value | None, states: Set, key: object = None) -> None:
+        """``key`` is the value's, if it is known already."""
+        found = _key(value) if key is None else key
+        self._found.setdefault(found, (value, []))[1].append(states)
 
     def partition(self, diagrams: Diagrams) -> Partition:
         united = [(value, diagrams.union(sets)) for value, sets in self._found.values()]

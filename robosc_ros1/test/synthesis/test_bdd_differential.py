@@ -1,0 +1,120 @@
+"""The symbolic engine against the dense one and the oracle, on random robots."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from random_models import models, random_model
+from synthesis.differential import differences
+from synthesis.oracle import Oracle
+from synthesis.plants import plant_of, replay
+from synthesis.subject import robot_of
+
+from robosc.ir.automaton import Plant
+from robosc.ir.expr import conjunction, negation
+from robosc.ir.step import Verdict, holds
+from robosc.model.entities import EventKind
+from robosc.model.expr import Expr
+from robosc.synthesis import synthesize
+from robosc.synthesis.bdd import synthesize_bdd
+from robosc.synthesis.bdd_engine import SymbolicEngine
+from robosc.synthesis.bdd_search import SymbolicSystem
+from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.system import allowed, possible, steps_of
+
+pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
+
+SMALL = 2**25
+relaxed = settings(
+    derandomize=True,
+    deadline=None,
+    max_examples=50,
+    suppress_health_check=list(HealthCheck),
+)
+
+
+def conditions(plant: Plant) -> list[Expr]:
+    """Questions about states, as explanations and warnings ask them."""
+    found = [possible(plant, event) for event in plant.events if event.controllable]
+    found += [allowed(plant, event) for event in plant.events if event.requirement is not None]
+    found += [negation(condition) for condition in found]
+    return [*found, conjunction(found[:2])]
+
+
+@relaxed
+@given(text=models(st.integers(1, 3)))
+def test_the_same_supervisor_as_the_dense_engine(text: str) -> None:
+    plant = plant_of(text)
+    dense, symbolic = synthesize(plant, "dense"), synthesize_bdd(plant, memory=SMALL)
+    assert symbolic.engine == "bdd"
+    for name in ("empty", "plant_states", "controlled_states", "controlled_transitions"):
+        assert getattr(symbolic, name) == getattr(dense, name), name
+    assert symbolic.guards == dense.guards
+    told = [(e.event, len(e.trace)) for e in symbolic.explanations]
+    assert told == [(e.event, len(e.trace)) for e in dense.explanations]
+
+
+@relaxed
+@given(text=models(st.integers(1, 2)))
+def test_the_oracle_agrees(text: str) -> None:
+    robot = robot_of(text)
+    assert differences(robot, Oracle(robot), "bdd") == []
+
+
+@pytest.mark.parametrize("most_moves", [1, 2, 1000])
+def test_constants_and_relations_mean_the_same(most_moves: int) -> None:
+    for seed in range(60):
+        plant = plant_of(random_model(random.Random(seed), 1 + seed % 3))
+        expected = SymbolicEngine(plant, memory=SMALL).solve()
+        found = SymbolicEngine(plant, memory=SMALL, most_moves=most_moves).solve()
+        assert found.empty == expected.empty
+        assert found.plant_states == expected.plant_states
+        assert found.controlled_states == expected.controlled_states
+        assert found.controlled_transitions == expected.controlled_transitions
+
+
+@pytest.mark.parametrize("most_nodes", [0, 30, 10**9])
+def test_paths_are_of_the_controlled_system(most_nodes: int) -> None:
+    """Breadth first or through the fixpoint's sets: each path starts and ends as it should."""
+    lengths = 0
+    for seed in range(60):
+        plant = plant_of(random_model(random.Random(seed), 1 + seed % 3))
+        solution = SymbolicEngine(plant, memory=SMALL).solve()
+        if solution.empty:
+            continue
+        system = SymbolicSystem(solution, most_nodes)
+        shortest = SymbolicSystem(solution)
+        for condition in conditions(plant):
+            path = system.nearest(condition)
+            best = shortest.nearest(condition)
+            assert (path is None) == (best is None)
+            if path is None or best is None:
+                continue
+            assert path[0] == plant.initial
+            assert holds(plant, condition, path[-1])
+            assert all(system.is_good(state) for state in path)
+            steps = steps_of(Stepper(plant), path)
+            assert replay(plant, steps) == path[-1]
+            assert len(path) >= len(best)
+            lengths += len(path)
+    assert lengths > 100
+
+
+def test_explanations_end_where_they_say() -> None:
+    seen = 0
+    for seed in range(100):
+        plant = plant_of(random_model(random.Random(seed), 1 + seed % 3))
+        for explanation in synthesize_bdd(plant, memory=SMALL).explanations:
+            if explanation.trace and explanation.event is not None:
+                seen += 1
+                end = replay(plant, explanation.trace)
+                assert isinstance(end, Verdict | tuple)
+                assert any(
+                    step.event is explanation.event
+                    or (step.event.kind is EventKind.TAU and step.event == explanation.event)
+                    for step in explanation.trace
+                )
+    assert seen > 5

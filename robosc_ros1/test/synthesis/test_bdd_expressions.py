@@ -1,0 +1,121 @@
+"""Expressions as sets of states: the same values as the reference evaluation, state by state."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from itertools import product
+
+import pytest
+from random_models import random_model
+from synthesis.plants import plant_of
+
+from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
+from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.step import Values, valuations
+from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.model.types import Value
+from robosc.synthesis.bdd_encoding import Encoding
+
+pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
+
+SMALL = 2**25
+
+
+def states_of(plant: Plant) -> Iterator[PlantState]:
+    yield from product(*(range(axis.size) for axis in plant.axes))
+
+
+def value_in(
+    plant: Plant, expr: Expr, state: PlantState, event: Event | None, values: Values
+) -> Value | None:
+    def look(leaf: Leaf) -> Value | None:
+        match leaf:
+            case VariableRef(component=component, variable=name):
+                axis = plant.axis_index[AxisKind.VARIABLE, f"{component}.{name}"]
+                return plant.axes[axis].values[state[axis]]
+            case StateRef(component=component, state=name):
+                axis = plant.axis_index[AxisKind.LOCATION, component]
+                return plant.axes[axis].values[state[axis]] == name
+            case PhaseRef(communication=key):
+                return state[plant.axis_index[AxisKind.PHASE, key]] == 1
+            case ValueRef(path=path):
+                assert event is not None
+                paths = [parameter.path for parameter in event.parameters]
+                return values[paths.index(path)]
+
+    try:
+        return evaluate(expr, look)
+    except Undefined:
+        return None
+
+
+def expressions(plant: Plant) -> Iterator[tuple[Expr, int | None]]:
+    for number, event in enumerate(plant.events):
+        if event.requirement is not None:
+            yield event.requirement, None
+        for participant in event.participants:
+            for edge in participant.edges:
+                if edge.guard is not None:
+                    yield edge.guard, number
+                for _, expr in edge.updates:
+                    yield expr, number
+    for condition, _ in plant.invariants:
+        yield condition, None
+
+
+def check(plant: Plant) -> int:
+    """How many values were compared."""
+    encoding = Encoding(plant, SMALL)
+    false = encoding.diagrams.false
+    compared = 0
+    for expr, number in expressions(plant):
+        partition = encoding.partition(expr, number)
+        event = None if number is None else plant.events[number]
+        for values in [()] if event is None else valuations(event):
+            chosen = encoding.diagrams.true
+            for n, value in enumerate(values):
+                assert number is not None and event is not None
+                index = list(event.parameters[n].values).index(value)
+                chosen = chosen & encoding.value((number, n), index)
+            for state in states_of(plant):
+                here = encoding.state(state) & chosen
+                found = [value for value, states in partition if here & states != false]
+                expected = value_in(plant, expr, state, event, values)
+                assert [repr(value) for value in found] == [repr(expected)], (expr, state, values)
+                compared += 1
+    return compared
+
+
+def test_random_expressions() -> None:
+    total = sum(check(plant_of(random_model(random.Random(seed), 1))) for seed in range(150))
+    assert total > 10_000
+
+
+def test_division_signed_zeros_and_what_is_no_number() -> None:
+    """0/0 differs from itself, and 1/-0.0 from 1/0.0, whatever the order in which values come."""
+    assert check(
+        plant_of(
+            "component A { outgoing message m with type: integer(-2..2)"
+            " outgoing message n with type: integer(-2..2) behaviour {"
+            " variable x: integer(-2..2) variable y: integer(-2..2) variable b: boolean"
+            " initial marked state s {"
+            " on response from m if 1 / (0.0 * value) < x / y do x := value"
+            " on response from n do y := value, b := x / y = x / y } } }"
+            " requirement never A.b and A.x / A.y != A.x / A.y"
+            " requirement always 1 / (A.x * 0.0) <= 1 / (A.y * 0.0) or A.b"
+        )
+    )
+
+
+def test_missing_elements() -> None:
+    assert check(
+        plant_of(
+            "datatype object L { items: array(integer(0..2)) flags: array(boolean) }"
+            " component A { outgoing message m with type: L links link behaviour {"
+            " variable x: integer(0..2) variable b: boolean initial marked state s {"
+            " on response from m if value.items[0] > x or b do x := value.items[1],"
+            " b := value.flags[0] and x > 0 } } incoming message go with type: none }"
+            " requirement go needs A.b and A.x > 1"
+        )
+    )
