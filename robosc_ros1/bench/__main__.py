@@ -112,11 +112,20 @@ def engine() -> None:
         )
 
 
+def ros() -> None:
+    """Latency and flood of the generated controller on a real roscore, beside a bare relay."""
+    test = ROOT / "robosc_ros1" / "test"
+    paths = [str(ROOT / "robosc_ros1" / "src"), str(test)]
+    env = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
+    subprocess.run([sys.executable, test / "bench" / "ros_bench.py"], env=env, check=True)
+
+
 SECTIONS: dict[str, Callable[[], None]] = {
     "startup": startup,
     "frontend": frontend,
     "synthesis": synthesis,
     "engine": engine,
+    "ros": ros,
 }
 
 

@@ -149,6 +149,23 @@ def _export(args: Arguments) -> int:
     return 0
 
 
+def _format(args: Arguments) -> int:
+    from robosc import pipeline
+
+    worst = 0
+    for path in args.files:
+        try:
+            changed = pipeline.format_file(path, check=args.check)
+        except ModelError as error:
+            _report(error.diagnostics)
+            worst = error.exit_code
+            continue
+        if changed:
+            print(f"{path}: {'would be changed' if args.check else 'changed'}")
+            worst = max(worst, int(args.check))
+    return worst
+
+
 # --- their arguments -----------------------------------------------------------------------------
 
 
@@ -246,6 +263,13 @@ def _export_arguments(parser: argparse.ArgumentParser) -> None:
     _common(parser)
 
 
+def _format_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("files", metavar="FILE", nargs="+", help="a .rscd file")
+    parser.add_argument(
+        "--check", action="store_true", help="change nothing; exit 1 if a file would be changed"
+    )
+
+
 def _positive(text: str) -> int:
     try:
         value = int(text)
@@ -298,6 +322,13 @@ VERBS = (
         "robosc export line_follower.rscd --format svg --output line_follower.svg",
         _export_arguments,
         _export,
+    ),
+    Verb(
+        "format",
+        "give model files their canonical layout",
+        "robosc format --check *.rscd",
+        _format_arguments,
+        _format,
     ),
 )
 

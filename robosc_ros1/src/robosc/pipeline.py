@@ -200,6 +200,26 @@ def export(robot: Robot, format_: Format, *, with_supervisor: bool = False) -> s
     return exported(lower(robot), format_, with_supervisor)
 
 
+def format_file(path: str | Path, *, check: bool = False) -> bool:
+    """Give a model file its canonical layout; whether it had (with ``check``: has) another one.
+
+    Raises:
+        UsageError: the file cannot be read or written.
+        ModelError: it has errors of syntax. It is left as it is.
+    """
+    from robosc.syntax.format import format_text
+    from robosc.syntax.parser import read_source
+
+    source, unreadable = read_source(str(path))
+    if source is None:
+        raise ModelError(unreadable)
+    text = format_text(source).encode()
+    changed = Path(path).read_bytes() != text
+    if changed and not check:
+        write_text(Path(path), text.decode())
+    return changed
+
+
 def write_text(path: Path, text: str) -> None:
     """Writes a result where the user wants it.
 
