@@ -44,6 +44,18 @@ def test_unhandled_error_forbids_the_grab(robosc: Robosc) -> None:
     assert "on error from grab goto idle" in done.stderr
 
 
+def test_readme_shows_what_is_told(robosc: Robosc) -> None:
+    done = robosc("check", str(UNHANDLED))
+    readme = (UNHANDLED.parent / "README.md").read_text(encoding="utf-8")
+    told = done.stderr.replace(str(UNHANDLED), UNHANDLED.name) + done.stdout
+    assert " ".join(told.split()) in " ".join(readme.split())
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.stem)
+def test_example_has_the_canonical_layout(model: Path, robosc: Robosc) -> None:
+    assert robosc("format", "--check", str(model)).returncode == 0
+
+
 def test_the_remedy_that_is_told_helps(robosc: Robosc, tmp_path: Path) -> None:
     text = UNHANDLED.read_text(encoding="utf-8")
     handled = "on response from grab goto idle\n on error from grab goto idle"
