@@ -22,6 +22,7 @@ from robosc.errors import (
     ModelError,
     RoboscError,
     Severity,
+    UsageError,
     has_errors,
     render_all,
     sort_diagnostics,
@@ -370,6 +371,12 @@ def _guarded(args: Arguments) -> int:
     except RoboscError as error:
         _complain(str(error))
         return error.exit_code
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] == "robosc":
+            raise
+        # Most often a python3 of pyenv or conda that stands before the system's on PATH.
+        _complain(f"{sys.executable} has no module {error.name!r}; see Install in the README")
+        return UsageError.exit_code
     finally:
         args.progress.clear()
 

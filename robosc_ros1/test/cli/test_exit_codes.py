@@ -131,6 +131,18 @@ def test_what_is_no_model_is_an_error_of_the_model(
     assert code(robosc("check", "model.rscd")) == 1
 
 
+def test_python_without_the_libraries_is_told(model: Callable[[str], str], tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-S", "-m", "robosc", "check", model(models.GOOD)],
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(SOURCES)},
+        capture_output=True,
+        text=True,
+    )
+    assert code(done) == 2
+    assert f"{sys.executable} has no module" in done.stderr
+
+
 def test_interrupt_ends_quietly(tmp_path: Path) -> None:
     """A named pipe as the model: the command waits for its content until it is interrupted."""
     pipe = tmp_path / "model.rscd"
