@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pytest
 from model_text import faults
+
+from robosc.model.resolve import load
+from robosc.model.rosmsg import MessageDefinitions
+from robosc.source import Source
 
 MOTOR = """
 component Motor {
@@ -95,3 +102,45 @@ def test_a_component_without_behaviour_has_no_states() -> None:
     requirement move needs Motor.idle
     """
     assert faults(text) == [("unknown-member", "idle")]
+
+
+def test_names_of_a_library_are_looked_up_whatever_else_is_wrong(tmp_path: Path) -> None:
+    (tmp_path / "Wheels.rscd").write_text(
+        "library Wheels { component Wheel { incoming message turn with type: none"
+        " behaviour { initial marked state ok {} } } }"
+    )
+    model = """robot Cart {
+        component Left from Wheels import Wheel with prefix "/left"
+        component Right from Wheels import Wheel with prefix: "/right" {
+            behaviour { initial marked state idle {} }
+        }
+        requirement Right.turn needs Right.okk
+    }"""
+    _, found = load(Source(str(tmp_path / "model.rscd"), model), definitions=MessageDefinitions())
+    assert [(d.code, d.span.text, d.message) for d in found] == [
+        ("syntax", "prefix", "expected 'prefix:' after 'with'"),
+        ("syntax", "{", "an imported component cannot be extended"),
+        ("unknown-member", "okk", "Right has no variable or state 'okk'"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [("float", "double"), ("float32", "double"), ("Int16", "integer"), ("bool", "boolean")],
+)
+def test_types_of_ros_and_other_languages_are_understood(written: str, meant: str) -> None:
+    _, found = load(
+        Source(
+            "m.rscd", f"robot R {{ component C {{ outgoing message m with type: {written} }} }}"
+        ),
+        definitions=MessageDefinitions(),
+    )
+    assert [(d.code, d.hint) for d in found] == [("unknown-type", f"write '{meant}'")]
+
+
+def test_a_missing_with_is_named() -> None:
+    _, found = load(
+        Source("m.rscd", "robot R { component C { outgoing message m type: double } }"),
+        definitions=MessageDefinitions(),
+    )
+    assert [(d.span.text, d.hint) for d in found] == [("type", "'with' is missing before it")]

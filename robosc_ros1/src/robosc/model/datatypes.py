@@ -68,6 +68,18 @@ class Universe:
 # Far beyond any ROS message; keeps whatever walks through types from exhausting the stack.
 _DEEPEST = 50
 
+# What ROS and other languages call the built-in types, without the number of bits.
+_FOREIGN = {
+    "float": "double",
+    "real": "double",
+    "int": "integer",
+    "uint": "integer",
+    "bool": "boolean",
+    "str": "string",
+    "empty": "none",
+    "void": "none",
+}
+
 ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
 
 
@@ -163,11 +175,14 @@ class TypeTable:
         if self.scope.is_lost(node.name.text):
             return
         basic = ("string", "boolean", "double", "integer", "none")
+        meant = _FOREIGN.get(node.name.text.lower().rstrip("0123456789"))
         self._report.add(
             "unknown-type",
             node.name.span,
             f"there is no datatype '{node.name.text}'",
-            self._report.suggest(node.name.text, [*self.scope.datatypes, *basic]),
+            f"write '{meant}'"
+            if meant
+            else self._report.suggest(node.name.text, [*self.scope.datatypes, *basic]),
         )
 
     def _basic(self, node: BasicTypeNode) -> Type | None:

@@ -95,7 +95,9 @@ class FileScope:
 
     def is_damaged(self, span: Span) -> bool:
         """Whether a part of this range did not parse, so that what it lacks proves nothing."""
-        return any(f.start <= span.end and f.end >= span.start for f in self.faults)
+        return span.source is self.source and any(
+            f.start <= span.end and f.end >= span.start for f in self.faults
+        )
 
 
 def _declared(node: DeclarationNode | BehaviourNode) -> Iterator[str]:

@@ -19,6 +19,7 @@ from pyparsing import ParseBaseException, ParseException, ParserElement
 from robosc.errors import Note
 from robosc.syntax.elements import Build, Fault, ModelText, skip_space, text_of
 from robosc.syntax.landmarks import Landmarks, nearest_keyword, word_at
+from robosc.syntax.nodes import ImportNode
 
 __all__ = ["Block", "Child", "Header", "Items", "Rule"]
 
@@ -278,6 +279,9 @@ class Block(ParserElement):
         message = f"expected {_either((*tail, *self.items.words, _CLOSE))}"
         if text.follows_lexical_fault(loc):
             return self._recover(text, loc, ParseException(text, loc, message), told=True)
+        if text.startswith("{", loc) and isinstance(nodes[-1], ImportNode):
+            message = "an imported component cannot be extended"
+            return self._recover(text, loc, Fault(text, loc, message))
         for pattern, hint in self._advice:
             if pattern.match(text, loc):
                 return self._recover(text, loc, Fault(text, loc, message, hint=hint))

@@ -207,7 +207,10 @@ def _hint(text: str, at: int, message: str) -> str | None:
         return _ADVICE[found]
     if f"'{found}:'" in message:
         colon = text.startswith(":", skip_space(text, lexeme.end()))
-        return "a ',' is missing before it" if colon else f"write '{found}:' with its colon"
+        if not colon:
+            return f"write '{found}:' with its colon"
+        missing = "'with'" if message.startswith("expected 'with'") else "a ','"
+        return f"{missing} is missing before it"
     near = get_close_matches(found, _QUOTED.findall(message), 1, 0.6) if len(found) < 30 else []
     return f"did you mean '{near[0]}'?" if near and near[0] != found else None
 
