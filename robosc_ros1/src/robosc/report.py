@@ -79,9 +79,8 @@ def _guard_lines(guard: Guard, width: int, result: Supervisor) -> Iterator[str]:
 
 
 def _explanation_lines(explanation: Explanation) -> Iterator[str]:
-    name = "the supervisor" if explanation.event is None else event_text(explanation.event)
     yield ""
-    yield f"{name}: {explanation.reason}"
+    yield explanation.reason
     if explanation.trace:
         yield f"    trace: {trace_text(explanation.trace)}"
     if explanation.remedy:
