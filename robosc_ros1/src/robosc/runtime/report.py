@@ -47,7 +47,9 @@ class Outlet:
 
 
 def dump(document: Any) -> str:
-    return json.dumps(jsonable(document), separators=(",", ":"), ensure_ascii=False)
+    return json.dumps(
+        jsonable(document), separators=(",", ":"), ensure_ascii=False, allow_nan=False
+    )
 
 
 def event_document(entry: Entry) -> Dict[str, Any]:

@@ -68,6 +68,8 @@ def jsonable(value: Value) -> Value:
     if isinstance(value, dict):
         result: Dict[str, Any] = {key: jsonable(part) for key, part in value.items()}
         return result
+    if isinstance(value, (list, tuple)):
+        return [jsonable(part) for part in value]
     return value
 
 

@@ -1,0 +1,128 @@
+"""The generated controller on a real roscore: latency beside a bare relay, and a flood of messages.
+
+``PYTHONPATH=robosc_ros1/src:robosc_ros1/test python3 robosc_ros1/test/bench/ros_bench.py``, or
+``./dev bench ros``. Needs ROS 1; builds the package of ``golden/models/probe.rscd`` first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import ros_support
+from emit.golden_packages import GOLDEN, package_of
+from ros_support import PYTHON, Master, Workspace
+
+from robosc.emit.writer import write
+
+__all__ = ["main"]
+
+HERE = Path(__file__).resolve().parent
+LIMITS = {"median": 3.0, "99 %": 5.0}
+"""How many times slower than the relay the controller may be."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--samples", type=int, default=3000)
+    parser.add_argument("--seconds", type=float, default=60.0, help="length of the flood")
+    parser.add_argument("--rate", type=float, default=2000.0, help="messages per second of it")
+    args = parser.parse_args(arguments)
+    reason = ros_support.missing_ros()
+    if reason is not None:
+        print(f"ros: skipped: {reason}")
+        return 0
+    with tempfile.TemporaryDirectory(prefix="robosc-bench-") as folder:
+        workspace = built_workspace(Path(folder) / "ws")
+        (Path(folder) / "master").mkdir()
+        with ros_support.master(Path(folder) / "master") as master:
+            result, memory = run(workspace, master, args)
+    return report(result, memory)
+
+
+def built_workspace(folder: Path) -> Workspace:
+    workspace = Workspace(folder)
+    workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
+    write(package_of("probe"), folder / "src")
+    workspace.build()
+    return workspace
+
+
+def run(
+    workspace: Workspace, master: Master, args: argparse.Namespace
+) -> tuple[dict[str, Any], list[int]]:
+    """What latency_node.py found, and the controller's memory in kB, once per second."""
+    # The slowest rate, so that repetitions do not come between.
+    node = ("rosrun", "probe_controller", "probe_controller", "_rate:=0.001")
+    relay = (str(PYTHON), str(HERE / "relay_node.py"))
+    probe = [str(PYTHON), str(HERE / "latency_node.py")]
+    output = workspace.folder / "latency.json"
+    probe += [str(args.samples), str(args.seconds), str(args.rate), str(output)]
+    with (
+        workspace.start(*node, master=master) as controller,
+        workspace.start(*relay, master=master),
+    ):
+        process = subprocess.Popen(probe, env=workspace.environment(master=master))
+        memory = []
+        while process.poll() is None:
+            memory.append(resident(controller.pid))
+            time.sleep(1.0)
+            if len(memory) > args.seconds + args.samples / 50 + 120:
+                process.kill()
+        return json.loads(output.read_text(encoding="utf-8")), memory
+
+
+def resident(pid: int) -> int:
+    """Resident memory of a process in kB."""
+    for line in Path(f"/proc/{pid}/status").read_text(encoding="utf-8").splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1])
+    return 0
+
+
+def quantiles(samples: list[float | None]) -> dict[str, float]:
+    """Median, 99th percentile and greatest, in microseconds."""
+    found = sorted(s for s in samples if s is not None)
+    return {
+        "median": found[len(found) // 2] * 1e6,
+        "99 %": found[int(len(found) * 0.99)] * 1e6,
+        "greatest": found[-1] * 1e6,
+    }
+
+
+def report(result: dict[str, Any], memory: list[int]) -> int:
+    """Print the table; 1 if a limit is exceeded."""
+    taken = result["latencies"]
+    relay, controller = quantiles(taken["relay"]), quantiles(taken["controller"])
+    failed = 0
+    print(f"latency of {len(taken['relay'])} messages each, in microseconds")
+    for name in relay:
+        ratio = controller[name] / relay[name]
+        limit = LIMITS.get(name)
+        verdict = "" if limit is None else f"  (at most {limit:g})"
+        failed |= limit is not None and ratio > limit
+        print(
+            f"  {name:9} relay {relay[name]:8.0f}   controller {controller[name]:8.0f}"
+            f"   ratio {ratio:5.2f}{verdict}"
+        )
+    lost = sum(s is None for s in taken["controller"])
+    print(f"  unanswered: {lost}")
+    if "flood" in result:
+        flood = result["flood"]
+        answers = quantiles(flood["answers"])
+        print(f"flood: {flood['sent']} messages in {flood['seconds']:.1f} s")
+        print(f"  received {flood['received']}, lost {flood['sent'] - flood['received']}")
+        print(f"  command after: median {answers['median']:.0f} us, 99 % {answers['99 %']:.0f} us")
+        late = memory[len(memory) // 3 :]
+        print(f"  memory {late[0]} kB, at the end {late[-1]} kB")
+        failed |= flood["sent"] != flood["received"]
+    return int(failed or lost > 0)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,27 @@
+"""Validation of documents against the schemas in ``docs/schemas``."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from ros_support import REPOSITORY
+
+__all__ = ["validate"]
+
+FOLDER = REPOSITORY / "docs" / "schemas"
+
+
+def validate(document: Any, name: str) -> None:
+    """Fail if the document does not follow ``<name>.schema.json``; skip without jsonschema."""
+    jsonschema = pytest.importorskip("jsonschema")
+    schemas = {path.name: json.loads(path.read_text("utf-8")) for path in FOLDER.glob("*.json")}
+    resolver = jsonschema.RefResolver(
+        FOLDER.as_uri() + "/",
+        {},
+        store={FOLDER.as_uri() + "/" + key: schema for key, schema in schemas.items()},
+    )
+    schema = schemas[f"{name}.schema.json"]
+    jsonschema.Draft7Validator.check_schema(schema)
+    jsonschema.Draft7Validator(schema, resolver=resolver).validate(document)

@@ -1,0 +1,206 @@
+"""What a controller tells of itself: documents by their schemas, reasons, logs, diagnostics."""
+
+from __future__ import annotations
+
+import json
+import threading
+from pathlib import Path
+from typing import Any
+
+from runtime.lamp_robot import SENSOR, LampController, PlayedPort
+from runtime.schemas import validate
+
+from robosc.runtime.engine import Engine
+from robosc.runtime.eventlog import EventLog
+from robosc.runtime.report import Outlet, Reporter, dump, event_document, state_document
+from robosc.runtime.settings import Settings
+
+
+class Heard(Outlet):
+    """Keeps all that is published, and lets a test wait for it."""
+
+    def __init__(self, listening: bool = True) -> None:
+        self.states: list[dict[str, Any]] = []
+        self.told: list[dict[str, Any]] = []
+        self.levels: list[tuple[int, str, dict[str, str]]] = []
+        self.legacies: list[dict[str, Any]] = []
+        self.listening = listening
+        self.changed = threading.Condition()
+
+    def state(self, text: str) -> None:
+        with self.changed:
+            self.states.append(json.loads(text))
+            self.changed.notify_all()
+
+    def events(self, texts: list[str]) -> None:
+        with self.changed:
+            self.told += [json.loads(text) for text in texts]
+            self.changed.notify_all()
+
+    def wants_events(self) -> bool:
+        return self.listening
+
+    def legacy(self, text: str) -> None:
+        self.legacies.append(json.loads(text))
+
+    def diagnostics(self, level: int, message: str, values: list[tuple[str, str]]) -> None:
+        with self.changed:
+            self.levels.append((level, message, dict(values)))
+            self.changed.notify_all()
+
+    def wait(self, condition: Any) -> None:
+        with self.changed:
+            assert self.changed.wait_for(condition, 20)
+
+
+def state_of(engine: Engine) -> dict[str, Any]:
+    entries = [event_document(e) for e in engine.journal.take()]
+    document = json.loads(dump(state_document(engine.snapshot(), entries[-10:])))
+    validate(document, "state")
+    return document  # type: ignore[no-any-return]
+
+
+def reasons(document: dict[str, Any], kind: str, name: str) -> list[tuple[str, str]]:
+    (command,) = (
+        c for c in document["commands"] if (c["event"]["kind"], c["event"]["name"]) == (kind, name)
+    )
+    assert command["enabled"] == (not command["blocked_by"])
+    return [(reason["kind"], reason["text"]) for reason in command["blocked_by"]]
+
+
+def test_the_state_tells_why_commands_are_not_enabled() -> None:
+    engine = Engine(LampController(), PlayedPort())
+    engine.begin()
+    document = state_of(engine)
+    assert reasons(document, "request", "go") == [("requirement", "go needs clear")]
+    assert reasons(document, "request", "halt") == []
+    assert reasons(document, "cancel", "reach") == [
+        ("phase", "it is idle"),
+        ("requirement", "no requirement on it is violated"),
+    ]
+    engine.cycle()
+    document = state_of(engine)
+    assert reasons(document, "request", "light") == [("phase", "it is busy")]
+    assert ("phase", "it is busy") in reasons(document, "request", "reach")
+    assert ("consent", "a component does not accept it in its state") in reasons(
+        document, "request", "reach"
+    )
+    assert document["communications"] == {"light": "busy", "reach": "busy"}
+
+
+def test_what_synthesis_forbids_has_its_reason() -> None:
+    controller = LampController()
+    controller.lamp_allowed = False
+    command = controller.COMMANDS[2]._replace(reason="the lamp would burn out")
+    controller.COMMANDS = (*controller.COMMANDS[:2], command, *controller.COMMANDS[3:])
+    document = state_of(Engine(controller, PlayedPort()))
+    assert reasons(document, "request", "light") == [("synthesis", "the lamp would burn out")]
+
+
+def test_events_follow_their_schema_whatever_they_carry() -> None:
+    engine = Engine(LampController(), PlayedPort())
+    engine.begin()
+    for value in (50, float("nan"), float("inf"), -1, "far"):
+        engine.post(SENSOR, "response", value)
+    engine.cycle()
+    engine.stop("enough")
+    engine.cycle()
+    latest = [event_document(e) for e in engine.journal._entries]
+    dump(state_document(engine.snapshot(), latest[-10:]))  # fails if anything is not JSON
+    documents = [json.loads(dump(event_document(e))) for e in engine.journal.take()]
+    for document in documents:
+        validate(document, "event")
+    assert {d["outcome"] for d in documents} == {"applied", "mismatch", "stopped"}
+    assert [d["number"] for d in documents] == list(range(1, len(documents) + 1))
+
+
+def run_reporter(settings: Settings, heard: Heard, play: Any) -> Engine:
+    engine = Engine(LampController(), PlayedPort(), settings)
+    reporter = Reporter(engine, heard)
+    thread = threading.Thread(target=engine.run, daemon=True)
+    thread.start()
+    reporter.start()
+    play(engine)
+    engine.close()
+    thread.join(10)
+    reporter.close(10)
+    return engine
+
+
+def test_every_event_is_published_and_the_last_state_is_the_last() -> None:
+    heard = Heard()
+
+    def play(engine: Engine) -> None:
+        for value in [5, 50] * 500:
+            engine.post(SENSOR, "response", value)
+        heard.wait(lambda: heard.states and heard.states[-1]["counters"]["inputs"] == 1000)
+
+    engine = run_reporter(Settings(state_rate=1000.0), heard, play)
+    assert [d["number"] for d in heard.told] == list(range(1, engine.journal.number + 1))
+    assert heard.states[-1]["number"] == engine.journal.number
+    assert heard.states[-1]["variables"]["Motor.speed"] == 5.0
+
+
+def test_nobody_listens_and_the_state_still_knows_the_latest_events() -> None:
+    heard = Heard(listening=False)
+
+    def play(engine: Engine) -> None:
+        engine.post(SENSOR, "response", 50)
+        heard.wait(lambda: heard.states and heard.states[-1]["counters"]["inputs"] == 1)
+
+    run_reporter(Settings(legacy_state_topic="/state"), heard, play)
+    assert heard.told == []
+    assert heard.states[-1]["latest"]
+    assert heard.legacies[-1]["variables"]["Motor"] == {"speed": 5.0}
+
+
+def test_diagnostics_warn_of_what_is_new_and_are_calm_again() -> None:
+    heard = Heard()
+
+    def play(engine: Engine) -> None:
+        engine.post(SENSOR, "response", 500)
+        heard.wait(lambda: any(level == 1 for level, _, _ in heard.levels))
+        heard.wait(lambda: heard.levels[-1][0] == 0)
+        engine.stop("enough")
+        heard.wait(lambda: heard.levels[-1][0] == 2)
+
+    run_reporter(Settings(), heard, play)
+    warning = next(message for level, message, _ in heard.levels if level == 1)
+    assert "1 new mismatches" in warning
+    assert heard.levels[-1][1] == "safe stop: enough"
+    assert heard.levels[-1][2]["mismatches"] == "1"
+
+
+def test_the_event_log_is_a_line_per_event_and_rotates(tmp_path: Path) -> None:
+    log = EventLog(str(tmp_path / "deep" / "events.jsonl"), limit=100, keep=2)
+    for number in range(50):
+        log.write([json.dumps({"number": number, "text": "x" * 20})])
+    files = sorted(p.name for p in (tmp_path / "deep").iterdir())
+    assert files == ["events.jsonl.1", "events.jsonl.2"] or files == [
+        "events.jsonl", "events.jsonl.1", "events.jsonl.2",
+    ]  # fmt: skip
+    newest = next(p for p in ("events.jsonl", "events.jsonl.1") if (tmp_path / "deep" / p).exists())
+    last = (tmp_path / "deep" / newest).read_text(encoding="utf-8").splitlines()[-1]
+    assert json.loads(last)["number"] == 49
+    assert all(p.stat().st_size < 200 for p in (tmp_path / "deep").iterdir())
+
+
+def test_the_reporter_writes_the_log_and_tells_when_it_cannot(tmp_path: Path) -> None:
+    def play(engine: Engine) -> None:
+        engine.post(SENSOR, "response", 50)
+        heard.wait(lambda: heard.states and heard.states[-1]["counters"]["inputs"] == 1)
+
+    heard = Heard()
+    engine = run_reporter(Settings(event_log=str(tmp_path / "log")), heard, play)
+    lines = (tmp_path / "log").read_text(encoding="utf-8").splitlines()
+    assert [json.loads(line)["number"] for line in lines] == list(
+        range(1, engine.journal.number + 1)
+    )
+
+    def play_longer(engine: Engine) -> None:
+        play(engine)
+        heard.wait(lambda: any("event log" in message for _, message, _ in heard.levels))
+
+    heard = Heard()
+    (tmp_path / "file").write_text("")
+    run_reporter(Settings(event_log=str(tmp_path / "file" / "log")), heard, play_longer)
