@@ -9,6 +9,7 @@ import pytest
 from synthesis.oracle import Event, Oracle
 
 from robosc import pipeline
+from robosc.errors import has_errors
 from robosc.model.entities import EventKind, Robot
 from robosc.supervisor import Supervisor
 from robosc.synthesis import compute, explore
@@ -68,8 +69,21 @@ def _control(robot: Robot, oracle: Oracle, engine: str) -> Iterator[str]:
         ours = explore_document(explore(supervisor))
         yield from _graphs("controlled", ours, oracle.document(), oracle)
     yield from _guards(supervisor, oracle)
+    if not oracle.empty:
+        yield from _properties(supervisor, oracle)
+        yield from (f"error: {d.message}" for d in supervisor.diagnostics if has_errors([d]))
     report = verify(supervisor)
     yield from (f"verify: {c.name}: {c.detail}" for c in report.checks if not c.holds)
+
+
+def _properties(supervisor: Supervisor, oracle: Oracle) -> Iterator[str]:
+    expected = oracle.properties()
+    if not expected.pop("acyclic"):
+        del expected["confluence"]  # not a question where own steps may go round
+    told = dict(supervisor.properties)
+    for name, holds in expected.items():
+        if told.get(name) != holds:
+            yield f"{name} {told.get(name)}, oracle {holds}"
 
 
 def _guards(supervisor: Supervisor, oracle: Oracle) -> Iterator[str]:

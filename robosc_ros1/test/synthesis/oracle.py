@@ -578,6 +578,90 @@ class Oracle:
                 return "restricted"
         return "as required"
 
+    # --- execution ---------------------------------------------------------------------------
+
+    def after(self, state: OracleState, events: list[Event]) -> list[OracleState]:
+        """Where enabled events lead to: each uncontrollable one with each of its values."""
+        return [
+            target
+            for occurrence, target in self.successors(state)
+            if occurrence.event in events
+            and (not occurrence.event.controllable or occurrence.event in self.enabled(state))
+        ]
+
+    def settle(self, state: OracleState) -> list[OracleState] | None:
+        """The states that the controller's own steps go through, None if they never end.
+
+        All enabled taus in source order, each at most once, and again until none was enabled.
+        """
+        path = [state]
+        seen = set()
+        while path[-1] not in seen:
+            seen.add(path[-1])
+            before = len(path)
+            for tau in self.taus:
+                path += self.after(path[-1], [tau])
+            if len(path) == before:
+                return path
+        return None
+
+    @cached_property
+    def taus(self) -> list[Event]:
+        return [event for event in self.events if event.kind is EventKind.TAU]
+
+    def properties(self) -> dict[str, bool]:
+        """The controller properties: of one that settles after each event before the next.
+
+        ``acyclic`` tells that no order of own steps goes round, so that confluence is a question.
+        """
+        others = [event for event in self.events if event not in self.taus]
+        settled: dict[OracleState, OracleState | None] = {}
+        edges: dict[OracleState, set[OracleState]] = {}
+        starts = [self.initial]
+        while starts:
+            start = starts.pop()
+            if start in settled:
+                continue
+            path = self.settle(start)
+            settled[start] = None if path is None else path[-1]
+            if path is not None and path[-1] not in edges:
+                starts += self.after(path[-1], others)
+                edges[path[-1]] = set()
+        for rest in edges:
+            ends = {settled[start] for start in self.after(rest, others)}
+            edges[rest] = {end for end in ends if end is not None}
+        bounded = None not in settled.values()
+        reaching = {rest for rest in edges if self.marked(rest)}
+        while any(ends & reaching and rest not in reaching for rest, ends in edges.items()):
+            reaching |= {rest for rest, ends in edges.items() if ends & reaching}
+        return {
+            "bounded response": bounded,
+            "confluence": all(len(self._ends(start)) < 2 for start in settled),
+            "nonblocking under control": bounded and reaching == set(edges),
+            "acyclic": not any(self._goes_round(start) for start in settled),
+        }
+
+    def _wake(self, start: OracleState) -> set[OracleState]:
+        """All that own steps in any order lead to."""
+        found, todo = {start}, [start]
+        while todo:
+            for target in self.after(todo.pop(), self.taus):
+                if target not in found:
+                    found.add(target)
+                    todo.append(target)
+        return found
+
+    def _ends(self, start: OracleState) -> set[OracleState]:
+        return {state for state in self._wake(start) if not self.after(state, self.taus)}
+
+    def _goes_round(self, start: OracleState) -> bool:
+        left = self._wake(start)
+        while True:
+            ends = {s for s in left if not set(self.after(s, self.taus)) & left}
+            if not ends:
+                return bool(left)
+            left -= ends
+
     # --- documents ---------------------------------------------------------------------------
 
     def document(self, plant: bool = False) -> dict[str, Any]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+import ros_support
 from random_models import random_model
 from synthesis.oracle import Oracle
 from synthesis.subject import robot_of
@@ -195,6 +197,14 @@ def test_document() -> None:
         "detail": "the request of lift is forbidden without need",
         "trace": [{"kind": "request", "name": "lift", "value": None}],
     } in document["checks"]
+
+
+EXAMPLES = sorted(Path(ros_support.EXAMPLES).rglob("*.rscd"))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_supervisor_of_each_example_is_verified(path: Path) -> None:
+    assert failing(verify(pipeline.synthesize(pipeline.load(path).robot))) == {}
 
 
 def test_every_wrong_guard_is_found() -> None:
