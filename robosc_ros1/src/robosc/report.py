@@ -113,6 +113,7 @@ def verify_text(found: VerifyReport) -> str:
             lines.append(f"    {check.detail}")
         if check.trace:
             lines.append(f"    trace: {trace_text(check.trace)}")
+    lines += [f"{name}: {'yes' if holds else 'no'}" for name, holds in found.properties]
     return "\n".join(lines) + "\n"
 
 

@@ -191,6 +191,7 @@ def test_document() -> None:
     assert document["version"] == 1
     assert document["robot"] == "Arm"
     assert document["verified"] is False
+    assert document["properties"] == dict(supervisor.properties)
     assert {
         "name": "maximally permissive",
         "holds": False,

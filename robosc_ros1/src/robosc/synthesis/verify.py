@@ -48,13 +48,15 @@ class Check:
 class VerifyReport:
     """What was found; ``states`` and ``transitions`` are those under the guards.
 
-    Where the guards are not even safe, nothing is said about what comes after.
+    ``properties`` are the controller properties as synthesis found them, by name; one that fails
+    is a warning and leaves the supervisor right. Where the guards are not even safe, nothing is said about what comes after.
     """
 
     robot: str
     checks: tuple[Check, ...]
     states: int
     transitions: int
+    properties: tuple[tuple[str, bool], ...] = ()
 
     @property
     def verified(self) -> bool:
@@ -78,6 +80,7 @@ def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> di
         "verified": report.verified,
         "states": report.states,
         "transitions": report.transitions,
+        "properties": dict(report.properties),
         "checks": [
             {
                 "name": check.name,
@@ -229,7 +232,7 @@ class _Verifier:
             self._check_permissive(graph, reached, keepable),
             *self._check_counts(states, transitions),
         ]
-        return VerifyReport(name, tuple(checks), states, transitions)
+        return VerifyReport(name, tuple(checks), states, transitions, self._supervisor.properties)
 
     def _search(self) -> _Graph:
         """Everything that the requirements permit; unsafe states are not left."""
