@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -89,15 +88,11 @@ def test_message_definitions_of_the_workspace_are_found(example_workspace: Works
 
 
 def test_no_other_executable_bears_the_name_of_a_verb() -> None:
-    tracked = subprocess.run(
-        ["git", "ls-files", "-z"], cwd=REPOSITORY, capture_output=True, check=False
-    )
-    if tracked.returncode != 0:
-        pytest.skip("not a git checkout")
-    executables = [
-        path
-        for path in map(os.fsdecode, filter(None, tracked.stdout.split(b"\0")))
-        if os.access(REPOSITORY / path, os.X_OK) and (REPOSITORY / path).is_file()
-    ]
-    named_like_verbs = {p for p in executables if Path(p).name in VERBS}
-    assert named_like_verbs == {f"robosc_ros1/scripts/{verb}" for verb in VERBS}
+    """rosrun looks into every folder below the package, and asks if it finds several."""
+    found = {
+        path.relative_to(REPOSITORY).as_posix()
+        for verb in VERBS
+        for path in REPOSITORY.rglob(verb)
+        if path.is_file() and os.access(path, os.X_OK)
+    }
+    assert found == {f"robosc_ros1/scripts/{verb}" for verb in VERBS}
