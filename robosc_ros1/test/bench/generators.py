@@ -133,9 +133,7 @@ def _phase(plant: Plant, axis: int, labels: dict[int, list[str]]) -> Automaton:
 
 
 def _free(labels: list[str]) -> Automaton:
-    return Automaton(
-        1, frozenset({0}), frozenset(labels), tuple((0, label, 0) for label in labels)
-    )
+    return Automaton(1, frozenset({0}), frozenset(labels), tuple((0, label, 0) for label in labels))
 
 
 def _conjuncts(expr: Expr) -> Iterator[Expr]:

@@ -27,7 +27,10 @@ HERE = Path(__file__).resolve().parent
 
 @dataclass(frozen=True)
 class Comparison:
-    """robosc must be ``ratio`` times as fast as libFAUDES."""
+    """The dense engine must be ``ratio`` times as fast as libFAUDES; 0: only equal counts matter.
+
+    Below some ten thousand states what is measured is how long it takes to begin.
+    """
 
     family: str
     size: tuple[int, ...]
@@ -47,11 +50,11 @@ class Alone:
 
 
 COMPARISONS = (
-    Comparison("hands", (7,), 50),
+    Comparison("hands", (7,), 0),
     Comparison("hands", (8,), 500),
-    Comparison("services_hands", (7,), 50),
+    Comparison("services_hands", (7,), 0),
     Comparison("services_hands", (8,), 50),
-    Comparison("transfer_line", (5, 4), 50),
+    Comparison("transfer_line", (5, 4), 0),
     Comparison("transfer_line", (6, 4), 50),
     Comparison("action_robot", (3,), 50),
 )
@@ -74,8 +77,10 @@ def main(arguments: list[str] | None = None) -> int:
         engine, family, size = options.run
         print(json.dumps(_run(engine, family, tuple(map(int, size.split(","))))))
         return 0
+    from robosc.synthesis.bdd import install_hint
+
     missing = [
-        f"{what} is not measured: {sys.executable} -m pip install {package}"
+        f"{what} is not measured; type: {install_hint(package)}"
         for what, package in (("libFAUDES", "faudes"), ("the symbolic engine", "oxidd"))
         if importlib.util.find_spec(package) is None
     ]
@@ -88,7 +93,7 @@ def _compare(quick: bool) -> int:
     print(f"{'system':<24}{'states':>10}{'transitions':>13}{'libFAUDES':>11}{'dense':>9}{'bdd':>9}")
     missed = 0
     for case in COMPARISONS:
-        if quick and case.size in ((8,), (6, 4)):
+        if quick and case.ratio:
             continue
         faudes = _measure("faudes", case.family, case.size)
         row = f"{_name(case):<24}{faudes['states']:>10}{faudes['transitions']:>13}"

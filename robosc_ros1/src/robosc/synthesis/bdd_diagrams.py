@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+import sysconfig
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 from robosc.errors import StateSpaceError
@@ -23,7 +25,7 @@ DEFAULT_MEMORY = 2 * 2**30
 
 _BYTES_PER_NODE = 36  # measured, with the unique table, at the worst moment of its growth
 _BYTES_PER_CACHE_ENTRY = 24
-_CACHE_ENTRIES = 2**22
+_CACHE_ENTRIES = 2**21
 _FEWEST_NODES = 2**16
 
 _Result = TypeVar("_Result")
@@ -52,11 +54,14 @@ def available() -> bool:
     return importlib.util.find_spec("oxidd") is not None
 
 
-def install_hint() -> str:
+def install_hint(package: str = "oxidd") -> str:
     """What to type so that the library is found by the Python that runs now."""
     python = sys.executable or "python3"
-    options = "" if sys.prefix != sys.base_prefix else " --user --break-system-packages"
-    hint = f"{python} -m pip install{options} oxidd"
+    options = "" if sys.prefix != sys.base_prefix else " --user"
+    if options and Path(sysconfig.get_path("stdlib"), "EXTERNALLY-MANAGED").exists():
+        # Debian's own Python wants to be asked twice (PEP 668); there is no package of it.
+        options += " --break-system-packages"
+    hint = f"{python} -m pip install{options} {package}"
     if importlib.util.find_spec("pip") is None:
         hint = f"sudo apt install python3-pip && {hint}"
     return hint

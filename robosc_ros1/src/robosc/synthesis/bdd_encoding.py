@@ -86,6 +86,7 @@ class Encoding:
         ]
         items: list[Source] = [*range(len(plant.axes)), *parameters]
         self._blocks: dict[Source, _Block] = {}
+        self._known: dict[tuple[Expr, int | None], Partition] = {}
         self._codes: dict[tuple[Source, int], Set] = {}
         first = 0
         for item in order_items(len(items), _groups(plant, items)):
@@ -269,9 +270,13 @@ class Encoding:
             case Binary(operator="and" | "or" | "=>" as op, left=left, right=right):
                 first = self.partition(left, event)
                 return self._lazily(op, first, self.partition(right, event))
-            case Binary(operator=op, left=left, right=right):
-                first = self.partition(left, event)
-                return self._strictly(expr, first, self.partition(right, event))
+            case Binary(left=left, right=right):
+                # The costly case: comparisons and sums come again in guards and questions.
+                if (expr, event) not in self._known:
+                    first = self.partition(left, event)
+                    found = self._strictly(expr, first, self.partition(right, event))
+                    self._known[expr, event] = found
+                return self._known[expr, event]
         raise AssertionError("a leaf reads one source")
 
     def _source(self, leaf: Leaf, event: int | None) -> Source:
