@@ -2,221 +2,40 @@
 """ROS 2 for the engine: topics, services and actions, none of which ever makes it wait.
 
 One thread, the executor's, takes what the graph brings; its callbacks only enqueue for the engine.
-Messages are published by the engine's thread at once. Requests and goals are handed to the executor's
-thread, which alone touches service and action clients: so nothing here needs a lock, and no answer
-can come before its request is known.
+Messages are published by the engine's thread at once. Requests and goals are handed to the
+executor's thread, which alone touches service and action clients: so nothing here needs a lock, and
+no answer can come before its request is known.
 """
 
 import functools
-import importlib
-import queue
-import threading
 import time
-import traceback
 
 from action_msgs.msg import GoalStatus
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.action import ActionClient
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rosgraph_msgs.msg import Clock as ClockMessage
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from ._runtime.port import Port
 from ._runtime.report import Outlet
-from ._runtime.settings import Parameter, ParameterError
-from ._runtime.values import only_field
+from .ros_courier import Courier
+from .ros_messages import fill, has_oddities, plain
+from .ros_parameters import quality
 
 try:
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 except ImportError:  # not part of the smallest installations
     DiagnosticArray = None
 
-LOOK = 0.02
-"""Seconds between two looks for a server that a request waits for."""
+FAILURES = {
+    GoalStatus.STATUS_ABORTED: "aborted",
+    GoalStatus.STATUS_CANCELED: "cancelled",
+    GoalStatus.STATUS_UNKNOWN: "unknown to the server",
+}
 WATCH = 0.25
 """Seconds between two looks at the server of a goal that is under way."""
 KEPT_GOALS = 8
 """So many goals of one action may be waited for to be cancelled."""
-
-
-def quality(reliability, depth, durability="volatile"):
-    """A profile that keeps the last ``depth`` messages."""
-    return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST,
-        depth=depth,
-        reliability=ReliabilityPolicy[reliability.upper()],
-        durability=DurabilityPolicy[durability.upper()],
-    )
-
-
-# --- Messages ------------------------------------------------------------------------------------
-
-
-@functools.lru_cache(maxsize=None)
-def _writers(message_type):
-    """For each field what makes its value of one of the language's."""
-    return {
-        name: _writer(kind, name)
-        for name, kind in message_type.get_fields_and_field_types().items()
-    }
-
-
-def _writer(kind, name):
-    if kind in ("float", "double"):
-        return float
-    if kind == "octet":
-        return lambda value: bytes([value])
-    if "int" in kind and "/" not in kind:
-        bits = int(kind.strip("uint"))
-        low, high = (0, 2**bits - 1) if kind[0] == "u" else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
-
-        def whole(value):
-            # rclpy does not check it unless told to, and its C code ends the process then.
-            if not low <= value <= high:
-                raise ValueError("%s is %r, outside the %s of the message" % (name, value, kind))
-            return int(value)
-
-        return whole
-    if kind == "boolean":
-        return bool
-    return lambda value: value
-
-
-def fill(message, data):
-    """The message with the given fields set, all others as they are."""
-    for name, value in (data or {}).items():
-        name = name or only_field(message)
-        writers = _writers(type(message))
-        if name not in writers:
-            raise AttributeError("%s has no field %s" % (type(message).__name__, name))
-        if isinstance(value, dict):
-            fill(getattr(message, name), value)
-        else:
-            setattr(message, name, writers[name](value))
-    return message
-
-
-@functools.lru_cache(maxsize=None)
-def _oddities(message_type):
-    """The fields that rclpy does not give as plain Python values: (name, what makes them plain).
-
-    Arrays of fixed length come from numpy, whose numbers wrap around; a byte comes as ``bytes``.
-    """
-    found = []
-    for name, kind in message_type.get_fields_and_field_types().items():
-        base = kind.partition("[")[0].replace("sequence<", "").partition(",")[0].rstrip(">")
-        many = base != kind
-        if "/" in base:
-            package, _, inner = base.partition("/")
-            inner_type = getattr(importlib.import_module(package + ".msg"), inner)
-            if _oddities(inner_type):
-                found.append((name, _each(plain) if many else plain))
-        elif base == "octet":
-            found.append((name, _each(ord) if many else ord))
-        elif "[" in kind and base not in ("string", "wstring", "boolean"):
-            found.append((name, lambda array: array.tolist()))
-    return tuple(found)
-
-
-def _each(function):
-    return lambda parts: [function(part) for part in parts]
-
-
-def plain(message):
-    """The message with plain Python values in all its fields. It may be changed for that."""
-    for name, make in _oddities(type(message)):
-        object.__setattr__(message, "_" + name, make(getattr(message, name)))
-    return message
-
-
-# --- The executor's thread -----------------------------------------------------------------------
-
-
-class Courier:
-    """The executor and its thread, and a way to have things done there, in order."""
-
-    def __init__(self, node):
-        self._node = node
-        self._queue = queue.SimpleQueue()
-        group = MutuallyExclusiveCallbackGroup()
-        self._guard = node.create_guard_condition(self._drain, callback_group=group)
-        self._waiting = {}
-        # Deadlines follow wall time, also where time is simulated.
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = node.create_timer(LOOK, self._look, callback_group=group, clock=steady)
-        self._timer.cancel()
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(node)
-        self._ending = False
-        self._thread = threading.Thread(target=self._spin, name="executor", daemon=True)
-
-    def start(self):
-        self._thread.start()
-
-    def do(self, function):
-        """Have the function called by the executor's thread. May be called from any thread."""
-        self._queue.put(function)
-        self._guard.trigger()
-
-    def poll(self, subject, look, pause=0.0):
-        """Call ``look`` every ``pause`` seconds until it returns true. Executor's thread only."""
-        self._waiting[subject] = (look, pause, time.monotonic() + pause)
-        if self._timer.is_canceled():
-            self._timer.reset()
-
-    def settle(self, idle, timeout):
-        """Wait, in another thread, until all that was to be done is done and ``idle()`` holds."""
-        end = time.monotonic() + timeout
-        done = threading.Event()
-        self.do(done.set)
-        done.wait(timeout)
-        while not idle() and time.monotonic() < end:
-            time.sleep(0.005)
-
-    def end(self, timeout):
-        self._ending = True
-        self._guard.trigger()
-        self._thread.join(timeout)
-
-    def _spin(self):
-        while not self._ending:
-            try:
-                self._executor.spin_once()
-            except ExternalShutdownException:
-                return
-            except Exception:  # such as a message that cannot be read
-                if self._ending:
-                    return
-                self._node.get_logger().error(
-                    traceback.format_exc(), throttle_duration_sec=1.0
-                )
-
-    def _drain(self):
-        while True:
-            try:
-                function = self._queue.get_nowait()
-            except queue.Empty:
-                return
-            function()
-
-    def _look(self):
-        now = time.monotonic()
-        for subject, (look, pause, due) in list(self._waiting.items()):
-            if due > now:
-                continue
-            if look():
-                self._waiting.pop(subject, None)
-            elif subject in self._waiting:
-                self._waiting[subject] = (look, pause, now + pause)
-        if not self._waiting:
-            self._timer.cancel()
-
-
-# --- What the engine drives ----------------------------------------------------------------------
 
 
 class RosPort(Port):
@@ -237,7 +56,7 @@ class RosPort(Port):
         for topic, message_type, keys in publications:
             for profile, same in _by_profile(keys, profiles):
                 publisher = node.create_publisher(message_type, topic, profile)
-                self._publishers.update({key: (publisher, message_type) for key in same})
+                self._publishers.update(dict.fromkeys(same, (publisher, message_type)))
         self._services = {
             key: _Service(node, self.courier, name, type_) for name, type_, key in services
         }
@@ -254,12 +73,12 @@ class RosPort(Port):
         for topic, message_type, keys in subscriptions:
             for profile, same in _by_profile(keys, self._profiles):
                 posters = [engine.poster(key, "response") for key in same]
-                callback = _fan_out(posters, bool(_oddities(message_type)))
+                callback = _fan_out(posters, has_oddities(message_type))
                 self._node.create_subscription(message_type, topic, callback, profile)
         if self._simulated:
             wake = engine.wake
             profile = quality("best_effort", 1)
-            self._node.create_subscription(ClockMessage, "/clock", lambda _: wake(), profile)
+            self._node.create_subscription(Clock, "/clock", lambda _: wake(), profile)
         self.courier.start()
 
     def close(self, timeout):
@@ -403,12 +222,6 @@ class _Service:
 class _Action:
     """Goals of one action, at most one of them of interest to the engine."""
 
-    _FAILURES = {
-        GoalStatus.STATUS_ABORTED: "aborted",
-        GoalStatus.STATUS_CANCELED: "cancelled",
-        GoalStatus.STATUS_UNKNOWN: "unknown to the server",
-    }
-
     def __init__(self, node, courier, name, type_):
         self.report = None
         self._node = node
@@ -485,7 +298,7 @@ class _Action:
         if answer.status == GoalStatus.STATUS_SUCCEEDED:
             self._finish(goal, "response", plain(answer.result))
         else:
-            self._finish(goal, "error", self._FAILURES.get(answer.status, "ended without result"))
+            self._finish(goal, "error", FAILURES.get(answer.status, "ended without result"))
 
     def _finish(self, goal, kind, payload):
         if self._goals.pop(goal.token, None) is not None and not goal.abandoned:
@@ -602,88 +415,3 @@ class RosOutlet(Outlet):
         array = DiagnosticArray(status=[status])
         array.header.stamp = self._node.get_clock().now().to_msg()
         self._diagnostics.publish(array)
-
-
-# --- Parameters ----------------------------------------------------------------------------------
-
-
-_IGNORED = ("use_sim_time", "start_type_description_service", "qos_overrides")
-_RELIABILITY = ("reliable", "best_effort")
-_DURABILITY = ("volatile", "transient_local")
-
-
-def parameters(node, declared):
-    """The values that were given to the node, by the names of ``declared``, and those unknown.
-
-    ROS 2 has dots in nested names where the engine has slashes. The node takes them at its start
-    and not later; it was made to declare whatever is given, so that a wrong type can be told in
-    the same words as everything else.
-    """
-    given = {
-        name: value.value
-        for name, value in node.get_parameters_by_prefix("").items()
-        if name.partition(".")[0] not in _IGNORED
-    }
-    for parameter in declared:
-        name = parameter.name.replace("/", ".")
-        descriptor = ParameterDescriptor(description=parameter.meaning, read_only=True)
-        if name in given:
-            node.set_descriptor(name, descriptor)
-        else:
-            node.declare_parameter(name, parameter.default, descriptor)
-    return {name.replace(".", "/"): value for name, value in given.items()}
-
-
-def quality_parameters(communications):
-    """The parameters of the messages' quality of service: inputs and commands differ by default.
-
-    A best-effort subscription hears both reliable and best-effort publishers; a reliable one hears
-    reliable publishers only, but loses nothing.
-    """
-    result = []
-    for communication in communications:
-        if communication.sort not in ("incoming", "outgoing"):
-            continue
-        prefix = "qos/%s/" % communication.name.replace(".", "/")
-        reliability = "reliable" if communication.sort == "incoming" else "best_effort"
-        depth = 10 if communication.sort == "incoming" else 100
-        what = " of " + communication.name
-        result += [
-            Parameter(
-                prefix + "reliability", "string", reliability, "reliability" + what, _RELIABILITY
-            ),
-            Parameter(
-                prefix + "durability", "string", "volatile", "durability" + what, _DURABILITY
-            ),
-            Parameter(
-                prefix + "depth", "integer", depth, "length of the queue" + what, minimum=1
-            ),
-        ]
-    return result
-
-
-def profiles(communications, given):
-    """The quality of service of each message by key, from parameters, which are taken out."""
-    values = {}
-    faults = []
-    for parameter in quality_parameters(communications):
-        value = values[parameter.name] = given.pop(parameter.name, parameter.default)
-        if parameter.choices and value not in parameter.choices:
-            must = "one of " + ", ".join(parameter.choices)
-        elif not parameter.choices and (type(value) is not int or value < 1):
-            must = "an integer of at least 1"
-        else:
-            continue
-        faults.append("parameter ~%s must be %s, not %r" % (parameter.name, must, value))
-    if faults:
-        raise ParameterError("\n".join(faults))
-    result = {}
-    for communication in communications:
-        prefix = "qos/%s/" % communication.name.replace(".", "/")
-        if prefix + "depth" in values:
-            result[communication.key] = quality(
-                values[prefix + "reliability"],
-                values[prefix + "depth"],
-                values[prefix + "durability"],
-            )
-    return result

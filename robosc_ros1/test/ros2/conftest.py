@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from robosc import pipeline
-from robosc.emit.ros2 import emit
-from robosc.emit.writer import write
 from ros2.ros2_support import (
     HERE,
     REPOSITORY,
@@ -22,6 +19,10 @@ from ros2.ros2_support import (
     free_domain,
     test_bed,
 )
+
+from robosc import pipeline
+from robosc.emit.ros2 import emit
+from robosc.emit.writer import write
 
 MODELS = {
     HERE / "models" / "guarded_arm.rscd": "guarded_arm",
@@ -80,10 +81,21 @@ def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
 
 @pytest.fixture
 def controller(built: Built, graph: Graph) -> Callable[..., Process]:
-    """Starts a generated controller in the test's graph; parameters by their ROS 2 names."""
+    """Starts a generated controller in the test's graph.
 
-    def start(package: str = "guarded_arm", **parameters: object) -> Process:
+    Parameters go by their ROS 2 names, with ``__`` for the dot. The guarded arm's inputs are
+    reliable, for a test sends many a message only once.
+    """
+
+    def start(
+        package: str = "guarded_arm", remap: Sequence[str] = (), **parameters: object
+    ) -> Process:
         words: list[str | Path] = [built.executable(package), "--ros-args"]
+        for rule in remap:
+            words += ["-r", rule]
+        if package == "guarded_arm":
+            inputs = ("zone", "go", "charge")
+            parameters = {f"qos__{i}__reliability": "reliable" for i in inputs} | parameters
         for name, value in parameters.items():
             text = json.dumps(value) if isinstance(value, bool | int | float) else f"'{value}'"
             words += ["-p", f"{name.replace('__', '.')}:={text}"]

@@ -218,13 +218,22 @@ class Peer:
     def topics(self) -> dict[str, list[str]]:
         return dict(self.node.get_topic_names_and_types())
 
-    def qos_of(self, name: str) -> list[list[str]]:
-        ends = self.node.get_publishers_info_by_topic(name)
-        ends += self.node.get_subscriptions_info_by_topic(name)
-        return [
-            [e.node_name, e.qos_profile.reliability.name, e.qos_profile.durability.name]
-            for e in ends
-        ]
+    def qos_of(self, node: str, name: str) -> list[str]:
+        """Reliability and durability of a node's end of a topic, once it is known."""
+        for _ in range(300):
+            ends = self.node.get_publishers_info_by_topic(name)
+            ends += self.node.get_subscriptions_info_by_topic(name)
+            for end in ends:
+                if end.node_name == node:
+                    return [end.qos_profile.reliability.name, end.qos_profile.durability.name]
+            time.sleep(0.05)
+        raise TimeoutError(f"{node} has no end of {name}")
+
+    def repeat(self, name: str, type: str, data: Any, qos: dict[str, Any]) -> None:
+        """Publish ten times a second from now on, as sensors do."""
+        self.publish(name, type, data, 0, qos)
+        publisher, message = self.publishers[name], fill(load(type)(), data)
+        self.kept.append(self.node.create_timer(0.1, lambda: publisher.publish(message)))
 
     def obey(self, line: str) -> None:
         order = json.loads(line)

@@ -350,14 +350,23 @@ class Peer:
         assert "fault" not in answer, answer["fault"]
         return answer.get("result")
 
-    def expect(self, event: str, seconds: float = 20.0, **fields: Any) -> dict[str, Any]:
-        """Wait for an event with these fields; it and those before it of its kind are used up."""
+    def expect(
+        self,
+        event: str,
+        seconds: float = 20.0,
+        where: Callable[[Any], object] = lambda data: True,
+        **fields: Any,
+    ) -> dict[str, Any]:
+        """Wait for an event with these fields, and such ``data`` if ``where`` is given.
+
+        It and those before it of its kind are used up.
+        """
         wanted = {"event": event, **fields}
         end = time.monotonic() + seconds
         with self._news:
             while True:
                 for index, found in enumerate(self._events):
-                    if wanted.items() <= found.items():
+                    if wanted.items() <= found.items() and where(found.get("data")):
                         same = ("event", "name")
                         self._events = [
                             e for i, e in enumerate(self._events)
@@ -365,8 +374,9 @@ class Peer:
                         ]  # fmt: skip
                         return found
                 if not self._news.wait(end - time.monotonic()):
+                    last = "".join(f"\n  {str(e)[:1000]}" for e in self._events[-5:])
                     raise AssertionError(
-                        f"no {wanted} within {seconds:g} s; there were {self._events[-20:]}\n"
+                        f"no {wanted} within {seconds:g} s; the last were{last}\n"
                         + self.process.output
                     )
 
@@ -376,11 +386,30 @@ class Peer:
         with self._news:
             return [e for e in self._events if wanted.items() <= e.items()]
 
+    def watch(self, node: str) -> None:
+        """Listen to a controller's own topic ``~/state``."""
+        self.subscribe(f"{node}/state", "std_msgs/msg/String", durability="transient_local")
+
+    def expect_state(self, node: str, where: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+        """Wait for a state of a watched controller."""
+        documents: list[dict[str, Any]] = []
+
+        def fits(data: dict[str, str]) -> object:
+            documents.append(json.loads(data["data"]))
+            return where(documents[-1])
+
+        self.expect("message", name=f"{node}/state", where=fits)
+        return documents[-1]
+
     def subscribe(self, name: str, type: str, **qos: Any) -> None:
         self.order("subscribe", name=name, type=type, qos=qos)
 
     def publish(self, name: str, type: str, data: Any = None, matched: int = 1, **qos: Any) -> None:
-        """Publish once there are ``matched`` subscribers."""
+        """Publish once there are ``matched`` subscribers.
+
+        Only a reliable subscriber is then sure to get the message: the two sides of a match do not
+        come to know of each other at the same moment.
+        """
         self.order("publish", name=name, type=type, data=data or {}, matched=matched, qos=qos)
 
     def serve(self, name: str, type: str, reply: Any = None) -> None:

@@ -1,20 +1,164 @@
-"""Messages through a generated controller on real rclpy, and the package's build."""
+"""Messages through a generated controller on real rclpy, and what it tells about itself."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
+from typing import Any
 
-from ros2.ros2_support import Graph, Process
+import pytest
+from ros2.ros2_support import Graph, Peer, Process
 
+Start = Callable[..., Process]
 READING = "robosc_testing/msg/Reading"
+NEAR = {"valid": True, "distance": 0.5}
+FAR = {"valid": True, "distance": 3.0}
 
 
-def test_a_command_follows_the_input_that_allows_it(
-    graph: Graph, controller: Callable[..., Process]
-) -> None:
+def warned(robot: Peer) -> None:
+    robot.expect("message", name="beacon")
+
+
+def test_a_command_follows_the_input_that_allows_it(graph: Graph, controller: Start) -> None:
     controller()
     robot = graph.peer()
     robot.subscribe("beacon", "std_msgs/msg/Empty")
-    robot.publish("person", READING, {"valid": True, "distance": 3.0})
-    robot.publish("person", READING, {"valid": True, "distance": 0.5})
-    robot.expect("message", name="beacon")
+    robot.publish("person", READING, FAR)
+    robot.publish("person", READING, NEAR)
+    warned(robot)
+
+
+def test_arrays_of_fixed_length_are_read(graph: Graph, controller: Start) -> None:
+    controller()
+    robot = graph.peer()
+    robot.subscribe("beacon", "std_msgs/msg/Empty")
+    robot.publish("person", READING, {**FAR, "vector": [0.0, 0.0, 5.0]})
+    warned(robot)
+
+
+def test_inputs_come_from_publishers_of_either_reliability(graph: Graph, controller: Start) -> None:
+    controller(qos__zone__reliability="best_effort")  # the default
+    reliable, other = graph.peer("reliable"), graph.peer("other")
+    reliable.watch("guarded_arm")
+    reliable.order("repeat", name="person", type=READING, data=NEAR, qos={})
+    reliable.expect_state("guarded_arm", lambda s: s["variables"]["Person.where"] == "near")
+    reliable.process.end()
+    other.watch("guarded_arm")
+    qos = {"reliability": "best_effort"}
+    other.order("repeat", name="person", type=READING, data=FAR, qos=qos)
+    other.expect_state("guarded_arm", lambda s: s["variables"]["Person.where"] == "far")
+
+
+def test_quality_of_service_is_configured(graph: Graph, controller: Start) -> None:
+    controller(qos__go__durability="transient_local", qos__warn__reliability="best_effort")
+    robot = graph.peer()
+
+    def quality(topic: str) -> list[str]:
+        found: list[str] = robot.order("qos_of", node="guarded_arm", name=topic)
+        return found
+
+    assert quality("go") == ["RELIABLE", "TRANSIENT_LOCAL"]
+    assert quality("beacon") == ["BEST_EFFORT", "VOLATILE"]
+    assert quality("speed") == ["RELIABLE", "VOLATILE"]
+
+
+def test_quality_of_service_is_that_of_sensors_unless_configured(
+    graph: Graph, controller: Start
+) -> None:
+    controller("line_follower_controller")
+    robot = graph.peer()
+    found = robot.order("qos_of", node="line_follower_controller", name="/distance")
+    assert found == ["BEST_EFFORT", "VOLATILE"]
+
+
+def test_state_and_model_reach_those_who_come_late(graph: Graph, controller: Start) -> None:
+    controller()
+    robot = graph.peer()
+    robot.publish("person", READING, NEAR)
+    late = graph.peer("late")
+    late.watch("guarded_arm")
+    state = late.expect_state("guarded_arm", lambda s: s["variables"]["Person.where"] == "near")
+    assert state["components"]["Arm"] == "resting"
+    assert state["communications"] == {"lock": "idle", "reach": "idle"}
+    late.subscribe("guarded_arm/model", "std_msgs/msg/String", durability="transient_local")
+    model = json.loads(late.expect("message", name="guarded_arm/model")["data"]["data"])
+    assert model["robot"] == "GuardedArm"
+
+
+def test_events_are_told(graph: Graph, controller: Start) -> None:
+    controller()
+    robot = graph.peer()
+    robot.subscribe("guarded_arm/events", "std_msgs/msg/String")
+
+    def is_near(data: Any) -> bool:
+        event: dict[str, Any] = json.loads(data["data"])["event"]
+        return event == {"kind": "response", "name": "zone", "value": "near"}
+
+    # Commands repeat at their rate, so an event shows that the subscription stands.
+    robot.expect("message", name="guarded_arm/events")
+    robot.publish("person", READING, NEAR)
+    robot.expect("message", name="guarded_arm/events", where=is_near)
+
+
+def test_diagnostics_are_told(graph: Graph, controller: Start) -> None:
+    controller()
+    robot = graph.peer()
+    robot.subscribe("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+    (status,) = robot.expect("message", name="/diagnostics")["data"]["status"]
+    assert (status["name"], status["message"]) == ("guarded_arm: controller", "running")
+
+
+def test_a_message_that_the_model_cannot_read_stops_nothing(
+    graph: Graph, controller: Start
+) -> None:
+    controller()
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.subscribe("beacon", "std_msgs/msg/Empty")
+    robot.publish("person", READING, {"valid": True, "distance": float("nan")})
+    robot.expect_state("guarded_arm", lambda s: s["counters"]["inputs"] == 1)
+    robot.publish("person", READING, NEAR)
+    warned(robot)
+
+
+def test_namespace_and_name_are_the_launchers(graph: Graph, controller: Start) -> None:
+    controller("guarded_arm", remap=["__ns:=/left", "__node:=arm", "beacon:=lamp"])
+    robot = graph.peer()
+    robot.subscribe("/left/lamp", "std_msgs/msg/Empty")
+    robot.watch("/left/arm")
+    robot.publish("/left/person", READING, NEAR)
+    robot.expect("message", name="/left/lamp")
+    robot.expect_state("/left/arm", lambda s: s["robot"] == "GuardedArm")
+
+
+def test_parameters_of_a_wrong_kind_are_refused_by_name(graph: Graph, controller: Start) -> None:
+    node = controller(rate="fast", qos__zone__depth=5)
+    assert node.wait() == 2
+    assert "parameter ~rate must be a number, not 'fast'" in node.output
+    node = controller(qos__zone__reliability="always")
+    assert node.wait() == 2
+    assert "~qos/zone/reliability must be one of reliable, best_effort" in node.output
+
+
+def test_unknown_parameters_are_warned_of(graph: Graph, controller: Start) -> None:
+    node = controller(tate=2.0)
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.expect_state("guarded_arm", lambda s: True)
+    assert "unknown parameter ~tate is ignored; did you mean ~rate?" in node.output
+
+
+def test_parameters_are_fixed_once_the_node_runs(graph: Graph, controller: Start) -> None:
+    controller(rate=5)
+    robot = graph.peer()
+    (reason,) = robot.order("set_parameter", node="guarded_arm", name="rate", value=2.0)
+    assert "read-only" in reason
+
+
+@pytest.mark.parametrize("value", [True, False])
+def test_events_can_be_switched_off(graph: Graph, controller: Start, value: bool) -> None:
+    controller(publish_events=value)
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.expect_state("guarded_arm", lambda s: True)
+    assert ("/guarded_arm/events" in robot.order("topics")) is value

@@ -1,7 +1,7 @@
 """A ROS 2 package (ament_python) from a supervisor.
 
-``controller.py``, ``model.py`` and ``_runtime/`` are those of the ROS 1 package, byte for byte; what is
-different is the wiring, and what the build tools want to see.
+``controller.py``, ``model.py`` and ``_runtime/`` are those of the ROS 1 package, byte for byte; what
+is different is the wiring, and what the build tools want to see.
 """
 
 from __future__ import annotations
@@ -25,6 +25,9 @@ ALWAYS_NEEDED = (
     "action_msgs", "ament_index_python", "diagnostic_msgs", "launch", "launch_ros",
     "rcl_interfaces", "rclpy", "rosgraph_msgs", "std_msgs",
 )  # fmt: skip
+
+WIRING = ("ros.py", "ros_courier.py", "ros_messages.py", "ros_parameters.py")
+"""What is the same in every package."""
 
 _FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
 
@@ -74,7 +77,7 @@ def emit(supervisor: Supervisor, package: str) -> Package:
         f"{package}/__init__.py": File(_data_module(source, f"Controller of {robot.name}.", "")),
         f"{package}/controller.py": File(render("common/controller.py.jinja", controller)),
         f"{package}/model.py": File(_model_module(supervisor, source)),
-        f"{package}/ros.py": File(verbatim("ros2/ros.py")),
+        **{f"{package}/{name}": File(verbatim(f"ros2/{name}")) for name in WIRING},
     }
     return Package(package, frozen_files({**files, **runtime_files(f"{package}/_runtime")}))
 

@@ -1,0 +1,132 @@
+"""Goals of a generated controller on real rclpy: each ends exactly once, whatever happens."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from typing import Any
+
+from ros2.ros2_support import Graph, Peer, Process
+
+Start = Callable[..., Process]
+ACTION = "robosc_testing/action/Move"
+READING = "robosc_testing/msg/Reading"
+State = dict[str, Any]
+
+
+def ready(graph: Graph, **policy: Any) -> Peer:
+    """A robot whose door is locked and whose operator wants the arm to reach."""
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.serve("door/lock", "std_srvs/srv/SetBool", {"success": True})
+    if policy.pop("serve", True):
+        robot.act("reach", ACTION, **policy)
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    return robot
+
+
+def arm(robot: Peer, state: str, where: Callable[[State], object] = lambda s: True) -> State:
+    return robot.expect_state("guarded_arm", lambda s: s["components"]["Arm"] == state and where(s))
+
+
+def told(robot: Peer, goal: dict[str, Any], **words: Any) -> None:
+    robot.order("tell_server", id=goal["id"], **words)
+
+
+def test_goal_feedback_and_result(graph: Graph, controller: Start) -> None:
+    controller(rate=0.1)
+    robot = ready(graph)
+    robot.subscribe("speed", "std_msgs/msg/Float32")
+    goal = robot.expect("goal", name="reach")
+    assert goal["data"] == {"target": 2.0}
+    told(robot, goal, feedback={"progress": 0.25})
+    state = arm(robot, "reaching", lambda s: s["variables"]["Arm.progress"] == 0.25)
+    assert state["communications"]["reach"] == "busy"
+    told(robot, goal, end="succeed", result={"code": 0})
+    state = arm(robot, "resting", lambda s: s["variables"]["Arm.last"] == "good")
+    assert state["counters"]["errors"] == 0
+
+
+def test_rejection_becomes_an_error(graph: Graph, controller: Start) -> None:
+    node = controller(rate=0.1)
+    robot = ready(graph, accept=False)
+    arm(robot, "resting", lambda s: s["counters"]["errors"] == 1)
+    assert "reach failed: rejected" in node.output
+
+
+def test_abort_becomes_an_error(graph: Graph, controller: Start) -> None:
+    node = controller(rate=0.1)
+    robot = ready(graph, end="abort")
+    arm(robot, "resting", lambda s: s["counters"]["errors"] == 1)
+    assert "reach failed: aborted" in node.output
+
+
+def test_absence_of_the_server_becomes_an_error(graph: Graph, controller: Start) -> None:
+    node = controller(timeout__reach=0.3)
+    robot = ready(graph, serve=False)
+    arm(robot, "resting", lambda s: s["counters"]["errors"] >= 2)
+    assert "reach failed: no answer in time" in node.output
+    # And when it comes at last, it is used.
+    robot.act("reach", ACTION)
+    robot.expect("goal", name="reach")
+
+
+def test_a_violated_requirement_cancels(graph: Graph, controller: Start) -> None:
+    controller()
+    robot = ready(graph)
+    goal = robot.expect("goal", name="reach")
+    robot.publish("person", READING, {"valid": True, "distance": 0.5})
+    assert robot.expect("cancel", name="reach")["id"] == goal["id"]
+    state = arm(robot, "resting")
+    assert state["communications"]["reach"] == "idle"
+    # The result of a goal that was cancelled is nobody's any more, whatever it is.
+    told(robot, goal, end="succeed", result={"code": 0})
+    robot.publish("person", READING, {"valid": True, "distance": 5.0})
+    told(robot, robot.expect("goal", name="reach"), end="succeed", result={"code": 7})
+    state = arm(robot, "resting", lambda s: s["counters"]["inputs"] >= 5)
+    assert state["variables"]["Arm.last"] == "bad"
+    assert state["counters"]["errors"] == state["counters"]["mismatches"] == 0
+
+
+def test_a_refused_cancel_is_survived(graph: Graph, controller: Start) -> None:
+    controller()
+    robot = ready(graph, cancel=False)
+    goal = robot.expect("goal", name="reach")
+    robot.publish("person", READING, {"valid": True, "distance": 0.5})
+    robot.expect("cancel", name="reach")
+    told(robot, goal, end="succeed", result={"code": 0})
+    robot.publish("person", READING, {"valid": True, "distance": 5.0})
+    robot.expect("goal", name="reach")
+
+
+def test_a_goal_over_its_deadline_is_cancelled(graph: Graph, controller: Start) -> None:
+    node = controller(goal_timeout__reach=0.4, rate=0.1)
+    robot = ready(graph)
+    robot.expect("goal", name="reach")
+    robot.expect("cancel", name="reach")
+    arm(robot, "resting", lambda s: s["counters"]["errors"] == 1)
+    assert "reach failed: deadline exceeded" in node.output
+
+
+def test_a_server_that_leaves_the_graph_is_lost(graph: Graph, controller: Start) -> None:
+    node = controller(server_lost_after=0.5)
+    robot = ready(graph, serve=False)
+    server = graph.peer("server")
+    server.act("reach", ACTION)
+    server.expect("goal", name="reach")
+    server.process.signal(signal.SIGKILL)
+    # The middleware itself takes some seconds to notice that a process was killed.
+    arm(robot, "resting", lambda s: s["counters"]["errors"] >= 1)
+    assert "reach failed: server lost" in node.output
+
+
+def test_a_server_that_was_started_anew_does_not_know_the_goal(
+    graph: Graph, controller: Start
+) -> None:
+    node = controller(server_lost_after=600.0, rate=0.1)
+    robot = ready(graph)
+    robot.expect("goal", name="reach")
+    robot.order("withdraw", name="reach")
+    robot.act("reach", ACTION)
+    arm(robot, "resting", lambda s: s["counters"]["errors"] == 1)
+    assert "reach failed: unknown to the server" in node.output

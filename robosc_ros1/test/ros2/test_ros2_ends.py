@@ -1,0 +1,80 @@
+"""How a generated controller ends: safe stop and shutdown on real rclpy."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+
+import pytest
+from ros2.ros2_support import Graph, Process
+
+Start = Callable[..., Process]
+ACTION = "robosc_testing/action/Move"
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_shutdown_cancels_goals_and_sends_the_stop_command(
+    graph: Graph, controller: Start, how: int
+) -> None:
+    node = controller(stop_command="warn")
+    robot = graph.peer()
+    robot.subscribe("beacon", "std_msgs/msg/Empty")
+    robot.serve("door/lock", "std_srvs/srv/SetBool", {"success": True})
+    robot.act("reach", ACTION)
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    goal = robot.expect("goal", name="reach")
+    node.signal(how)
+    assert robot.expect("cancel", name="reach")["id"] == goal["id"]
+    robot.expect("message", name="beacon")
+    assert node.wait() == 0
+    assert "Traceback" not in node.output
+
+
+def test_shutdown_while_everything_is_absent(graph: Graph, controller: Start) -> None:
+    node = controller(stop_command="lock")
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    robot.expect_state("guarded_arm", lambda s: s["components"]["Door"] == "locking")
+    node.signal(signal.SIGINT)
+    assert node.wait() == 0
+    assert "Traceback" not in node.output
+
+
+def test_safe_stop_stops_commands_and_stays_to_tell(graph: Graph, controller: Start) -> None:
+    controller(on_mismatch="stop", stop_command="warn")
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.subscribe("beacon", "std_msgs/msg/Empty")
+    robot.serve("door/lock", "std_srvs/srv/SetBool", {"success": True})
+    robot.act("reach", ACTION)
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    goal = robot.expect("goal", name="reach")
+    robot.publish("charge", "std_msgs/msg/Int16", {"data": 101})
+    robot.expect("cancel", name="reach")
+    robot.expect("message", name="beacon")
+    # The state stays true: the goal still ends, and nothing is sent any more.
+    robot.order("tell_server", id=goal["id"], end="abort")
+    state = robot.expect_state(
+        "guarded_arm", lambda s: s["stopped"] and s["components"]["Arm"] == "resting"
+    )
+    assert "mismatch" in state["stopped"]
+    later = robot.expect_state("guarded_arm", lambda s: s["time"] > state["time"] + 0.5)
+    assert later["counters"]["commands"] == state["counters"]["commands"]
+
+
+def test_the_node_ends_after_a_safe_stop_if_told_to(graph: Graph, controller: Start) -> None:
+    node = controller(on_mismatch="stop", exit_on_stop=True)
+    robot = graph.peer()
+    robot.publish("charge", "std_msgs/msg/Int16", {"data": -1})
+    assert node.wait() == 1
+    assert "safe stop: mismatch" in node.output
+
+
+def test_a_mismatch_is_counted_and_ignored_by_default(graph: Graph, controller: Start) -> None:
+    controller()
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.publish("charge", "std_msgs/msg/Int16", [{"data": 101}, {"data": 100}])
+    state = robot.expect_state("guarded_arm", lambda s: s["counters"]["inputs"] == 1)
+    assert (state["counters"]["mismatches"], state["stopped"]) == (1, None)

@@ -1,0 +1,91 @@
+"""Service calls of a generated controller on real rclpy: each request ends exactly once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ros2.ros2_support import Graph, Peer, Process
+
+Start = Callable[..., Process]
+SERVICE = "std_srvs/srv/SetBool"
+State = dict[str, Any]
+
+
+def wanting(graph: Graph) -> Peer:
+    """A robot whose operator wants the arm to reach, for which the door must be locked."""
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    return robot
+
+
+def door(robot: Peer, state: str, where: Callable[[State], object] = lambda s: True) -> State:
+    return robot.expect_state(
+        "guarded_arm", lambda s: s["components"]["Door"] == state and where(s)
+    )
+
+
+def test_a_call_carries_its_data_and_brings_the_response(graph: Graph, controller: Start) -> None:
+    controller()
+    robot = wanting(graph)
+    robot.serve("door/lock", SERVICE)
+    request = robot.expect("request", name="door/lock")
+    assert request["data"] == {"data": True}
+    state = door(robot, "locking")
+    assert state["communications"]["lock"] == "busy"
+    robot.order("tell_server", id=request["id"], data={"success": True})
+    door(robot, "locked")
+
+
+def test_a_refusal_is_a_response(graph: Graph, controller: Start) -> None:
+    controller(rate=0.1)
+    robot = wanting(graph)
+    robot.serve("door/lock", SERVICE, {"success": False})
+    door(robot, "open", lambda s: s["communications"]["lock"] == "idle" and s["latest"])
+    robot.expect("request", name="door/lock")
+    state = door(robot, "open", lambda s: s["counters"]["inputs"] == 2)
+    assert state["counters"]["errors"] == 0
+
+
+def test_a_server_that_is_absent_becomes_an_error(graph: Graph, controller: Start) -> None:
+    node = controller(timeout__lock=0.3)
+    robot = wanting(graph)
+    door(robot, "open", lambda s: s["counters"]["errors"] >= 2)
+    assert "lock failed: no answer in time" in node.output
+
+
+def test_a_server_that_comes_in_time_is_waited_for(graph: Graph, controller: Start) -> None:
+    controller(timeout__lock=60.0)
+    robot = wanting(graph)
+    door(robot, "locking")
+    robot.serve("door/lock", SERVICE, {"success": True})
+    state = door(robot, "locked")
+    assert state["counters"]["errors"] == 0
+
+
+def test_an_answer_after_the_deadline_is_dropped(graph: Graph, controller: Start) -> None:
+    controller(timeout__lock=0.5, rate=0.1)
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.serve("door/lock", SERVICE)
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    request = robot.expect("request", name="door/lock")
+    door(robot, "open", lambda s: s["counters"]["errors"] == 1)
+    robot.order("tell_server", id=request["id"], data={"success": True})
+    # The next call, of the next period, is the one that is answered.
+    request = robot.expect("request", name="door/lock")
+    state = door(robot, "locking")
+    assert state["counters"]["errors"] == 1
+    robot.order("tell_server", id=request["id"], data={"success": True})
+    state = door(robot, "locked")
+    assert state["counters"]["mismatches"] == 0
+
+
+def test_a_server_that_dies_in_the_call_becomes_an_error(graph: Graph, controller: Start) -> None:
+    controller(timeout__lock=1.0)
+    robot, server = wanting(graph), graph.peer("server")
+    server.serve("door/lock", SERVICE)
+    server.expect("request", name="door/lock")
+    server.process.popen.kill()
+    door(robot, "open", lambda s: s["counters"]["errors"] >= 1)
