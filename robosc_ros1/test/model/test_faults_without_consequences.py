@@ -144,3 +144,24 @@ def test_a_missing_with_is_named() -> None:
         definitions=MessageDefinitions(),
     )
     assert [(d.span.text, d.hint) for d in found] == [("type", "'with' is missing before it")]
+
+
+@pytest.mark.parametrize(
+    ("condition", "marked"),
+    [("Motor.idle and", "and"), ("Motor.speed >", ">"), ("(Motor.idle", "idle"), ("!", "!")],
+)
+def test_a_condition_that_breaks_off_is_marked_where_it_ends(condition: str, marked: str) -> None:
+    text = MOTOR.replace("halt", "move") + f"requirement move needs {condition}\n"
+    assert faults(text + "requirement move needs Motor.idle\n") == [("syntax", marked)]
+
+
+def test_a_value_that_stands_as_a_rule_is_compared_in_the_hint() -> None:
+    text = "robot R { datatype enum E from integer to { 3 -> three default -> other } }"
+    _, found = load(Source("m.rscd", text), definitions=MessageDefinitions())
+    assert [d.hint for d in found if d.code == "type-mismatch"] == ["write: value = 3"]
+
+
+def test_several_communications_without_braces() -> None:
+    text = "robot R { requirement go, halt needs true }"
+    _, found = load(Source("m.rscd", text), definitions=MessageDefinitions())
+    assert [(d.span.text, d.hint) for d in found] == [(",", "several stand in braces: { …, … }")]

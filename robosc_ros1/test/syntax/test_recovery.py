@@ -116,7 +116,7 @@ model.rscd:35:17: error[syntax]: expected the name of a communication before 'ne
       |                 ^^^^^
 model.rscd:36:20: error[syntax]: expected 'needs' or 'disables'
    36 |     requirement a.b, c needs d
-      |                    ^
+      |                    ^ several stand in braces: { …, … }
 model.rscd:37:27: error[syntax]: expected ',' or '}'
    37 |     provide a with { x: 3 y: 4 }
       |                           ^
@@ -433,9 +433,9 @@ model.rscd:4:25: error[syntax]: expected a condition after 'needs'
 model.rscd:5:27: error[syntax]: '=<' is no operator
     5 |     requirement a needs b =< c
       |                           ^^ write '<='
-model.rscd:7:5: error[syntax]: expected an operator, or ')' to close the '(' of 6:25
-    7 |     requirement a needs b. = c
-      |     ^^^^^^^^^^^
+model.rscd:6:31: error[syntax]: expected an operator, or ')' to close the '(' of 6:25
+    6 |     requirement a needs (b or c
+      |                               ^
 model.rscd:7:28: error[syntax]: expected a name after '.'
     7 |     requirement a needs b. = c
       |                            ^

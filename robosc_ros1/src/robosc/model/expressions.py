@@ -42,7 +42,7 @@ from robosc.model.values import accepts, comparable, describe
 from robosc.model.world import Names
 from robosc.syntax.nodes import Access, BinaryNode, ExprNode, LiteralNode, Name, UnaryNode
 
-__all__ = ["ANY", "BOOLEAN", "Incoming", "Typer", "Want", "is_value", "no_value", "wants"]
+__all__ = ["ANY", "BOOLEAN", "RULE", "Incoming", "Typer", "Want", "is_value", "no_value", "wants"]
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,8 @@ class Want:
 
 ANY = Want("a value", lambda _: True)
 BOOLEAN = Want("a boolean", lambda t: isinstance(t, BooleanType), BooleanType())
+RULE = "the condition of a rule"
+"""The place that an enum's rule is."""
 NUMBER = Want("a number", is_number)
 
 
@@ -118,6 +120,8 @@ class Typer:
         hint = None
         if isinstance(want.type, IntegerType) and isinstance(given, DoubleType):
             hint = "a double never becomes an integer by itself"
+        elif place == RULE and isinstance(node, LiteralNode):
+            hint = f"write: value = {node.span.text}"
         self._report.add(
             "type-mismatch",
             node.span,

@@ -27,7 +27,7 @@ from robosc.model.components import (
 from robosc.model.datatypes import TypeTable, Universe
 from robosc.model.entities import Component, Provide, Requirement, Robot
 from robosc.model.expr import Expr
-from robosc.model.expressions import BOOLEAN, Incoming, Typer
+from robosc.model.expressions import BOOLEAN, RULE, Incoming, Typer
 from robosc.model.libraries import LibraryFinder
 from robosc.model.report import Muted, Report, listing
 from robosc.model.rosbind import Binder
@@ -259,9 +259,7 @@ class _FileResolver:
         return model
 
     def _rule_condition(self, types: TypeTable, node: ExprNode, source: Type) -> Expr | None:
-        return Typer(self._report, types, None, Incoming(source)).check(
-            node, BOOLEAN, "the condition of a rule"
-        )
+        return Typer(self._report, types, None, Incoming(source)).check(node, BOOLEAN, RULE)
 
     # --- components ------------------------------------------------------------------------------
 

@@ -38,6 +38,9 @@ _STATEMENTS = frozenset({"requirement", "provide", "on", "transition"})
 _DECLARING = frozenset(
     {"component", "datatype", "interface", "message", "service", "action", "variable", "state"}
 )
+_INSIDE = ("expected a value after", "expected an operator")
+_ENDING = re.compile(r"(?:\w+|[=!<>]+|.)\Z", re.ASCII | re.DOTALL)
+_LOOK_BACK = 100
 _QUOTED = re.compile(r"'(\w+)")
 _ADVICE = {
     "not": "write '!' for 'not'",
@@ -141,7 +144,13 @@ class ModelText(str):
                 return
             self.settled = self.body_end
         message = fault.msg[:1].lower() + fault.msg[1:]
-        if isinstance(fault, Fault):
+        before = self.trimmed(at)
+        if message.startswith(_INSIDE) and "\n" in self[before:at]:
+            # An expression breaks off at the end of its line: what comes next is not to blame.
+            begin = before - len(_ENDING.search(self[:before][-_LOOK_BACK:])[0])
+            hint = fault.hint if isinstance(fault, Fault) else None
+            self.report("syntax", message, begin, before, hint)
+        elif isinstance(fault, Fault):
             self.report(fault.code, message, at, fault.end, fault.hint)
         else:
             self.report("syntax", message, at, hint=_hint(self, at, message))
@@ -203,6 +212,8 @@ def _hint(text: str, at: int, message: str) -> str | None:
     found = lexeme.group()
     if found == "=" and message.startswith("expected ':='"):
         return "write ':=' to assign"
+    if found == "," and message.startswith("expected 'needs'"):
+        return "several stand in braces: { …, … }"
     if found in _ADVICE:
         return _ADVICE[found]
     if f"'{found}:'" in message:
