@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 
 import families
-import numpy as np
 import pytest
 from random_models import random_model
 from synthesis.plants import plant_of
@@ -18,6 +17,7 @@ from robosc.synthesis.dense import DenseEngine
 from robosc.synthesis.folding import fold
 from robosc.synthesis.layout import Layout
 from robosc.synthesis.moves import Compiler
+from robosc.synthesis.words import places
 
 
 def solved(plant: Plant, folded: bool) -> tuple[Layout, int, set[PlantState] | None]:
@@ -29,7 +29,7 @@ def solved(plant: Plant, folded: bool) -> tuple[Layout, int, set[PlantState] | N
     solution = engine.solve()
     if solution.empty:
         return layout, engine.plant_states, None
-    states = {layout.state(int(place)) for place in np.flatnonzero(solution.states)}
+    states = {layout.state(int(place)) for place in places(solution.states)}
     return layout, engine.plant_states, states
 
 

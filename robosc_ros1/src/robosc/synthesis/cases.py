@@ -11,19 +11,24 @@ import numpy as np
 from robosc.ir.automaton import Plant
 from robosc.synthesis.columns import Bools
 from robosc.synthesis.cover import Table
-from robosc.synthesis.layout import Dim
+from robosc.synthesis.layout import Dim, Layout
+from robosc.synthesis.words import Words
 
 __all__ = ["DenseCases"]
 
 
 @dataclass(frozen=True, eq=False)
 class DenseCases:
-    """Two disjoint sets over dimensions of a layout, flat arrays. See ``guards.Cases``."""
+    """Two disjoint sets over dimensions, as flat arrays. See ``guards.Cases``."""
 
     plant: Plant
     dims: tuple[Dim, ...]
     allowed: Bools
     refused: Bools
+
+    @classmethod
+    def of(cls, layout: Layout, allowed: Words, refused: Words) -> DenseCases:
+        return cls(layout.plant, layout.order, layout.flags(allowed), layout.flags(refused))
 
     @property
     def parts(self) -> tuple[tuple[int, ...], ...]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from functools import partial
 
-import numpy as np
-
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.model.expr import FALSE, TRUE
@@ -20,6 +18,7 @@ from robosc.synthesis.layout import Layout
 from robosc.synthesis.moves import Compiler
 from robosc.synthesis.search import DenseSystem
 from robosc.synthesis.wording import listing
+from robosc.synthesis.words import count
 
 __all__ = ["DEFAULT_MAX_STATES", "synthesize"]
 
@@ -61,7 +60,7 @@ def synthesize(
         guards, sizes = _nothing(plant), Sizes(dense.plant_states, 0, 0)
     else:
         guards, transitions = _measure(plant, dense, solution)
-        states = int(np.count_nonzero(solution.states))
+        states = count(solution.states)
         sizes = Sizes(dense.plant_states, states, transitions)
     seconds = time.perf_counter() - start
     return conclude(DenseSystem(solution), "dense", seconds, sizes, guards)

@@ -1,4 +1,4 @@
-"""The explicit engine: one boolean per state of the product, fixpoints as operations in place.
+"""The explicit engine: one bit per state of the product, fixpoints as operations in place.
 
 The product space holds states that are never reached; what the fixpoints say of those means nothing
 and does no harm, since nothing leads there. Sweeps go over the events in model order, so that those
@@ -15,9 +15,22 @@ import numpy as np
 from robosc.ir.automaton import Event
 from robosc.synthesis.cases import DenseCases
 from robosc.synthesis.columns import Bools
-from robosc.synthesis.kernels import Stages, backward, count, forward, image, preimage, uncontrolled
-from robosc.synthesis.layout import Layout, Operation
+from robosc.synthesis.kernels import (
+    Stages,
+    backward,
+    clear,
+    fill,
+    forward,
+    image,
+    measure,
+    origins,
+    preimage,
+    uncontrolled,
+)
+from robosc.synthesis.layout import Layout
 from robosc.synthesis.moves import Compiler, Condition, EventMoves
+from robosc.synthesis.operations import Operation
+from robosc.synthesis.words import Words, add, count, members
 
 __all__ = ["DenseEngine", "DenseSolution", "Progress"]
 
@@ -52,14 +65,14 @@ class DenseSolution:
     """
 
     engine: DenseEngine
-    states: Bools
-    good: Bools
+    states: Words
+    good: Words
     restricted: bool
     empty: bool
 
 
 class DenseEngine:
-    """Synthesis over a layout; allocates arrays of ``layout.size`` bytes, three at the most."""
+    """Synthesis over a layout; holds at most four sets of ``layout.words`` words at once."""
 
     def __init__(
         self,
@@ -98,7 +111,7 @@ class DenseEngine:
         assert initial is not None
         required_stages = [step.required for step in self.steps]
         states = self.plant_reach()
-        self.plant_states = int(np.count_nonzero(states))
+        self.plant_states = count(states)
         if any(step.event.requirement is not None for step in self.steps):
             states = self._only(initial)
             self._forward(states, required_stages)
@@ -108,16 +121,16 @@ class DenseEngine:
         while True:
             if bad:
                 self._close_bad(good)
-            if not good[initial]:
+            if not members(good, np.array([initial]))[0]:
                 return DenseSolution(self, good, good, True, True)
             back = self._coreachable(good, restricted)
-            before = np.count_nonzero(good)
+            before = count(good)
             if restricted:
                 good = back
             else:
-                np.logical_and(good, back, out=good)
+                np.bitwise_and(good, back, out=good)
             del back
-            if np.count_nonzero(good) == before:
+            if count(good) == before:
                 break
             bad = restricted = True
         if restricted:
@@ -125,7 +138,7 @@ class DenseEngine:
             self._forward(states, required_stages, good)
         return DenseSolution(self, states, good, restricted, False)
 
-    def plant_reach(self) -> Bools:
+    def plant_reach(self) -> Words:
         """The states that the plant reaches, requirements apart."""
         initial = self.layout.index(self.plant.initial)
         assert initial is not None
@@ -133,19 +146,19 @@ class DenseEngine:
         self._forward(states, [step.plant for step in self.steps])
         return states
 
-    def _only(self, index: int) -> Bools:
-        states = np.zeros(self.layout.size, np.bool_)
-        states[index] = True
+    def _only(self, index: int) -> Words:
+        states = self.layout.nothing()
+        add(states, np.array([index]))
         return states
 
     def _forward(
         self,
-        states: Bools,
+        states: Words,
         events: Sequence[Stages],
-        within: Bools | None = None,
+        within: Words | None = None,
     ) -> None:
         """Add all that is reached from ``states``, inside ``within`` if given."""
-        most = states.size if within is None else int(np.count_nonzero(within))
+        most = self.layout.size if within is None else count(within)
 
         def sweep() -> None:
             for stages in events:
@@ -156,35 +169,26 @@ class DenseEngine:
                     reached = image(stages, states)
                     if within is not None:
                         reached &= within
-                    np.logical_or(states, reached, out=states)
+                    np.bitwise_or(states, reached, out=states)
 
         self._fixpoint("reachable states", states, sweep, most)
 
-    def _remove_bad(self, good: Bools) -> bool:
+    def _remove_bad(self, good: Words) -> bool:
         """Take out the states that break an invariant or leave a range; whether there are any."""
-        before = int(np.count_nonzero(good))
+        before = count(good)
         for step in self.steps:
             if not step.event.controllable:
                 self._clear(good, step.moves.leaving)
         for expr, _ in self.plant.invariants:
             self._clear(good, self.compiler.condition(expr, False))
-        return int(np.count_nonzero(good)) != before
+        return count(good) != before
 
-    def _clear(self, states: Bools, conditions: Iterable[Condition]) -> None:
+    def _clear(self, states: Words, conditions: Iterable[Condition]) -> None:
         for condition in conditions:
             for op in self.layout.regions(condition):
-                for number in range(len(op.sources)):
-                    offset, masks = op.sources[number]
-                    here = op.slice(states, offset)
-                    if masks:
-                        where = op.mask(masks[0])
-                        for mask in masks[1:]:
-                            where = where & op.mask(mask)
-                        np.logical_and(here, np.logical_not(where), out=here)
-                    else:
-                        here[...] = False
+                clear(op, states)
 
-    def _close_bad(self, good: Bools) -> None:
+    def _close_bad(self, good: Words) -> None:
         """Take out the states from which uncontrollable events lead out of ``good``."""
         events = [step.plant for step in self.steps if not step.event.controllable]
 
@@ -194,26 +198,25 @@ class DenseEngine:
                     for op in stages[0]:
                         uncontrolled(op, good)
                 else:
-                    lost = preimage(stages, np.logical_not(good))
-                    np.logical_and(good, np.logical_not(lost), out=good)
+                    lost = preimage(stages, np.bitwise_not(good))
+                    np.bitwise_and(good, np.bitwise_not(lost), out=good)
 
         self._fixpoint("states to be avoided", good, sweep, 0)
 
-    def _coreachable(self, good: Bools, restricted: bool) -> Bools:
+    def _coreachable(self, good: Words, restricted: bool) -> Words:
         """The states of ``good`` from which a marked state is reached inside ``good``.
 
         Unless something is forbidden already, all that ``good`` leads to is in ``good``; then
         nothing needs to be compared with it on the way, and the result may hold more.
         """
-        back = np.zeros(self.layout.size, np.bool_)
+        back = self.layout.nothing()
         for op in self.layout.regions(self._marked()):
-            for offset, _ in op.sources:
-                op.slice(back, offset)[...] = True
+            fill(op, back)
         if restricted:
-            np.logical_and(back, good, out=back)
+            np.bitwise_and(back, good, out=back)
         within = good if restricted else None
         events = [step.required for step in self.steps]
-        most = int(np.count_nonzero(good)) if restricted else back.size
+        most = count(good) if restricted else self.layout.size
 
         def sweep() -> None:
             for stages in events:
@@ -224,7 +227,7 @@ class DenseEngine:
                     found = preimage(stages, back)
                     if within is not None:
                         found &= within
-                    np.logical_or(back, found, out=back)
+                    np.bitwise_or(back, found, out=back)
 
         self._fixpoint("nonblocking states", back, sweep, most)
         return back
@@ -238,81 +241,68 @@ class DenseEngine:
                 allowed[number] = values
         return Condition(allowed)
 
-    def _fixpoint(self, what: str, states: Bools, sweep: Callable[[], None], most: int) -> None:
+    def _fixpoint(self, what: str, states: Words, sweep: Callable[[], None], most: int) -> None:
         """Sweep until nothing changes, or until nothing can change any more."""
         before = -1
-        now = int(np.count_nonzero(states))
+        now = count(states)
         while now not in (before, most):
             sweep()
-            before, now = now, int(np.count_nonzero(states))
+            before, now = now, count(states)
             if self._progress is not None:
-                self._progress(what, now, states.size)
+                self._progress(what, now, self.layout.size)
 
     # --- counting
 
-    def count(self, states: Bools, conditions: Iterable[Condition]) -> int:
+    def count(self, states: Words, conditions: Iterable[Condition]) -> int:
         """How many of ``states`` meet one of the conditions, which exclude each other."""
         return sum(
-            count(op.source(states, number))
-            for condition in conditions
-            for op in self.layout.regions(condition)
-            for number in range(len(op.sources))
+            measure(op, states) for condition in conditions for op in self.layout.regions(condition)
         )
 
-    def enabled(self, step: _Steps, states: Bools) -> int:
+    def enabled(self, step: _Steps, states: Words) -> int:
         """How many of ``states`` allow a controllable event that stays inside ``states``."""
         return self._count_steps(step.required, states, states)
 
-    def required(self, step: _Steps, states: Bools) -> int:
+    def required(self, step: _Steps, states: Words) -> int:
         """How many of ``states`` allow a controllable event in the plant under requirements."""
         return self._count_steps(step.required, states, None)
 
-    def possible(self, step: _Steps, states: Bools) -> int:
+    def possible(self, step: _Steps, states: Words) -> int:
         """How many of ``states`` allow an event in the plant."""
         return self._count_steps(step.plant, states, None)
 
-    def _count_steps(self, stages: Stages, states: Bools, within: Bools | None) -> int:
+    def _count_steps(self, stages: Stages, states: Words, within: Words | None) -> int:
         if len(stages) > 1:
-            everything = np.ones(self.layout.size, np.bool_) if within is None else within
+            everything = self.layout.everything() if within is None else within
             before = preimage(stages, everything)
-            return int(np.count_nonzero(np.logical_and(before, states, out=before)))
-        total = 0
-        for op in stages[0]:
-            for number in range(len(op.sources)):
-                here = op.source(states, number)
-                if within is not None:
-                    here = here & op.slice(within, op.targets[0])
-                total += count(here)
-        return total
+            return int(count(np.bitwise_and(before, states, out=before)))
+        return sum(measure(op, states, within) for op in stages[0])
 
-    def cases(self, step: _Steps, states: Bools, required: bool) -> DenseCases:
+    def cases(self, step: _Steps, states: Words, required: bool) -> DenseCases:
         """Where a controllable event is allowed, and where refused though the plant could."""
         allowed = self._sources_of(step.required, states, states)
         refused = self._sources_of(step.required if required else step.plant, states, None)
-        np.logical_and(refused, np.logical_not(allowed), out=refused)
-        return DenseCases(self.plant, self.layout.dims, allowed, refused)
+        np.bitwise_and(refused, np.bitwise_not(allowed), out=refused)
+        return DenseCases.of(self.layout, allowed, refused)
 
-    def _sources_of(self, stages: Stages, states: Bools, within: Bools | None) -> Bools:
+    def _sources_of(self, stages: Stages, states: Words, within: Words | None) -> Words:
         """The states that allow a controllable event, and lead inside ``within`` if given."""
         if len(stages) > 1:
-            everything = np.ones(self.layout.size, np.bool_) if within is None else within
+            everything = self.layout.everything() if within is None else within
             before = preimage(stages, everything)
-            return np.logical_and(before, states, out=before)
-        found = np.zeros(self.layout.size, np.bool_)
+            return np.bitwise_and(before, states, out=before)
+        found = self.layout.nothing()
         for op in stages[0]:
-            for number in range(len(op.sources)):
-                here = op.source(states, number)
-                if within is not None:
-                    here = here & op.slice(within, op.targets[0])
-                into = op.slice(found, op.sources[number][0])
-                np.bitwise_or(into, here, out=into)
+            for source in op.sources:
+                into = op.at(found, source.offset)
+                np.bitwise_or(into, origins(op, source, states, within), out=into)
         return found
 
-    def occurrences(self, step: _Steps, states: Bools) -> int:
+    def occurrences(self, step: _Steps, states: Words) -> int:
         """State-event-value triples of an uncontrollable event, which is never blocked."""
         phase = step.event.phase
         if phase is None:
-            return int(np.count_nonzero(states)) * step.moves.weight
+            return count(states) * step.moves.weight
         values = np.zeros(self.plant.axes[phase.axis].size, np.bool_)
         values[phase.source] = True
         return self.count(states, [Condition({phase.axis: values})]) * step.moves.weight

@@ -14,10 +14,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from robosc.ir.automaton import Plant
-from robosc.synthesis.columns import Bools
 from robosc.synthesis.kernels import Stages, forward, image
 from robosc.synthesis.layout import Dim, Layout
 from robosc.synthesis.moves import Condition, EventMoves, Move
+from robosc.synthesis.words import Words, add, count, places
 
 __all__ = ["fold"]
 
@@ -100,17 +100,17 @@ class _Folder:
         layout = Layout(self.plant, dims)
         numbers = sorted({number for axis in axes for number in self.writers.get(axis, ())})
         events = [self._projected(self.moves[number], layout, set(axes)) for number in numbers]
-        states = np.zeros(layout.size, np.bool_)
-        states[_place(layout, self.plant)] = True
+        states = layout.nothing()
+        add(states, np.array([_place(layout, self.plant)]))
         before, now = 0, 1
         while before != now < layout.size:
             for stages in events:
                 _apply(stages, states)
-            before, now = now, int(np.count_nonzero(states))
-        places = np.flatnonzero(states)
-        columns = []
-        for dim, stride in zip(layout.dims, layout.strides, strict=True):
-            columns.append(dim.table[places // stride % dim.size])
+            before, now = now, count(states)
+        reached = places(states)
+        columns = [
+            dim.table[layout.position(number, reached)] for number, dim in enumerate(layout.dims)
+        ]
         table = np.concatenate(columns, axis=1)
         order = np.argsort(axes)
         return Dim(tuple(sorted(axes)), table[:, order])
@@ -122,12 +122,12 @@ class _Folder:
         )
 
 
-def _apply(stages: Stages, states: Bools) -> None:
+def _apply(stages: Stages, states: Words) -> None:
     if len(stages) == 1:
         for op in stages[0]:
             forward(op, states, states, None)
     else:
-        np.logical_or(states, image(stages, states), out=states)
+        np.bitwise_or(states, image(stages, states), out=states)
 
 
 def _place(layout: Layout, plant: Plant) -> int:

@@ -1,4 +1,4 @@
-"""What operations do to arrays of states: images, preimages and what is lost, in place."""
+"""What operations do to sets of states: images, preimages and what is lost, in place."""
 
 from __future__ import annotations
 
@@ -7,114 +7,127 @@ from typing import TypeAlias
 
 import numpy as np
 
-from robosc.synthesis.columns import Bools
-from robosc.synthesis.layout import Operation
+from robosc.synthesis.operations import Operation, Source
+from robosc.synthesis.words import Words, count
 
-__all__ = ["Stages", "backward", "count", "forward", "image", "preimage", "uncontrolled"]
+__all__ = [
+    "Stages", "backward", "clear", "fill", "forward", "image", "measure", "origins", "preimage",
+    "uncontrolled",
+]  # fmt: skip
 
 Stages: TypeAlias = Sequence[Sequence[Operation]]
 """An event: its operations in stages that follow one another; one stage is the rule."""
 
 
-def count(states: Bools) -> int:
-    """How many states there are in what an operation slices out."""
-    if states.dtype != np.bool_:
-        states = np.ascontiguousarray(states).view(np.bool_)
-    return int(np.count_nonzero(states))
-
-
-def image(stages: Stages, states: Bools) -> Bools:
+def image(stages: Stages, states: Words) -> Words:
     """The states after an event, as an array of its own."""
     for stage in stages:
-        after = np.zeros(states.size, np.bool_)
+        after = np.zeros_like(states)
         for op in stage:
             forward(op, states, after, None)
         states = after
     return states
 
 
-def preimage(stages: Stages, states: Bools) -> Bools:
+def preimage(stages: Stages, states: Words) -> Words:
     """The states before an event, as an array of its own."""
     for stage in reversed(stages):
-        before = np.zeros(states.size, np.bool_)
+        before = np.zeros_like(states)
         for op in stage:
-            found = _targets(op, states)
-            for number in range(len(op.sources)):
-                here = op.slice(before, op.sources[number][0])
-                np.bitwise_or(here, _masked(op, number, found), out=here)
+            found = op.moved_back(_targets(op, states))
+            for source in op.sources:
+                here = op.at(before, source.offset)
+                np.bitwise_or(here, op.masked(source, found), out=here)
         states = before
     return states
 
 
-def _masked(op: Operation, number: int, states: Bools) -> Bools:
-    for mask in op.sources[number][1]:
-        states = states & op.mask(mask)
-    return states
-
-
-def _sources(op: Operation, states: Bools, numbers: Sequence[int]) -> Bools:
-    """Some sources of an operation in one."""
-    found = op.source(states, numbers[0])
-    for number in numbers[1:]:
-        found = found | op.source(states, number)
-    return found
-
-
-def _targets(op: Operation, states: Bools) -> Bools:
-    """All targets of an operation in one."""
-    found = op.slice(states, op.targets[0])
-    for target in op.targets[1:]:
-        found = found | op.slice(states, target)
-    return found
-
-
-def forward(op: Operation, states: Bools, after: Bools, within: Bools | None) -> None:
+def forward(op: Operation, states: Words, after: Words, within: Words | None) -> None:
     """Add to ``after`` what an operation makes of ``states``, inside ``within`` if given.
 
     Both may be one array.
     """
-    numbers = op.leaving if states is after else range(len(op.sources))
-    if not numbers:
+    sources = op.leaving if states is after else op.sources
+    if not sources:
         return
-    found = _sources(op, states, numbers)
+    found = op.moved(_sources(op, states, sources))
     for target in op.targets:
-        here = op.slice(after, target)
-        if within is None:
-            np.bitwise_or(here, found, out=here)
-        else:
-            np.bitwise_or(here, found & op.slice(within, target), out=here)
+        here = op.at(after, target)
+        new = found if within is None else found & op.at(within, target)
+        np.bitwise_or(here, new, out=here)
 
 
-def backward(op: Operation, states: Bools, within: Bools | None) -> None:
+def backward(op: Operation, states: Words, within: Words | None) -> None:
     """Add to ``states`` what leads to them by an operation, inside ``within`` if given."""
-    numbers = op.leaving
-    if not numbers:
+    sources = op.leaving
+    if not sources:
         return
-    found = _targets(op, states)
-    for number in numbers:
-        source = op.sources[number][0]
-        here = op.slice(states, source)
-        add = _masked(op, number, found)
+    found = op.moved_back(_targets(op, states))
+    for source in sources:
+        here = op.at(states, source.offset)
+        new = op.masked(source, found)
         if within is not None:
-            add = add & op.slice(within, source)
-        np.bitwise_or(here, add, out=here)
+            new = new & op.at(within, source.offset)
+        np.bitwise_or(here, new, out=here)
 
 
-def uncontrolled(op: Operation, good: Bools) -> None:
+def uncontrolled(op: Operation, good: Words) -> None:
     """Take out of ``good`` what an operation can lead out of it."""
-    numbers = op.leaving
-    if not numbers:
+    sources = op.leaving
+    if not sources:
         return
-    safe = op.slice(good, op.targets[0])
+    safe = op.at(good, op.targets[0])
     for target in op.targets[1:]:
-        safe = safe & op.slice(good, target)
-    for number in numbers:
-        source, masks = op.sources[number]
-        here = op.slice(good, source)
-        kept = safe
-        if masks:
-            where = op.mask(masks[0])
-            for mask in masks[1:]:
-                where = where & op.mask(mask)
-            kept = np.logical_or(safe, np.logical_not(where))
-        np.bitwise_and(here, kept, out=here)
+        safe = safe & op.at(good, target)
+    lost = op.moved_back(np.bitwise_not(safe))
+    for source in sources:
+        here = op.at(good, source.offset)
+        np.bitwise_and(here, np.bitwise_not(op.masked(source, lost)), out=here)
+
+
+def origins(op: Operation, source: Source, states: Words, within: Words | None) -> Words:
+    """The states of a source that an operation moves, into ``within`` if given.
+
+    An operation without targets moves nothing, but the states that it speaks of are told.
+    """
+    found = op.masked(source, op.at(states, source.offset)) & op.held
+    if within is not None:
+        found = found & op.moved_back(op.at(within, op.targets[0]))
+    return found
+
+
+def measure(op: Operation, states: Words, within: Words | None = None) -> int:
+    """How many states :func:`origins` tells, of all sources."""
+    return sum(count(origins(op, source, states, within)) for source in op.sources)
+
+
+def clear(op: Operation, states: Words) -> None:
+    """Take the states that an operation speaks of out of ``states``."""
+    for source in op.sources:
+        here = op.at(states, source.offset)
+        there = op.masked(source, np.broadcast_to(op.held, op.shape))
+        np.bitwise_and(here, np.bitwise_not(there), out=here)
+
+
+def fill(op: Operation, states: Words) -> None:
+    """Add the states that an operation speaks of to ``states``."""
+    for source in op.sources:
+        here = op.at(states, source.offset)
+        there = op.masked(source, np.broadcast_to(op.held, op.shape))
+        np.bitwise_or(here, there, out=here)
+
+
+def _sources(op: Operation, states: Words, sources: Sequence[Source]) -> Words:
+    """Some sources of an operation in one."""
+    found = op.masked(sources[0], op.at(states, sources[0].offset))
+    for source in sources[1:]:
+        found = found | op.masked(source, op.at(states, source.offset))
+    return found
+
+
+def _targets(op: Operation, states: Words) -> Words:
+    """All targets of an operation in one."""
+    found = op.at(states, op.targets[0])
+    for target in op.targets[1:]:
+        found = found | op.at(states, target)
+    return found

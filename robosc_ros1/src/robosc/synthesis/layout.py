@@ -1,14 +1,17 @@
-"""States as places in one flat boolean array, and events as copies between slices of it.
+"""States as bits of one array, and the moves of a plant as operations on it.
 
 The array has one dimension (:class:`Dim`) per axis, or per group of axes that depend on each other:
-such a group is *folded* into one dimension that has only the combinations that can occur. A move of
-the plant becomes *operations*, each from slices to slices of one shape. numpy allows 32 dimensions;
-neighbours that an operation treats alike are merged, which is only another view of the same memory.
+such a group is *folded* into one dimension that has only the combinations that can occur. Some
+short dimensions, with a product of at most 64, are packed: their combinations are the bits of a
+word. All others are dimensions of an array of words. So a set of states takes little more than a
+bit for each, and an operation on one word moves up to 64 states.
+
+The *place* of a state is the number of its bit, counted through the array.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -19,20 +22,18 @@ import numpy as np
 from robosc.ir.automaton import Plant, PlantState
 from robosc.synthesis.columns import Bools, Indexes
 from robosc.synthesis.moves import Condition, Factor, Move, Writes
+from robosc.synthesis.operations import Lane, Operation, Shape, Source, View, operations
+from robosc.synthesis.words import BITS, WORD, Words, pack, unpack
 
-__all__ = ["Dim", "Layout", "Operation"]
+__all__ = ["Dim", "Layout"]
 
 _LARGEST_GRID = 2**22
-_LARGEST_STEP = 2**22
-_MOST_DIMENSIONS = 24
-_SHORT = 16
-"""Inner loops shorter than this cost more than what is done in them; they become operations."""
-_WORTH_UNROLLING = 2**9
+_BYTES = BITS // 8
 
 
 @dataclass(frozen=True, eq=False)
 class Dim:
-    """Axes in one dimension: row i of ``table`` are their values at place i."""
+    """Axes in one dimension: row i of ``table`` are their values at position i."""
 
     axes: tuple[int, ...]
     table: Indexes
@@ -42,98 +43,90 @@ class Dim:
         return len(self.table)
 
     @cached_property
+    def positions(self) -> dict[tuple[int, ...], int]:
+        return {tuple(row): position for position, row in enumerate(self.table.tolist())}
+
+    @cached_property
     def _spread(self) -> tuple[int, ...]:
         """One more than the largest value of each axis."""
         return tuple(int(n) + 1 for n in self.table.max(axis=0))
 
     @cached_property
     def _codes(self) -> tuple[Indexes, Indexes]:
-        """The rows as single numbers, ascending, and the place of each."""
+        """The rows as single numbers, ascending, and the position of each."""
         codes = np.ravel_multi_index(tuple(self.table.T), self._spread)
         order = np.argsort(codes)
         return codes[order], order
 
     def find(self, columns: Sequence[Indexes]) -> Indexes:
-        """The places of many rows, each of which must be there; one array per axis."""
+        """The positions of many rows, each of which must be there; one array per axis."""
         codes, order = self._codes
         found = np.searchsorted(codes, np.ravel_multi_index(tuple(columns), self._spread))
         return np.asarray(order[found], dtype=np.intp)
 
-    @cached_property
-    def places(self) -> dict[tuple[int, ...], int]:
-        return {tuple(row): place for place, row in enumerate(self.table.tolist())}
+    def images(self, writes: Mapping[int, Writes]) -> list[tuple[int, ...]]:
+        """Per position, those that writes of the dimension's axes lead to.
+
+        Combinations that the dimension leaves out belong to states that are never reached.
+        """
+        relations = [
+            None if (found := writes.get(axis)) is None else _relation(found) for axis in self.axes
+        ]
+        images = []
+        for row in self.table.tolist():
+            choices = [
+                (value,) if relation is None else relation.get(value, ())
+                for value, relation in zip(row, relations, strict=True)
+            ]
+            image = (self.positions.get(new) for new in product(*choices))
+            images.append(tuple(position for position in image if position is not None))
+        return images
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _View:
-    """A mask beside the states: its memory, where it starts, and its strides."""
-
-    memory: Bools
-    offset: int
-    strides: tuple[int, ...]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Operation:
-    """All states at ``source`` (where the masks hold) lead to the states at each of ``targets``.
-
-    Every offset is the start of a slice of the flat array, all of one shape and with the same
-    strides. Several sources lead to the same targets; each has its own masks. ``words``: eight
-    states are taken at a time, as one integer; there are no masks then.
-    """
-
-    shape: tuple[int, ...]
-    strides: tuple[int, ...]
-    words: bool
-    sources: tuple[tuple[int, tuple[_View, ...]], ...]
-    targets: tuple[int, ...]
-
-    @property
-    def leaving(self) -> tuple[int, ...]:
-        """The sources that do not merely lead to themselves, by number."""
-        return tuple(
-            number for number, (source, _) in enumerate(self.sources) if self.targets != (source,)
-        )
-
-    def slice(self, states: Bools, offset: int) -> Bools:
-        """A view; of integers if the operation takes words, for bitwise use alike."""
-        kind = np.uint64 if self.words else np.bool_
-        return np.ndarray(self.shape, kind, states, offset, self.strides)
-
-    def source(self, states: Bools, number: int) -> Bools:
-        """The states of one source where its masks hold; a view if there is no mask."""
-        offset, masks = self.sources[number]
-        found = self.slice(states, offset)
-        for mask in masks:
-            found = found & self.mask(mask)
-        return found
-
-    def mask(self, view: _View) -> Bools:
-        return np.ndarray(self.shape, np.bool_, view.memory, view.offset, view.strides)
+def _relation(writes: Writes) -> dict[int, tuple[int, ...]]:
+    return {value: new for old, new in writes for value in old}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Grid:
-    """A factor over dimensions: its array, contiguous, one axis per dimension."""
+    """A factor as words, one dimension of ``memory`` per dimension of the array that it reads."""
 
     dims: tuple[int, ...]
-    memory: Bools
+    memory: Words
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Where:
+    """A condition: positions per dimension of the array, bits of a word, and grids."""
+
+    allowed: dict[int, Bools]
+    bits: Bools
+    grids: list[_Grid]
 
 
 class Layout:
-    """Where each state of a plant lies, and operations for its moves."""
+    """Where each state of a plant lies, and operations for its moves.
+
+    ``size`` is the number of combinations, ``words`` that of words for a set of states.
+    """
 
     def __init__(self, plant: Plant, dims: Sequence[Dim]) -> None:
         self.plant = plant
         self.dims = tuple(dims)
-        sizes = [dim.size for dim in self.dims]
-        self.strides = tuple(prod(sizes[i + 1 :]) for i in range(len(sizes)))
-        self.size = prod(sizes)
+        self.size = prod(dim.size for dim in self.dims)
         self.home = {
             axis: (number, column)
             for number, dim in enumerate(self.dims)
             for column, axis in enumerate(dim.axes)
         }
+        self._packed = _packed([dim.size for dim in self.dims])
+        self._outer = tuple(n for n in range(len(self.dims)) if n not in self._packed)
+        self.bits = prod(self.dims[n].size for n in self._packed)
+        self.words = prod(self.dims[n].size for n in self._outer)
+        self.strides = self._strides()
+        numbers = np.arange(self.bits)
+        self._positions = {n: numbers // self.strides[n] % self.dims[n].size for n in self._packed}
+        """Per packed dimension, its position at each bit."""
         self._grids: dict[int, tuple[Factor, _Grid]] = {}
 
     @classmethod
@@ -147,28 +140,63 @@ class Layout:
             ],
         )
 
+    def _strides(self) -> tuple[int, ...]:
+        """Per dimension, how far its positions lie apart, in bits."""
+        found = [0] * len(self.dims)
+        for numbers, stride in ((self._packed, 1), (self._outer, BITS)):
+            for number in reversed(numbers):
+                found[number] = stride
+                stride *= self.dims[number].size
+        return tuple(found)
+
     # --- states
+
+    def nothing(self) -> Words:
+        """The empty set."""
+        return np.zeros(self.words, WORD)
+
+    def everything(self) -> Words:
+        """All combinations, whether they are ever reached or not."""
+        return np.full(self.words, self._every_bit, WORD)
+
+    @property
+    def _every_bit(self) -> int:
+        return (1 << self.bits) - 1
 
     def index(self, state: PlantState) -> int | None:
         """The place of a state; None if the layout leaves it out as unreachable."""
-        offset = 0
+        place = 0
         for dim, stride in zip(self.dims, self.strides, strict=True):
-            place = dim.places.get(tuple(state[axis] for axis in dim.axes))
-            if place is None:
+            position = dim.positions.get(tuple(state[axis] for axis in dim.axes))
+            if position is None:
                 return None
-            offset += place * stride
-        return offset
+            place += position * stride
+        return place
 
-    def state(self, index: int) -> PlantState:
+    def state(self, place: int) -> PlantState:
         values = [0] * len(self.plant.axes)
-        for dim, stride in zip(self.dims, self.strides, strict=True):
-            row = dim.table[index // stride % dim.size]
+        for number, dim in enumerate(self.dims):
+            row = dim.table[self.position(number, place)]
             for axis, value in zip(dim.axes, row.tolist(), strict=True):
                 values[axis] = value
         return tuple(values)
 
-    def axis_values(self, axis: int) -> tuple[int, Indexes]:
-        """The dimension of an axis, and the axis's value at each place of that dimension."""
+    def position(self, number: int, places: Indexes | int) -> Indexes:
+        """The positions in one dimension of states at some places."""
+        within = np.asarray(places) % BITS if number in self._packed else np.asarray(places)
+        return np.asarray(within // self.strides[number] % self.dims[number].size)
+
+    @property
+    def order(self) -> tuple[Dim, ...]:
+        """The dimensions in the order in which the array has them, packed ones last."""
+        return tuple(self.dims[number] for number in (*self._outer, *self._packed))
+
+    def flags(self, states: Words) -> Bools:
+        """A set as booleans, flat, with the dimensions in ``order``."""
+        return unpack(states, self.bits).reshape(-1)
+
+    def _values(self, axis: int) -> tuple[int, Indexes]:
+        """The dimension of an axis, and the axis's value at each position there."""
         dim, column = self.home[axis]
         return dim, self.dims[dim].table[:, column]
 
@@ -176,261 +204,206 @@ class Layout:
 
     def regions(self, condition: Condition) -> list[Operation]:
         """The states of a condition, as operations that lead nowhere."""
-        found = self._condition(condition)
-        return [] if found is None else self._operations(*found, {}, lead=False)
+        where = self._where(condition)
+        if where is None:
+            return []
+        lanes = [Lane(np.uint64(pack(where.bits)), 0)]
+        return self._operations(where, {}, lanes, lead=False)
 
-    def _condition(self, condition: Condition) -> tuple[dict[int, Bools], list[_Grid]] | None:
-        allowed: dict[int, Bools] = {}
+    def _where(self, condition: Condition) -> _Where | None:
+        found = _Where({}, np.ones(self.bits, np.bool_), [])
         for axis, values in condition.allowed.items():
-            dim, own = self.axis_values(axis)
-            here = values[own]
-            allowed[dim] = allowed[dim] & here if dim in allowed else here
-        grids: list[_Grid] = []
+            dim, own = self._values(axis)
+            self._restrict(found, dim, values[own])
         for factor in condition.factors:
-            grid = self.grid(factor)
-            if len(grid.dims) > 1:
-                grids.append(grid)
-                continue
-            (dim,) = grid.dims
-            allowed[dim] = allowed[dim] & grid.memory if dim in allowed else grid.memory
-        if not all(values.any() for values in allowed.values()):
+            grid = self._grid(factor)
+            if grid.dims:
+                found.grids.append(grid)
+            else:
+                found.bits[...] &= _flags(int(grid.memory), self.bits)
+        if not found.bits.any() or not all(values.any() for values in found.allowed.values()):
             return None
-        return allowed, grids
+        return found
 
-    def grid(self, factor: Factor) -> _Grid:
+    def _restrict(self, where: _Where, dim: int, positions: Bools) -> None:
+        if dim in self._positions:
+            where.bits[...] &= positions[self._positions[dim]]
+        elif dim in where.allowed:
+            where.allowed[dim] = where.allowed[dim] & positions
+        else:
+            where.allowed[dim] = positions
+
+    def _grid(self, factor: Factor) -> _Grid:
         """A factor evaluated over the dimensions of its axes, once."""
         if id(factor) not in self._grids:
             self._grids[id(factor)] = factor, self._new_grid(factor)
         return self._grids[id(factor)][1]
 
     def _new_grid(self, factor: Factor) -> _Grid:
-        dims = tuple(sorted({self.home[axis][0] for axis in factor.axes}))
+        """Evaluated in parts: intermediate results are integers, and there may be many."""
+        read = {self.home[axis][0] for axis in factor.axes}
+        dims = tuple(sorted(read.difference(self._packed)))
         shape = tuple(self.dims[dim].size for dim in dims)
         columns: dict[int, Indexes] = {}
         for axis in factor.axes:
-            dim, values = self.axis_values(axis)
-            columns[axis] = values.reshape([-1 if d == dim else 1 for d in dims])
-        memory = np.empty(shape, np.bool_)
-        # In parts: intermediate results are integers, eight times as large as the outcome.
-        step = max(1, _LARGEST_GRID // max(1, prod(shape[1:])))
+            dim, values = self._values(axis)
+            if dim in self._positions:
+                columns[axis] = values[self._positions[dim]].reshape([1] * len(dims) + [-1])
+            else:
+                columns[axis] = values.reshape([-1 if d == dim else 1 for d in dims] + [1])
+        memory = np.empty(shape, WORD)
+        if not dims:
+            memory[()] = self._masks(factor, columns, shape)
+            return _Grid(dims, memory)
+        step = max(1, _LARGEST_GRID // (prod(shape[1:]) * BITS))
         for start in range(0, shape[0], step):
             part = slice(start, start + step)
-            memory[part] = factor.test(
-                {a: c[part] if c.shape[0] > 1 else c for a, c in columns.items()}
-            )
+            some = {a: c[part] if c.shape[0] > 1 else c for a, c in columns.items()}
+            memory[part] = self._masks(factor, some, memory[part].shape)
         return _Grid(dims, memory)
+
+    def _masks(
+        self, factor: Factor, columns: Mapping[int, Indexes], shape: tuple[int, ...]
+    ) -> Words:
+        return pack(np.broadcast_to(factor.test(columns), (*shape, self.bits)))
 
     # --- moves
 
     def operations(self, move: Move, required: Condition | None = None) -> list[Operation]:
         """The operations of a move, under a further condition if given."""
         condition = move.condition if required is None else move.condition.both(required)
-        found = None if condition is None else self._condition(condition)
-        if found is None:
+        where = None if condition is None else self._where(condition)
+        if where is None:
             return []
-        allowed, grids = found
         by_dim: dict[int, dict[int, Writes]] = {}
         for axis, writes in move.writes.items():
             by_dim.setdefault(self.home[axis][0], {})[axis] = writes
+        images = {dim: self.dims[dim].images(writes) for dim, writes in by_dim.items()}
         rectangles = {
-            dim: self._rectangles(dim, writes, allowed.pop(dim, None))
-            for dim, writes in by_dim.items()
+            dim: _rectangles(found, where.allowed.pop(dim, None))
+            for dim, found in images.items()
+            if dim not in self._positions
         }
-        return self._operations(allowed, grids, rectangles, lead=True)
+        lanes = self._lanes(
+            where.bits, {dim: found for dim, found in images.items() if dim in self._positions}
+        )
+        return self._operations(where, rectangles, lanes, lead=True) if lanes else []
 
-    def _rectangles(
-        self, number: int, writes: dict[int, Writes], allowed: Bools | None
-    ) -> list[tuple[list[int], list[int]]]:
-        """Rectangles over the places of a dimension.
-
-        Places that the dimension leaves out belong to states that are never reached.
-        """
-        dim = self.dims[number]
-        relations: list[dict[int, tuple[int, ...]] | None] = []
-        for axis in dim.axes:
-            rectangles = writes.get(axis)
-            relations.append(
-                None
-                if rectangles is None
-                else {value: new for old, new in rectangles for value in old}
-            )
-        images: dict[tuple[int, ...], list[int]] = {}
-        for place, row in enumerate(dim.table.tolist()):
-            if allowed is not None and not allowed[place]:
-                continue
-            choices = [
-                (value,) if relation is None else relation.get(value, ())
-                for value, relation in zip(row, relations, strict=True)
-            ]
-            image = tuple(p for new in product(*choices) if (p := dim.places.get(new)) is not None)
-            if image:
-                images.setdefault(image, []).append(place)
-        return [(old, list(new)) for new, old in images.items()]
+    def _lanes(self, bits: Bools, images: dict[int, list[tuple[int, ...]]]) -> list[Lane]:
+        """How the bits of a word move when packed dimensions are written."""
+        masks: dict[int, int] = {}
+        for bit in np.flatnonzero(bits).tolist():
+            moves = []
+            for dim, found in images.items():
+                old = int(self._positions[dim][bit])
+                moves.append([(new - old) * self.strides[dim] for new in found[old]])
+            for shifts in product(*moves):
+                masks[sum(shifts)] = masks.get(sum(shifts), 0) | 1 << bit
+        return [Lane(np.uint64(mask), shift) for shift, mask in sorted(masks.items())]
 
     def _operations(
         self,
-        allowed: dict[int, Bools],
-        grids: list[_Grid],
+        where: _Where,
         rectangles: dict[int, list[tuple[list[int], list[int]]]],
+        lanes: Sequence[Lane],
         lead: bool,
     ) -> list[Operation]:
         found: list[Operation] = []
         read = [
             [(dim, run) for run in _runs(np.flatnonzero(values))]
-            for dim, values in allowed.items()
+            for dim, values in where.allowed.items()
             if not values.all()
         ]
         written = [[(dim, one) for one in each] for dim, each in rectangles.items()]
         for runs in product(*read):
             for ones in product(*written):
-                found.extend(self._operation(dict(runs), dict(ones), grids, lead))
+                found.extend(self._operation(dict(runs), dict(ones), where.grids, lanes, lead))
         return found
 
     def _operation(
         self,
         runs: dict[int, tuple[int, int, int]],
         ones: dict[int, tuple[list[int], list[int]]],
-        grids: list[_Grid],
+        grids: Iterable[_Grid],
+        lanes: Sequence[Lane],
         lead: bool,
     ) -> Iterator[Operation]:
         """One rectangle of each written dimension, one run of each that is only read."""
-        offset, shape, strides = 0, [], []
-        for number, (dim, stride) in enumerate(zip(self.dims, self.strides, strict=True)):
-            if number in ones:
-                continue
-            start, count, step = runs.get(number, (0, dim.size, 1))
-            offset += start * stride
-            shape.append(count)
-            strides.append(step * stride)
-        kept = [number for number in range(len(self.dims)) if number not in ones]
+        offset = 0
+        kept: dict[int, tuple[int, int]] = {}
+        for number in self._outer:
+            if number not in ones:
+                start, length, step = runs.get(number, (0, self.dims[number].size, 1))
+                offset += start * self.strides[number] // 8
+                kept[number] = length, step * self.strides[number] // 8
         written = list(ones)
-        sources: list[tuple[int, list[tuple[Bools, int, list[int]]]]] = []
-        for places in product(*(ones[dim][0] for dim in written)):
-            at = dict(zip(written, places, strict=True))
-            masks = [self._mask(grid, runs, at, kept) for grid in grids]
-            sources.append((offset + self._shift(at), masks))
+        sources = []
+        for positions in product(*(ones[dim][0] for dim in written)):
+            at = dict(zip(written, positions, strict=True))
+            masks = tuple(_view(grid, runs, at, list(kept)) for grid in grids)
+            sources.append(Source(offset + self._shift(at), masks))
         targets = [
-            offset + self._shift(dict(zip(written, places, strict=True)))
-            for places in product(*(ones[dim][1] for dim in written))
+            offset + self._shift(dict(zip(written, positions, strict=True)))
+            for positions in product(*(ones[dim][1] for dim in written))
         ]
-        yield from _split(shape, strides, sources, targets if lead else [])
+        shape = Shape([n for n, _ in kept.values()], [s for _, s in kept.values()])
+        return operations(shape, sources, targets if lead else [], lanes, self._every_bit)
 
     def _shift(self, at: dict[int, int]) -> int:
-        return sum(place * self.strides[dim] for dim, place in at.items())
-
-    def _mask(
-        self,
-        grid: _Grid,
-        runs: dict[int, tuple[int, int, int]],
-        at: dict[int, int],
-        kept: list[int],
-    ) -> tuple[Bools, int, list[int]]:
-        offset = 0
-        strides = dict.fromkeys(kept, 0)
-        for dim, stride in zip(grid.dims, grid.memory.strides, strict=True):
-            if dim in at:
-                offset += at[dim] * stride
-                continue
-            start, _, step = runs.get(dim, (0, 0, 1))
-            offset += start * stride
-            strides[dim] = step * stride
-        return grid.memory, offset, list(strides.values())
+        """How far into the array some positions lead, in bytes."""
+        return sum(position * self.strides[dim] // 8 for dim, position in at.items())
 
 
-def _runs(places: Indexes) -> list[tuple[int, int, int]]:
-    """Ascending places as runs of equal steps: (start, count, step)."""
-    values = places.tolist()
+def _packed(sizes: Sequence[int]) -> tuple[int, ...]:
+    """Dimensions whose product fills a word best."""
+    best: dict[int, tuple[int, ...]] = {1: ()}
+    for number, size in enumerate(sizes):
+        for filled, chosen in list(best.items()):
+            if filled * size <= BITS:
+                best.setdefault(filled * size, (*chosen, number))
+    return best[max(best)]
+
+
+def _flags(mask: int, bits: int) -> Bools:
+    return np.array([mask >> bit & 1 for bit in range(bits)], dtype=np.bool_)
+
+
+def _rectangles(
+    images: Sequence[tuple[int, ...]], allowed: Bools | None
+) -> list[tuple[list[int], list[int]]]:
+    """Positions with one image each, and the image."""
+    found: dict[tuple[int, ...], list[int]] = {}
+    for position, image in enumerate(images):
+        if image and (allowed is None or allowed[position]):
+            found.setdefault(image, []).append(position)
+    return [(old, list(new)) for new, old in found.items()]
+
+
+def _runs(positions: Indexes) -> list[tuple[int, int, int]]:
+    """Ascending positions as runs of equal steps: (start, length, step)."""
+    values = positions.tolist()
     found: list[tuple[int, int, int]] = []
-    position = 0
-    while position < len(values):
-        end = position + 1
-        step = values[end] - values[position] if end < len(values) else 1
+    at = 0
+    while at < len(values):
+        end = at + 1
+        step = values[end] - values[at] if end < len(values) else 1
         while end < len(values) and values[end] - values[end - 1] == step:
             end += 1
-        found.append((values[position], end - position, step))
-        position = end
+        found.append((values[at], end - at, step))
+        at = end
     return found
 
 
-def _split(
-    shape: list[int],
-    strides: list[int],
-    sources: list[tuple[int, list[tuple[Bools, int, list[int]]]]],
-    targets: list[int],
-    words: bool | None = None,
-) -> Iterator[Operation]:
-    """One operation, or several where it has too many dimensions or too many states at once."""
-    mask_strides = [m for _, masks in sources for _, _, m in masks]
-    sizes, merged = _merge(shape, [strides, *mask_strides])
-    if words is None:
-        places = [*targets, *(at for at, _ in sources)]
-        words = bool(targets) and not mask_strides and _in_words(sizes, merged[0], places)
-        if words:
-            sizes, merged = _merge([*sizes[:-1], sizes[-1] // 8], [[*merged[0][:-1], 8]])
-    cut = None
-    if len(sizes) > _MOST_DIMENSIONS:
-        cut = min(range(len(sizes)), key=lambda i: sizes[i]), 1
-    elif prod(sizes) > _LARGEST_STEP and sizes:
-        cut = 0, max(1, sizes[0] * _LARGEST_STEP // prod(sizes))
-    elif sizes and sizes[-1] < _SHORT and prod(sizes[:-1]) >= _WORTH_UNROLLING * sizes[-1]:
-        cut = len(sizes) - 1, 1
-    if cut is None or sizes[cut[0]] <= cut[1]:
-        rest = iter(merged[1:])
-        yield Operation(
-            tuple(sizes),
-            tuple(merged[0]),
-            words,
-            tuple(
-                (
-                    offset,
-                    tuple(_View(memory, start, tuple(next(rest))) for memory, start, _ in masks),
-                )
-                for offset, masks in sources
-            ),
-            tuple(targets),
-        )
-        return
-    dim, length = cut
-    for start in range(0, sizes[dim], length):
-        part = list(sizes)
-        part[dim] = min(length, sizes[dim] - start)
-        shift = start * merged[0][dim]
-        rest = iter(merged[1:])
-        moved = []
-        for offset, masks in sources:
-            views = []
-            for memory, at, _ in masks:
-                own = next(rest)
-                views.append((memory, at + start * own[dim], list(own)))
-            moved.append((offset + shift, views))
-        yield from _split(part, list(merged[0]), moved, [t + shift for t in targets], words)
-
-
-def _in_words(sizes: Sequence[int], strides: Sequence[int], places: Iterable[int]) -> bool:
-    """Whether eight neighbouring states can be taken as one integer throughout."""
-    return (
-        bool(sizes)
-        and strides[-1] == 1
-        and sizes[-1] % 8 == 0
-        and all(stride % 8 == 0 for stride in strides[:-1])
-        and all(place % 8 == 0 for place in places)
-    )
-
-
-def _merge(shape: Iterable[int], strides: list[list[int]]) -> tuple[list[int], list[list[int]]]:
-    """Neighbouring dimensions in one where all strides allow it; dimensions of size 1 vanish."""
-    sizes: list[int] = []
-    merged: list[list[int]] = [[] for _ in strides]
-    for number, size in enumerate(shape):
-        if size == 1:
+def _view(
+    grid: _Grid, runs: dict[int, tuple[int, int, int]], at: dict[int, int], kept: Sequence[int]
+) -> View:
+    offset = 0
+    strides = dict.fromkeys(kept, 0)
+    for dim, stride in zip(grid.dims, grid.memory.strides, strict=True):
+        if dim in at:
+            offset += at[dim] * stride
             continue
-        steps = [each[number] for each in strides]
-        if sizes and all(m[-1] == step * size for m, step in zip(merged, steps, strict=True)):
-            sizes[-1] *= size
-            for each, step in zip(merged, steps, strict=True):
-                each[-1] = step
-        else:
-            sizes.append(size)
-            for each, step in zip(merged, steps, strict=True):
-                each.append(step)
-    return sizes, merged
+        start, _, step = runs.get(dim, (0, 0, 1))
+        offset += start * stride
+        strides[dim] = step * stride
+    return View(grid.memory, offset, tuple(strides.values()))

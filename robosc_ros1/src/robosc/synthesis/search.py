@@ -18,6 +18,7 @@ from robosc.synthesis.columns import Bools, Indexes, evaluate_columns
 from robosc.synthesis.dense import DenseSolution
 from robosc.synthesis.layout import Layout
 from robosc.synthesis.moves import Condition, Move
+from robosc.synthesis.words import Words, add, members
 
 __all__ = ["DenseSystem"]
 
@@ -32,8 +33,8 @@ class DenseSystem:
         self.solution = solution
         self.layout: Layout = solution.engine.layout
         self._layers: list[Indexes] = []
-        self._seen: Bools | None = None
-        self._plant: Bools | None = None
+        self._seen: Words | None = None
+        self._plant: Words | None = None
 
     @property
     def plant(self) -> Plant:
@@ -41,7 +42,7 @@ class DenseSystem:
 
     def is_good(self, state: PlantState) -> bool:
         place = self.layout.index(state)
-        return place is not None and bool(self.solution.good[place])
+        return place is not None and bool(members(self.solution.good, np.array([place]))[0])
 
     def plant_reaches(self, condition: Expr) -> bool | None:
         if self.layout.size > _LARGEST_REPEAT:
@@ -55,8 +56,9 @@ class DenseSystem:
         engine = self.solution.engine
         if not engine.count(self.solution.states, engine.compiler.condition(condition)):
             return None
-        for number in range(self.solution.states.size):
+        for number in range(self.layout.size):
             layer = self._layer(number)
+            assert len(layer), "a controlled state is not reached"
             hits = np.flatnonzero(
                 np.broadcast_to(
                     evaluate_columns(self.plant, condition, self._columns(layer)), layer.shape
@@ -72,13 +74,13 @@ class DenseSystem:
             initial = self.layout.index(self.plant.initial)
             assert initial is not None
             self._layers = [np.array([initial], dtype=np.intp)]
-            self._seen = np.zeros(self.layout.size, np.bool_)
-            self._seen[initial] = True
+            self._seen = self.layout.nothing()
+            add(self._seen, self._layers[0])
         while len(self._layers) <= number:
             fresh: list[Indexes] = []
             for _, after in self._successors(self._layers[-1]):
-                new = np.unique(after[~self._seen[after]])
-                self._seen[new] = True
+                new = np.unique(after[~members(self._seen, after)])
+                add(self._seen, new)
                 fresh.append(new)
             self._layers.append(np.sort(np.concatenate(fresh)))
         return self._layers[number]
@@ -113,13 +115,13 @@ class DenseSystem:
             for batch in batches:
                 if len(batch.places):
                     after = self._after(batch)
-                    kept = states[after]
+                    kept = members(states, after)
                     yield batch.places[kept], after[kept]
 
     def _columns(self, places: Indexes) -> dict[int, Indexes]:
         found: dict[int, Indexes] = {}
-        for dim, stride in zip(self.layout.dims, self.layout.strides, strict=True):
-            rows = dim.table[places // stride % dim.size]
+        for number, dim in enumerate(self.layout.dims):
+            rows = dim.table[self.layout.position(number, places)]
             for column, axis in enumerate(dim.axes):
                 found[axis] = rows[:, column]
         return found
@@ -130,7 +132,7 @@ class DenseSystem:
         for number in {self.layout.home[axis][0] for axis in batch.written}:
             dim, stride = self.layout.dims[number], self.layout.strides[number]
             found = dim.find([batch.columns[axis] for axis in dim.axes])
-            after = after + (found - batch.places // stride % dim.size) * stride
+            after = after + (found - self.layout.position(number, batch.places)) * stride
         return after
 
 

@@ -1,0 +1,218 @@
+"""Operations: what an event does to whole slices of states at once.
+
+States lie in words of 64 bits (:mod:`robosc.synthesis.layout`). An operation takes slices of words
+to slices of words of the same shape, and within each word some bits to others: its *lanes*, each a
+mask of the bits that move and how far they do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from math import prod
+
+import numpy as np
+
+from robosc.synthesis.words import WORD, Words
+
+__all__ = ["Lane", "Operation", "Shape", "Source", "View", "operations"]
+
+_LARGEST_STEP = 2**16
+"""Words at once, where intermediate results are made: they should stay in the cache."""
+_MOST_DIMENSIONS = 24
+_SHORT = 16
+"""Inner loops shorter than this cost more than what is done in them; they become operations."""
+_WORTH_UNROLLING = 2**9
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Lane:
+    """The bits of ``mask`` move up by ``shift`` places, or down if it is negative."""
+
+    mask: np.uint64
+    shift: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class View:
+    """Masks beside the states, one per word: their memory, where they start, their strides."""
+
+    memory: Words
+    offset: int
+    strides: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Source:
+    """Where a slice begins, and the masks that its words must pass."""
+
+    offset: int
+    masks: tuple[View, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Operation:
+    """All states at each source, where its masks let them, lead by lanes to each of the targets.
+
+    Offsets and strides are in bytes. ``whole``: the only lane moves nothing and stops nothing.
+    Without targets an operation is no more than a set of states.
+    """
+
+    shape: tuple[int, ...]
+    strides: tuple[int, ...]
+    sources: tuple[Source, ...]
+    targets: tuple[int, ...]
+    lanes: tuple[Lane, ...]
+    whole: bool
+
+    @property
+    def held(self) -> np.uint64:
+        """The bits that some lane moves."""
+        found = np.uint64(0)
+        for lane in self.lanes:
+            found |= lane.mask
+        return found
+
+    def at(self, states: Words, offset: int) -> Words:
+        """The slice that begins there, a view."""
+        return np.ndarray(self.shape, WORD, states, offset, self.strides)
+
+    def mask(self, view: View) -> Words:
+        return np.ndarray(self.shape, WORD, view.memory, view.offset, view.strides)
+
+    def masked(self, source: Source, words: Words) -> Words:
+        """What the masks of a source leave of words of its shape; the words if it has none."""
+        for view in source.masks:
+            words = words & self.mask(view)
+        return words
+
+    def moved(self, words: Words) -> Words:
+        """Words after their lanes; the words themselves if nothing changes."""
+        if self.whole:
+            return words
+        return _joined(_shifted(words & lane.mask, lane.shift) for lane in self.lanes)
+
+    def moved_back(self, words: Words) -> Words:
+        """Words before their lanes; the words themselves if nothing changes."""
+        if self.whole:
+            return words
+        return _joined(_shifted(words, -lane.shift) & lane.mask for lane in self.lanes)
+
+    @property
+    def leaving(self) -> tuple[Source, ...]:
+        """The sources that do not merely lead to themselves."""
+        if any(lane.shift for lane in self.lanes):
+            return self.sources
+        return tuple(source for source in self.sources if self.targets != (source.offset,))
+
+
+def _shifted(words: Words, shift: int) -> Words:
+    if shift > 0:
+        return np.left_shift(words, np.uint64(shift))
+    return np.right_shift(words, np.uint64(-shift)) if shift else words
+
+
+def _joined(parts: Iterator[Words]) -> Words:
+    found = next(parts)
+    for part in parts:
+        found = found | part
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """Sizes with strides in bytes, from the slowest dimension to the fastest."""
+
+    sizes: Sequence[int]
+    strides: Sequence[int]
+
+
+def operations(
+    shape: Shape,
+    sources: Sequence[Source],
+    targets: Sequence[int],
+    lanes: Sequence[Lane],
+    every_bit: int,
+) -> Iterator[Operation]:
+    """One operation, or several where that is faster or there are too many dimensions.
+
+    ``every_bit`` is the mask of the bits that stand for states.
+    """
+    whole = len(lanes) == 1 and not lanes[0].shift and int(lanes[0].mask) == every_bit
+    yield from _split(shape, sources, targets, tuple(lanes), whole)
+
+
+def _split(
+    shape: Shape,
+    sources: Sequence[Source],
+    targets: Sequence[int],
+    lanes: tuple[Lane, ...],
+    whole: bool,
+) -> Iterator[Operation]:
+    views = [view for source in sources for view in source.masks]
+    sizes, merged = _merge(shape.sizes, [shape.strides, *(view.strides for view in views)])
+    cut = _cut(sizes, bool(views) or not whole or len(sources) > 1)
+    if cut is None:
+        strides = iter(merged[1:])
+        yield Operation(
+            tuple(sizes),
+            tuple(merged[0]),
+            tuple(
+                Source(s.offset, tuple(View(v.memory, v.offset, next(strides)) for v in s.masks))
+                for s in sources
+            ),
+            tuple(targets),
+            lanes,
+            whole,
+        )
+        return
+    dim, length = cut
+    for start in range(0, sizes[dim], length):
+        part = list(sizes)
+        part[dim] = min(length, sizes[dim] - start)
+        shift = start * merged[0][dim]
+        strides = iter(merged[1:])
+        moved = [
+            Source(
+                source.offset + shift,
+                tuple(
+                    View(v.memory, v.offset + start * own[dim], own)
+                    for v, own in zip(source.masks, strides, strict=False)
+                ),
+            )
+            for source in sources
+        ]
+        yield from _split(Shape(part, merged[0]), moved, [t + shift for t in targets], lanes, whole)
+
+
+def _cut(sizes: Sequence[int], intermediate: bool) -> tuple[int, int] | None:
+    """The dimension to cut and the length of the parts, if any."""
+    if len(sizes) > _MOST_DIMENSIONS:
+        return min(range(len(sizes)), key=lambda i: sizes[i]), 1
+    total = prod(sizes)
+    if intermediate and total > _LARGEST_STEP:
+        return 0, max(1, sizes[0] * _LARGEST_STEP // total)
+    if sizes and sizes[-1] < _SHORT and total >= _WORTH_UNROLLING * sizes[-1] ** 2:
+        return len(sizes) - 1, 1
+    return None
+
+
+def _merge(
+    shape: Iterable[int], strides: Sequence[Sequence[int]]
+) -> tuple[list[int], list[tuple[int, ...]]]:
+    """Neighbouring dimensions in one where all strides allow it; dimensions of size 1 vanish."""
+    sizes: list[int] = []
+    merged: list[list[int]] = [[] for _ in strides]
+    for number, size in enumerate(shape):
+        if size == 1:
+            continue
+        steps = [each[number] for each in strides]
+        if sizes and all(m[-1] == step * size for m, step in zip(merged, steps, strict=True)):
+            sizes[-1] *= size
+            for each, step in zip(merged, steps, strict=True):
+                each[-1] = step
+        else:
+            sizes.append(size)
+            for each, step in zip(merged, steps, strict=True):
+                each.append(step)
+    return sizes, [tuple(each) for each in merged]
