@@ -87,7 +87,7 @@ class Diagrams:
         self.variables = variables
         self._and = util.BooleanOperator.AND
         self._function: Any = bdd.BDDFunction
-        self._manager = bdd.BDDManager(self.capacity, entries, 1)
+        self._manager: Any = bdd.BDDManager(self.capacity, entries, 1)
         self._manager.add_vars(variables)
         self.true: Set = self._manager.true()
         self.false: Set = self._manager.false()

@@ -99,11 +99,13 @@ class SymbolicEngine:
         self.relations = Relations(self.encoding, **options)
         self.events = self.relations.events
         self._progress = progress
-        self._ruled = tuple(
-            tuple(replace(m, relation=m.relation & event.required) for m in event.moves)
+        self._ruled = tuple(_guarded(event.moves, event.required) for event in self.events)
+        reads = [event.reads for event in self.events]
+        self._related = _related(self.events, reads)
+        self._priority = [
+            -min((self.encoding.place(axis) for axis in event.reads | event.writes), default=0)
             for event in self.events
-        )
-        self._priority, self._related = _schedule(self.encoding, self.events)
+        ]
 
     def solve(self) -> SymbolicSolution:
         """The controlled system."""
@@ -125,7 +127,7 @@ class SymbolicEngine:
             bad, good = good & ~back, back
         restricted = good != reach
         if restricted:
-            reach = self._forward(initial, self._ruled, good)
+            reach = self._forward(initial, *self._controlled(good))
         return SymbolicSolution(self, plant_reach, reach, good, restricted)
 
     def unsafe(self) -> Set:
@@ -156,8 +158,42 @@ class SymbolicEngine:
     def growth(self, states: Set) -> Growth:
         """How the controlled system unfolds from the initial state, ``states`` being all of it."""
         found: Growth = [(-1, self.encoding.initial)]
-        self._forward(self.encoding.initial, self._ruled, states, found)
+        self._forward(self.encoding.initial, *self._controlled(states), growth=found)
         return found
+
+    # --- control
+
+    def _controlled(self, good: Set) -> tuple[list[Sequence[Move]], list[list[int]]]:
+        """The moves that stay in ``good``, and which events can set each other going.
+
+        A command's guard is told by as few axes as possible: with all that ``good`` reads, every
+        event would have to be tried again after every other.
+        """
+        moves: list[Sequence[Move]] = []
+        reads: list[frozenset[int]] = []
+        for event in self.events:
+            ruled, axes = self._ruled[event.number], event.reads
+            if self.plant.events[event.number].controllable:
+                here = good & event.possible & event.required
+                allowed = here & self.required_preimage(event, good)
+                refused = here & ~allowed
+                if refused != self.diagrams.false:
+                    guard, needed = self._narrow(allowed, refused)
+                    ruled, axes = _guarded(ruled, guard), axes | needed
+            moves.append(ruled)
+            reads.append(axes)
+        return moves, _related(self.events, reads)
+
+    def _narrow(self, allowed: Set, refused: Set) -> tuple[Set, frozenset[int]]:
+        """A condition that tells two sets apart, and the few axes that it reads."""
+        axes = set(range(len(self.plant.axes)))
+        for axis in sorted(axes, key=self.encoding.place):
+            cube = self.encoding.now([axis])
+            wider = self.diagrams.exists(allowed, cube), self.diagrams.exists(refused, cube)
+            if wider[0] & wider[1] == self.diagrams.false:
+                allowed, refused = wider
+                axes.discard(axis)
+        return allowed, frozenset(axes)
 
     # --- fixpoints
 
@@ -165,19 +201,15 @@ class SymbolicEngine:
         self,
         states: Set,
         moves: Sequence[Sequence[Move]],
-        within: Set | None = None,
+        related: Sequence[Sequence[int]] | None = None,
         growth: Growth | None = None,
     ) -> Set:
-        """All that is reached; controllable events only into ``within``, if given."""
-        image = self.relations.image
+        """All that the moves reach."""
 
-        def step(number: int, move: Move, found: Set) -> Set:
-            reached = image(move, found)
-            if within is not None and self.plant.events[number].controllable:
-                reached = reached & within
-            return reached
+        def step(move: Move, found: Set) -> Set:
+            return self.relations.image(move, found)
 
-        return self._closure("reachable states", states, moves, step, growth)
+        return self._closure("reachable states", states, moves, step, related, growth)
 
     def _uncontrollably(self, bad: Set, good: Set) -> Set:
         """``bad``, and the states of ``good`` from which uncontrollable events lead there."""
@@ -192,8 +224,8 @@ class SymbolicEngine:
         marked = self.encoding.marked & good
         return self._closure("nonblocking states", marked, self._ruled, self._step_back(good))
 
-    def _step_back(self, within: Set) -> Callable[[int, Move, Set], Set]:
-        def step(number: int, move: Move, found: Set) -> Set:
+    def _step_back(self, within: Set) -> Callable[[Move, Set], Set]:
+        def step(move: Move, found: Set) -> Set:
             return self.relations.preimage(move, found) & within
 
         return step
@@ -203,13 +235,14 @@ class SymbolicEngine:
         what: str,
         states: Set,
         moves: Sequence[Sequence[Move]],
-        step: Callable[[int, Move, Set], Set],
+        step: Callable[[Move, Set], Set],
+        related: Sequence[Sequence[int]] | None = None,
         growth: Growth | None = None,
     ) -> Set:
         """Add to ``states`` what the steps of all moves give, until they give no more.
 
-        That events which share no axis need not be tried again is exact for the plant, but what a
-        set confines them to may couple them; so a pass over all events has the last word.
+        That events which share no axis need not be tried again is exact for the moves alone, but a
+        set that steps are confined to may couple them; so a pass over all has the last word.
         """
         active = [n for n in range(len(moves)) if any(not move.stays for move in moves[n])]
 
@@ -219,7 +252,7 @@ class SymbolicEngine:
                 for move in moves[number]:
                     if move.stays:
                         continue
-                    more = self._run(lambda m=move, f=found: f | step(number, m, f))  # type: ignore[misc]
+                    more = self._run(lambda m=move, f=found: f | step(m, f))  # type: ignore[misc]
                     if growth is not None and more != found:
                         growth.append((number, more))
                     found = more
@@ -228,7 +261,7 @@ class SymbolicEngine:
 
         while True:
             before = states
-            states = self._saturate(what, states, active, carry)
+            states = self._saturate(what, states, active, carry, related or self._related)
             if states == before:
                 return states
 
@@ -238,6 +271,7 @@ class SymbolicEngine:
         states: Set,
         active: Iterable[int],
         carry: Callable[[int, Set], Set],
+        related: Sequence[Sequence[int]],
     ) -> Set:
         waiting = set(active)
         allowed = frozenset(waiting)
@@ -252,7 +286,7 @@ class SymbolicEngine:
             states = found
             if self._progress is not None:
                 self._progress(what, self.diagrams.nodes, self.diagrams.capacity)
-            for other in self._related[number]:
+            for other in related[number]:
                 if other in allowed and other not in waiting:
                     waiting.add(other)
                     heapq.heappush(queue, (self._priority[other], other))
@@ -262,16 +296,15 @@ class SymbolicEngine:
         return self.diagrams.run(operation)
 
 
-def _schedule(
-    encoding: Encoding, events: Sequence[EventRelation]
-) -> tuple[list[int], list[list[int]]]:
-    """Per event: when its turn is (lower is sooner), and the events that it can set going again."""
-    priority = []
+def _guarded(moves: Sequence[Move], guard: Set) -> tuple[Move, ...]:
+    return tuple(replace(move, relation=move.relation & guard) for move in moves)
+
+
+def _related(events: Sequence[EventRelation], reads: Sequence[frozenset[int]]) -> list[list[int]]:
+    """Per event those that share an axis with it which one of the two writes."""
     users: dict[int, set[int]] = {}
-    for event in events:
-        axes = event.reads | event.writes
-        priority.append(-min((encoding.place(axis) for axis in axes), default=0))
-        for axis in axes:
+    for event, axes in zip(events, reads, strict=True):
+        for axis in axes | event.writes:
             users.setdefault(axis, set()).add(event.number)
     related: list[set[int]] = [set() for _ in events]
     for event in events:
@@ -279,4 +312,4 @@ def _schedule(
             for other in users[axis] - {event.number}:
                 related[event.number].add(other)
                 related[other].add(event.number)
-    return priority, [sorted(others) for others in related]
+    return [sorted(others) for others in related]
