@@ -31,7 +31,7 @@ from robosc.synthesis.verify_steps import Coding, EventMoves, Grouped, Moves, ax
 
 __all__ = ["DEFAULT_LIMIT", "Check", "VerifyReport", "verify", "verify_document"]
 
-DEFAULT_LIMIT: Final = 1 << 20  # states; about a minute and some 500 MB
+DEFAULT_LIMIT: Final = 1 << 20  # states; about a minute and 700 MB
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,9 +113,9 @@ class _Graph:
     codes: list[int]
     number: dict[int, int]
     first: array[int] = field(default_factory=lambda: array("q", [0]))
-    targets: array[int] = field(default_factory=lambda: array("l"))
-    labels: array[int] = field(default_factory=lambda: array("l"))
-    allowed: array[int] = field(default_factory=lambda: array("l"))
+    targets: array[int] = field(default_factory=lambda: array("i"))
+    labels: array[int] = field(default_factory=lambda: array("i"))
+    allowed: array[int] = field(default_factory=lambda: array("i"))
     unsafe: dict[int, str] = field(default_factory=dict)
     violations: dict[int, int] = field(default_factory=dict)  # state: label of the step
 
@@ -141,7 +141,7 @@ class _Backward:
             first[target + 2] += 1
         for state in range(2, count + 2):
             first[state] += first[state - 1]
-        sources, labels = array("l", graph.targets), array("l", graph.labels)
+        sources, labels = array("i", graph.targets), array("i", graph.labels)
         for source in range(count):
             for step in range(graph.first[source], graph.first[source + 1]):
                 place = first[graph.targets[step] + 1]
