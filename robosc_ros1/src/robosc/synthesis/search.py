@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
@@ -18,7 +20,7 @@ from robosc.synthesis.columns import Bools, Indexes, evaluate_columns
 from robosc.synthesis.dense import DenseSolution
 from robosc.synthesis.layout import Layout
 from robosc.synthesis.moves import Condition, Move
-from robosc.synthesis.words import Words, add, members
+from robosc.synthesis.words import WORD, Words, add, members, places
 
 __all__ = ["DenseSystem"]
 
@@ -32,7 +34,7 @@ class DenseSystem:
     def __init__(self, solution: DenseSolution) -> None:
         self.solution = solution
         self.layout: Layout = solution.engine.layout
-        self._layers: list[Indexes] = []
+        self._layers: list[NDArray[Any]] = []
         self._seen: Words | None = None
         self._plant: Words | None = None
 
@@ -73,23 +75,37 @@ class DenseSystem:
         if self._seen is None:
             initial = self.layout.index(self.plant.initial)
             assert initial is not None
-            self._layers = [np.array([initial], dtype=np.intp)]
             self._seen = self.layout.nothing()
-            add(self._seen, self._layers[0])
+            self._keep(np.array([initial], dtype=np.intp))
         while len(self._layers) <= number:
             fresh: list[Indexes] = []
-            for _, after in self._successors(self._layers[-1]):
+            for _, after in self._successors(self._stored(len(self._layers) - 1)):
                 new = np.unique(after[~members(self._seen, after)])
                 add(self._seen, new)
                 fresh.append(new)
-            self._layers.append(np.sort(np.concatenate(fresh)))
-        return self._layers[number]
+            self._keep(np.sort(np.concatenate(fresh)))
+        return self._stored(number)
+
+    def _keep(self, layer: Indexes) -> None:
+        """Keep a layer in whichever form is shorter."""
+        assert self._seen is not None
+        add(self._seen, layer)
+        if layer.nbytes <= self._seen.nbytes:
+            self._layers.append(layer)
+        else:
+            words = self.layout.nothing()
+            add(words, layer)
+            self._layers.append(words)
+
+    def _stored(self, number: int) -> Indexes:
+        layer = self._layers[number]
+        return places(layer) if layer.dtype == WORD else layer.astype(np.intp, copy=False)
 
     def _path(self, number: int, place: int) -> tuple[PlantState, ...]:
-        places = [place]
-        for layer in reversed(self._layers[:number]):
-            places.append(self._predecessor(layer, places[-1]))
-        return tuple(self.layout.state(each) for each in reversed(places))
+        found = [place]
+        for distance in reversed(range(number)):
+            found.append(self._predecessor(self._stored(distance), found[-1]))
+        return tuple(self.layout.state(each) for each in reversed(found))
 
     def _predecessor(self, layer: Indexes, target: int) -> int:
         for before, after in self._successors(layer):
