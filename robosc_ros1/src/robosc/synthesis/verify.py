@@ -18,15 +18,15 @@ control of a class of discrete event processes", SIAM J. Control Optim. 25(1), 1
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import AxisKind, Event, PlantState
 from robosc.model.entities import EventKind
 from robosc.supervisor import Step, Supervisor
+from robosc.synthesis.verify_graph import Backward, Graph, Reached
 from robosc.synthesis.verify_steps import Coding, EventMoves, Grouped, Moves, axes_of, condition
 
 __all__ = ["DEFAULT_LIMIT", "Check", "VerifyReport", "verify", "verify_document"]
@@ -49,7 +49,8 @@ class VerifyReport:
     """What was found; ``states`` and ``transitions`` are those under the guards.
 
     ``properties`` are the controller properties as synthesis found them, by name; one that fails
-    is a warning and leaves the supervisor right. Where the guards are not even safe, nothing is said about what comes after.
+    is a warning and leaves the supervisor right. Where the guards are not even safe, nothing is
+    said about what comes after.
     """
 
     robot: str
@@ -98,62 +99,6 @@ _Work: TypeAlias = tuple[int, Moves, bool, bool]
 requirements permit it."""
 
 # --- the search ----------------------------------------------------------------------------------
-
-
-@dataclass
-class _Graph:
-    """What the requirements permit, and which of it the guards allow.
-
-    States are numbered as they are found; ``codes`` and ``number`` lead from number to state and
-    back. The steps of state ``i`` are those from ``first[i]`` to ``first[i + 1]``: ``targets``, and
-    ``labels`` that tell event and value (see ``_Verifier.label``), complemented where the guard
-    forbids the step. An allowed step that changes nothing is only counted, in ``allowed``.
-    """
-
-    codes: list[int]
-    number: dict[int, int]
-    first: array[int] = field(default_factory=lambda: array("q", [0]))
-    targets: array[int] = field(default_factory=lambda: array("i"))
-    labels: array[int] = field(default_factory=lambda: array("i"))
-    allowed: array[int] = field(default_factory=lambda: array("i"))
-    unsafe: dict[int, str] = field(default_factory=dict)
-    violations: dict[int, int] = field(default_factory=dict)  # state: label of the step
-
-    def steps(self, state: int) -> Iterator[tuple[int, int]]:
-        """Targets and labels."""
-        for step in range(self.first[state], self.first[state + 1]):
-            yield self.targets[step], self.labels[step]
-
-
-@dataclass
-class _Backward:
-    """The steps of a graph by target."""
-
-    first: array[int]
-    sources: array[int]
-    labels: array[int]
-
-    @classmethod
-    def of(cls, graph: _Graph) -> _Backward:
-        count = len(graph.codes)
-        first = array("q", bytes(8 * (count + 2)))
-        for target in graph.targets:
-            first[target + 2] += 1
-        for state in range(2, count + 2):
-            first[state] += first[state - 1]
-        sources, labels = array("i", graph.targets), array("i", graph.labels)
-        for source in range(count):
-            for step in range(graph.first[source], graph.first[source + 1]):
-                place = first[graph.targets[step] + 1]
-                first[graph.targets[step] + 1] = place + 1
-                sources[place] = source
-                labels[place] = graph.labels[step]
-        return cls(first, sources, labels)
-
-    def steps(self, target: int) -> Iterator[tuple[int, int]]:
-        """Sources and labels."""
-        start, end = self.first[target], self.first[target + 1]
-        return zip(self.sources[start:end], self.labels[start:end], strict=True)
 
 
 class _Verifier:
@@ -214,12 +159,12 @@ class _Verifier:
         name = self._plant.robot.name
         controllable = self._check_controllable()
         graph = self._search()
-        backward = _Backward.of(graph)
+        backward = Backward.of(graph)
         keepable = self._keepable(graph, backward)
         if self._supervisor.empty:
             empty = self._check_empty(bool(keepable[0]))
             return VerifyReport(name, (controllable, empty, *self._check_counts(0, 0)), 0, 0)
-        reached = _Reached.of(graph)
+        reached = Reached.of(graph)
         states = len(reached.order)
         transitions = sum(graph.allowed[state] for state in reached.order)
         safe = self._check_safe(graph, reached)
@@ -234,10 +179,10 @@ class _Verifier:
         ]
         return VerifyReport(name, tuple(checks), states, transitions, self._supervisor.properties)
 
-    def _search(self) -> _Graph:
+    def _search(self) -> Graph:
         """Everything that the requirements permit; unsafe states are not left."""
         initial = self._coding.encode(self._plant.initial)
-        graph = _Graph([initial], {initial: 0})
+        graph = Graph([initial], {initial: 0})
         here = 0
         while here < len(graph.codes):
             state = self._coding.decode(graph.codes[here])
@@ -253,7 +198,7 @@ class _Verifier:
             here += 1
         return graph
 
-    def _add_steps(self, graph: _Graph, here: int, work: list[_Work]) -> None:
+    def _add_steps(self, graph: Graph, here: int, work: list[_Work]) -> None:
         code, allowed = graph.codes[here], 0
         codes, number = graph.codes, graph.number
         for label, moves, free, permitted in work:
@@ -288,7 +233,7 @@ class _Verifier:
         if found > self._limit:
             raise StateSpaceError(f"verification stops at {self._limit} states; there are more")
 
-    def _keepable(self, graph: _Graph, backward: _Backward) -> bytearray:
+    def _keepable(self, graph: Graph, backward: Backward) -> bytearray:
         """Which states some supervisor can keep safe and nonblocking: 1, the others 0.
 
         Starting from the unsafe states, lose in turn what uncontrollable events lead to lost ones,
@@ -309,7 +254,7 @@ class _Verifier:
                 return kept
 
     def _blocked(
-        self, graph: _Graph, backward: _Backward, within: bytearray, forbidden: bool
+        self, graph: Graph, backward: Backward, within: bytearray, forbidden: bool
     ) -> list[int]:
         """States ``within`` that reach no marked one through such states.
 
@@ -344,7 +289,7 @@ class _Verifier:
                 return Check("controllable", False, f"the {_text(event)} cannot be forbidden")
         return Check("controllable", True)
 
-    def _check_safe(self, graph: _Graph, reached: _Reached) -> Check:
+    def _check_safe(self, graph: Graph, reached: Reached) -> Check:
         for state in reached.order:
             if state in graph.unsafe:
                 trace = self._trace(graph, reached, state)
@@ -357,7 +302,7 @@ class _Verifier:
                 return Check("safe", False, detail, (*self._trace(graph, reached, state), step))
         return Check("safe", True)
 
-    def _check_nonblocking(self, graph: _Graph, backward: _Backward, reached: _Reached) -> Check:
+    def _check_nonblocking(self, graph: Graph, backward: Backward, reached: Reached) -> Check:
         blocked = set(self._blocked(graph, backward, reached.among, forbidden=False))
         for state in reached.order if blocked else ():
             if state in blocked:
@@ -365,7 +310,7 @@ class _Verifier:
                 return Check("nonblocking", False, detail, self._trace(graph, reached, state))
         return Check("nonblocking", True)
 
-    def _check_permissive(self, graph: _Graph, reached: _Reached, keepable: bytearray) -> Check:
+    def _check_permissive(self, graph: Graph, reached: Reached, keepable: bytearray) -> Check:
         for state in reached.order:
             for target, label in graph.steps(state):
                 if label < 0 and keepable[target]:
@@ -415,7 +360,7 @@ class _Verifier:
 
     # --- traces ----------------------------------------------------------------------------------
 
-    def _trace(self, graph: _Graph, reached: _Reached, state: int) -> tuple[Step, ...]:
+    def _trace(self, graph: Graph, reached: Reached, state: int) -> tuple[Step, ...]:
         """A shortest way from the initial state."""
         steps = []
         while state:
@@ -436,27 +381,6 @@ class _Verifier:
         after = self._coding.decode(code + change)
         names = self._plant.axes[axis].values
         return Step(event, (f"{names[before[axis]]}->{names[after[axis]]}",))
-
-
-@dataclass
-class _Reached:
-    """What the guards let happen: states in the order of a breadth-first search."""
-
-    order: list[int]
-    parents: dict[int, int]
-    among: bytearray
-
-    @classmethod
-    def of(cls, graph: _Graph) -> _Reached:
-        order, parents, among = [0], {0: 0}, bytearray(len(graph.codes))
-        among[0] = 1
-        for state in order:
-            for target, label in graph.steps(state):
-                if label >= 0 and not among[target]:
-                    among[target] = 1
-                    parents[target] = state
-                    order.append(target)
-        return cls(order, parents, among)
 
 
 def _identity(event: Event) -> tuple[EventKind, str, int]:

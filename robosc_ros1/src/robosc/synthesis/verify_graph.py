@@ -1,0 +1,86 @@
+"""The graph that the independent checker walks: states by number, steps forward and backward."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+__all__ = ["Backward", "Graph", "Reached"]
+
+
+@dataclass
+class Graph:
+    """What the requirements permit, and which of it the guards allow.
+
+    States are numbered as they are found; ``codes`` and ``number`` lead from number to state and
+    back. The steps of state ``i`` are those from ``first[i]`` to ``first[i + 1]``: ``targets``, and
+    ``labels`` that tell event and value, complemented where the guard forbids the step. An allowed
+    step that changes nothing is only counted, in ``allowed``.
+    """
+
+    codes: list[int]
+    number: dict[int, int]
+    first: array[int] = field(default_factory=lambda: array("q", [0]))
+    targets: array[int] = field(default_factory=lambda: array("i"))
+    labels: array[int] = field(default_factory=lambda: array("i"))
+    allowed: array[int] = field(default_factory=lambda: array("i"))
+    unsafe: dict[int, str] = field(default_factory=dict)
+    violations: dict[int, int] = field(default_factory=dict)  # state: label of the step
+
+    def steps(self, state: int) -> Iterator[tuple[int, int]]:
+        """Targets and labels."""
+        for step in range(self.first[state], self.first[state + 1]):
+            yield self.targets[step], self.labels[step]
+
+
+@dataclass
+class Backward:
+    """The steps of a graph by target."""
+
+    first: array[int]
+    sources: array[int]
+    labels: array[int]
+
+    @classmethod
+    def of(cls, graph: Graph) -> Backward:
+        count = len(graph.codes)
+        first = array("q", bytes(8 * (count + 2)))
+        for target in graph.targets:
+            first[target + 2] += 1
+        for state in range(2, count + 2):
+            first[state] += first[state - 1]
+        sources, labels = array("i", graph.targets), array("i", graph.labels)
+        for source in range(count):
+            for step in range(graph.first[source], graph.first[source + 1]):
+                place = first[graph.targets[step] + 1]
+                first[graph.targets[step] + 1] = place + 1
+                sources[place] = source
+                labels[place] = graph.labels[step]
+        return cls(first, sources, labels)
+
+    def steps(self, target: int) -> Iterator[tuple[int, int]]:
+        """Sources and labels."""
+        start, end = self.first[target], self.first[target + 1]
+        return zip(self.sources[start:end], self.labels[start:end], strict=True)
+
+
+@dataclass
+class Reached:
+    """What the guards let happen: states in the order of a breadth-first search."""
+
+    order: list[int]
+    parents: dict[int, int]
+    among: bytearray
+
+    @classmethod
+    def of(cls, graph: Graph) -> Reached:
+        order, parents, among = [0], {0: 0}, bytearray(len(graph.codes))
+        among[0] = 1
+        for state in order:
+            for target, label in graph.steps(state):
+                if label >= 0 and not among[target]:
+                    among[target] = 1
+                    parents[target] = state
+                    order.append(target)
+        return cls(order, parents, among)
