@@ -167,6 +167,48 @@ def _format(args: Arguments) -> int:
     return worst
 
 
+def _simulate(args: Arguments) -> int:
+    from robosc import pipeline
+    from robosc.simulate.faults import Wrong
+    from robosc.simulate.render import Style
+    from robosc.simulate.run import follow_documents, follow_script, follow_typing
+    from robosc.simulate.session import Session, read_lines
+    from robosc.simulate.start import machine_maker, parameters
+    from robosc.simulate.terminal import line_reader
+
+    loaded = pipeline.load(args.model, _options(args))
+    _report(loaded.diagnostics)
+    supervisor = pipeline.supervise(loaded.robot, args.progress)
+    args.progress.clear()
+    try:
+        given = parameters(args.parameter)
+        session = Session(machine_maker(supervisor, execute=args.execute), given)
+        lines = None if args.script is None else read_lines(args.script)
+    except Wrong as fault:
+        raise UsageError(str(fault)) from None
+    if lines is not None:
+        return follow_script(session, lines, args.script, sys.stdout, sys.stderr, args.json)
+    if args.json:
+        return follow_documents(session, sys.stdin, sys.stdout)
+    next_line = line_reader(session, sys.stdin)
+    return follow_typing(session, next_line, sys.stdout, Style(_color(sys.stdout)))
+
+
+def _replay(args: Arguments) -> int:
+    from robosc import pipeline
+    from robosc.simulate.replay import replay, replay_document, replay_text
+
+    loaded = pipeline.load(args.model, _options(args))
+    _report(loaded.diagnostics)
+    supervisor = pipeline.supervise(loaded.robot, args.progress)
+    found = replay(supervisor, args.log, args.stop_command)
+    if args.json:
+        _print_json(replay_document(found))
+    else:
+        print(replay_text(found), end="")
+    return found.exit_code
+
+
 # --- their arguments -----------------------------------------------------------------------------
 
 
@@ -271,6 +313,39 @@ def _format_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _simulate_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    parser.add_argument(
+        "--execute",
+        action="store_true",
+        help="let the controller execute on a virtual clock; only the robot's events are typed",
+    )
+    parser.add_argument(
+        "--parameter",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="a parameter of the controller's node, with --execute (may be repeated)",
+    )
+    parser.add_argument("--script", metavar="FILE", help="do the lines of a file, and end")
+    parser.add_argument(
+        "--json", action="store_true", help="read and write JSON, a document per line"
+    )
+    _common(parser)
+
+
+def _replay_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("log", metavar="LOG", help="the event log of a controller's node")
+    parser.add_argument("model", metavar="MODEL", help="the .rscd file it was generated from")
+    parser.add_argument(
+        "--stop-command",
+        metavar="NAME",
+        help="the node's ~stop_command: it may be sent when the node stops, guard or not",
+    )
+    _json(parser)
+    _common(parser)
+
+
 def _positive(text: str) -> int:
     try:
         value = int(text)
@@ -330,6 +405,20 @@ VERBS = (
         "robosc format --check *.rscd",
         _format_arguments,
         _format,
+    ),
+    Verb(
+        "simulate",
+        "play the controlled system by hand, by script or at random",
+        "robosc simulate line_follower.rscd --execute",
+        _simulate_arguments,
+        _simulate,
+    ),
+    Verb(
+        "replay",
+        "follow the event log of a controller's node through its model",
+        "robosc replay events.log line_follower.rscd",
+        _replay_arguments,
+        _replay,
     ),
 )
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Checked", "Generated", "Loaded", "Options", "Output", "Target", "check", "explore",
-    "export", "generate", "load", "synthesize", "verify", "write_text",
+    "export", "generate", "load", "supervise", "synthesize", "verify", "write_text",
 ]  # fmt: skip
 
 
@@ -155,6 +155,17 @@ def synthesize(
     from robosc.synthesis import synthesize as compute
 
     return compute(lower(robot), engine, max_states or DEFAULT_MAX_STATES, progress)
+
+
+def supervise(robot: Robot, progress: Progress | None = None) -> Supervisor:
+    """The supervisor of a robot, if a controller may be made of it.
+
+    Raises:
+        EmptySupervisorError: no controller can keep the requirements.
+        ModelError: the state space shows an error of the model.
+        StateSpaceError: it is too large.
+    """
+    return _existing(synthesize(robot, progress=progress))
 
 
 def explore(

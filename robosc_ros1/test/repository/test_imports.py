@@ -15,7 +15,7 @@ from ros_support import SOURCES
 
 ORDER = (
     "source", "errors", "codes", "names", "resources", "progress", "syntax", "model", "ir",
-    "supervisor", "synthesis", "runtime", "emit", "pipeline", "report", "cli", "__main__",
+    "supervisor", "synthesis", "runtime", "emit", "simulate", "pipeline", "report", "cli", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
 
@@ -26,6 +26,7 @@ THIRD_PARTY = {
     "oxidd": ("synthesis",),
     "networkx": ("synthesis", "report"),
     "jinja2": ("emit.engine",),
+    "prompt_toolkit": ("simulate.terminal",),
     "rospkg": ("model.rosmsg", "emit"),
     "genmsg": ("model.rosmsg", "emit"),
     "genpy": ("model.rosmsg", "emit"),

@@ -1,0 +1,298 @@
+"""The controller as it executes: the generated code, its engine, and a clock that is turned by hand.
+
+Nothing happens between two lines. What the robot sends is taken at once, with all that it makes the
+controller do; commands that are repeated at ``rate`` wait until the clock goes on. Requests to
+services and actions stay open until they are answered, or until their deadline. Goals are accepted
+at once.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+from robosc.emit.controller import SORTS
+from robosc.ir.automaton import Event, Plant
+from robosc.ir.step import valuations
+from robosc.model.entities import EventKind
+from robosc.model.expr import Expr
+from robosc.model.types import IntegerType
+from robosc.runtime.engine import Engine
+from robosc.runtime.journal import Entry, Journal
+from robosc.runtime.model import Communication, Controller
+from robosc.runtime.port import Data, Port
+from robosc.runtime.report import blocked_by
+from robosc.runtime.settings import ParameterError, Settings, read
+from robosc.runtime.values import in_range
+from robosc.simulate.faults import Refused, Wrong
+from robosc.simulate.generated import make_controller, state_of_controller
+from robosc.simulate.machine import (
+    Choice,
+    Command,
+    Happening,
+    Reason,
+    few_values,
+    label,
+)
+from robosc.simulate.state import State, sent_data
+from robosc.simulate.values import (
+    Given,
+    complete,
+    given_text,
+    hint,
+    random_raw,
+    value_parts,
+    value_type,
+)
+from robosc.supervisor import Supervisor
+from robosc.synthesis.wording import path_text
+
+__all__ = ["LONGEST_WAIT", "Execution"]
+
+LONGEST_WAIT = 3600.0
+"""Seconds that the clock may be turned on in one go."""
+
+_Step: TypeAlias = tuple[Event, Given] | float
+
+
+class _Clockwork(Port):
+    """The clock, and the requests that are open."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.open: dict[str, int] = {}
+        self.accept: Callable[[str, int], None] = lambda key, token: None
+
+    def now(self) -> float:
+        return self.time
+
+    def send(self, key: str, data: Data) -> None:
+        """The journal has it already."""
+
+    def call(self, key: str, data: Data, token: int, timeout: float) -> None:
+        self.open[key] = token
+
+    def start(self, key: str, data: Data, token: int, timeout: float) -> None:
+        self.open[key] = token
+        self.accept(key, token)
+
+    def cancel(self, key: str, token: int) -> None:
+        """A goal that is cancelled still ends, unless the engine lets go of it."""
+
+    def abandon(self, key: str, token: int) -> None:
+        if self.open.get(key) == token:
+            del self.open[key]
+
+    def log(self, level: str, text: str) -> None:
+        """What matters is in the journal."""
+
+
+class Execution:
+    """A :class:`~robosc.simulate.machine.Machine` that executes the controller.
+
+    ``parameters`` are those of the node by name (``rate``, ``order``, ``timeout/grab`` …).
+    Raises Wrong if one of them is unknown or has a wrong value.
+    """
+
+    def __init__(self, supervisor: Supervisor, parameters: Mapping[str, Any]) -> None:
+        self.supervisor = supervisor
+        self._events = {
+            (e.key, e.kind.value): e for e in self.plant.events if e.kind is not EventKind.TAU
+        }
+        self._inputs = tuple(e for e in self.plant.events if not e.controllable)
+        self._settings = _settings(supervisor, parameters)
+        self._past: list[_Step] = []
+        self._begin()
+
+    @property
+    def plant(self) -> Plant:
+        return self.supervisor.plant
+
+    @property
+    def typeable(self) -> Sequence[Event]:
+        return self._inputs
+
+    @property
+    def state(self) -> State:
+        return state_of_controller(self._controller)
+
+    @property
+    def time(self) -> float:
+        return self._clock.time
+
+    @property
+    def stopped(self) -> str | None:
+        return self._engine.stopped
+
+    def restart(self) -> None:
+        self._past.clear()
+        self._begin()
+
+    def undo(self) -> None:
+        """An engine cannot go back; another one does the same again, but for the last step."""
+        steps = self._past[:-1]
+        self.restart()
+        for step in steps:
+            if isinstance(step, float):
+                self.wait(step)
+            else:
+                self.fire(*step)
+
+    def _begin(self) -> None:
+        self._clock = _Clockwork()
+        self._controller = make_controller(self.supervisor)
+        _read_given(self._controller, self.plant)
+        self._engine = Engine(self._controller, self._clock, self._settings, self._clock.now)
+        self._engine.journal = Journal(self._clock.now)
+        self._clock.accept = lambda key, token: self._engine.report(key, token, "accepted")
+        self._engine.begin()
+        self._engine.cycle()
+        self.beginning = self._happened()
+
+    # --- what can happen -------------------------------------------------------------------------
+
+    def can(self, event: Event, given: Given | None) -> bool:
+        return not event.controllable and (event.phase is None or event.key in self._clock.open)
+
+    def choices(self) -> list[Choice]:
+        found = []
+        robot = self.plant.robot
+        for event in self._inputs:
+            if not self.can(event, None):
+                continue
+            data_only = set(value_parts(event)) - {p.path for p in event.parameters}
+            if not few_values(event) or data_only:
+                found.append(Choice(event, None, label(event), hint(robot, event)))
+                continue
+            for values in valuations(event):
+                given = dict(zip((p.path for p in event.parameters), values, strict=True))
+                text = given_text(given)
+                name = f"{label(event)}({text})" if text else label(event)
+                found.append(Choice(event, given, name))
+        return found
+
+    def commands(self) -> list[Command]:
+        counts = self._engine.snapshot()["counts"]
+        state = self.state
+        return [
+            Command(
+                self._events[c.key, c.kind],
+                tuple(
+                    Reason(r["kind"], r["text"], r.get("place"))
+                    for r in blocked_by(self._controller, c)
+                ),
+                sent_data(self.plant.robot, c.key, state) if c.kind == "request" else None,
+                counts[c.key, c.kind],
+            )
+            for c in self._controller.COMMANDS
+        ]
+
+    # --- what happens ----------------------------------------------------------------------------
+
+    def fire(self, event: Event, given: Given) -> list[Happening]:
+        if not self.can(event, given):
+            raise Refused(f"{label(event)} cannot happen now: {event.name} is idle")
+        payload: Any = given
+        if event.kind is EventKind.ERROR:
+            payload = "simulated"
+        token = self._clock.open.get(event.key)
+        if event.phase is None or token is None:
+            self._engine.post(event.key, event.kind.value, payload)
+        else:
+            if event.kind is not EventKind.FEEDBACK:
+                del self._clock.open[event.key]
+            self._engine.report(event.key, token, event.kind.value, payload)
+        self._engine.cycle()
+        self._past.append((event, given))
+        return self._happened()
+
+    def wait(self, seconds: float) -> list[Happening]:
+        if not 0.0 < seconds <= LONGEST_WAIT:
+            raise Wrong(f"wait for more than 0 and at most {LONGEST_WAIT:g} seconds")
+        happenings = []
+        end = self._clock.time + seconds
+        while True:
+            patience = self._engine.patience()
+            if patience is None or self._clock.time + patience > end:
+                break
+            # Adding a difference may end just short of its goal: the clock must go on all the same.
+            onward = math.nextafter(self._clock.time, math.inf)
+            self._clock.time = max(self._clock.time + patience, onward)
+            self._engine.cycle()
+            happenings += self._happened()
+        self._clock.time = max(self._clock.time, end)
+        self._engine.cycle()
+        self._past.append(seconds)
+        return happenings + self._happened()
+
+    def _happened(self) -> list[Happening]:
+        return [self._happening(entry) for entry in self._engine.journal.take()]
+
+    def _happening(self, entry: Entry) -> Happening:
+        return Happening(
+            entry.kind,
+            entry.name,
+            entry.value,
+            entry.tau,
+            entry.outcome,
+            entry.detail,
+            entry.time,
+            controllable=entry.kind in ("request", "cancel", "tau"),
+        )
+
+    def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
+        raise Wrong("goto is for single events: here the controller decides where it goes")
+
+    def draw(self, rng: random.Random) -> tuple[Event, Given] | float | None:
+        """An input that the robot can give, or as often some time in which it gives none."""
+        able = [event for event in self._inputs if self.can(event, None)]
+        if not able or rng.random() < 0.5:
+            return round(rng.uniform(0.01, 0.5), 2)
+        event = rng.choice(able)
+        robot = self.plant.robot
+        return event, complete(robot, event, random_raw(robot, event, rng), label(event))
+
+
+def _settings(supervisor: Supervisor, parameters: Mapping[str, Any]) -> Settings:
+    robot = supervisor.plant.robot
+    communications = [
+        Communication(c.key, robot.display_names[c.key], SORTS[c.kind])
+        for c in robot.communications.values()
+    ]
+    try:
+        settings, warnings = read(communications, parameters)
+    except ParameterError as error:
+        raise Wrong(str(error)) from None
+    if warnings:
+        raise Wrong("\n".join(warnings))
+    return settings
+
+
+def _read_given(controller: Controller, plant: Plant) -> None:
+    """Let the controller read given values in place of messages of ROS.
+
+    What a message says was found out before, by the same rules; that a value lies in its range is
+    for the controller to check.
+    """
+    for entry in controller.INPUTS:
+        if entry.read is None:
+            continue
+        event = next(e for e in plant.events if (e.key, e.kind.value) == (entry.key, entry.kind))
+        setattr(controller, entry.read, _reader(plant, event))
+
+
+def _reader(plant: Plant, event: Event) -> Callable[[Given], Any]:
+    whole = value_type(plant.robot, event)
+    parts = value_parts(event)
+
+    def read_given(given: Given) -> Any:
+        for path, type_ in {(): whole, **parts}.items():
+            if isinstance(type_, IntegerType) and type_.bounds and given.get(path) is not None:
+                in_range(given[path], *type_.bounds, "the value")
+        if () in given:
+            return given[()]
+        return {path_text(path): given.get(path) for path in parts}
+
+    return read_given

@@ -1,0 +1,177 @@
+"""What a script expects: true, or a fault that says what is the case instead."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from robosc.ir.automaton import Event
+from robosc.ir.expr import to_dsl
+from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef, walk
+from robosc.simulate.conditions import condition
+from robosc.simulate.faults import Failed, Wrong
+from robosc.simulate.machine import Happening, Machine, find_events, label
+from robosc.simulate.values import complete, literal_text, parse_raw
+from robosc.synthesis.wording import listing
+
+__all__ = ["expect"]
+
+_SENT = re.compile(r"([\w.^]+)(?:\s*\*\s*(\d{1,6}))?", re.ASCII)
+_EVENT = re.compile(r"([\w.^]+)\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
+
+
+def expect(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
+    """Hold the machine, and what happened last, against an expectation.
+
+    Raises:
+        Failed: it is not met.
+        Wrong: it means nothing.
+    """
+    word, _, rest = text.partition(" ")
+    rest = rest.strip()
+    if word in ("enabled", "disabled"):
+        _enabled(rest, machine, word == "enabled")
+    elif word == "sent":
+        _sent(rest, machine, latest)
+    elif word == "data":
+        _data(rest, machine, latest)
+    elif text == "mismatch":
+        if not any(h.outcome == "mismatch" for h in latest):
+            raise Failed("there was no mismatch")
+    elif text == "marked":
+        if not machine.state.marked(machine.plant.robot):
+            raise Failed("the state is not marked")
+    elif text == "stopped":
+        if machine.stopped is None:
+            raise Failed("there was no safe stop")
+    else:
+        wanted = condition(text, machine.plant.robot)
+        if not machine.state.holds(wanted):
+            raise Failed(f"{text} does not hold: {_instead(wanted, machine)}")
+
+
+def _instead(wanted: Expr, machine: Machine) -> str:
+    """What everything is that the condition reads."""
+    state = machine.state
+    found: dict[str, None] = {}
+    for part in walk(wanted):
+        match part:
+            case StateRef(component=component):
+                found[f"{component} is in {state.components[component]}"] = None
+            case VariableRef(component=component, variable=name):
+                value = literal_text(state.variables[f"{component}.{name}"])
+                found[f"{component}.{name} is {value}"] = None
+            case PhaseRef(communication=key):
+                name = machine.plant.robot.display_names[key]
+                found[f"{name} is {'busy' if state.phases[key] else 'idle'}"] = None
+    return listing(list(found)) or f"it is {to_dsl(wanted, machine.plant.robot)}"
+
+
+def _enabled(text: str, machine: Machine, wanted: bool) -> None:
+    match = _EVENT.fullmatch(text)
+    if match is None:
+        raise Wrong("write an event: expect enabled grab.request")
+    event = _any_event(match[1], machine)
+    command = next((c for c in machine.commands() if c.event == event), None)
+    if command is not None:
+        if command.enabled is not wanted:
+            why = "; ".join(f"{r.text} ({r.place})" if r.place else r.text for r in command.reasons)
+            raise Failed(f"{label(event)} is " + ("enabled" if command.enabled else f"not: {why}"))
+        return
+    raw = parse_raw(match[2] or match[3] or "")
+    given = None
+    if raw is not None:
+        given = complete(machine.plant.robot, event, raw, label(event))
+    if machine.can(event, given) is not wanted:
+        raise Failed(f"{text} {'cannot' if wanted else 'can'} happen now")
+
+
+def _any_event(text: str, machine: Machine) -> Event:
+    """One event by name, in whatever machine: a bare name is the request, or the only event."""
+    plain = text.replace("^", "")
+    named = [
+        e for e in machine.plant.events
+        if plain in (label(e), e.name, e.key, label(e).replace(e.name, e.key, 1))
+    ]  # fmt: skip
+    if not named:
+        named = find_events(machine, text)
+    if len(named) > 1:
+        requests = [e for e in named if e.kind.value == "request"]
+        if len(requests) != 1:
+            raise Wrong(f"'{text}' can mean {listing([label(e) for e in named], 'or')}")
+        named = requests
+    return named[0]
+
+
+def _sent(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
+    wanted: list[str] = []
+    if text != "nothing":
+        for item in text.split(","):
+            match = _SENT.fullmatch(item.strip())
+            if match is None:
+                raise Wrong("write commands in order: expect sent stop, move * 3; or nothing")
+            event = _any_event(match[1], machine)
+            if event.kind.value not in ("request", "cancel"):
+                raise Wrong(f"{label(event)} is nothing that a controller sends")
+            wanted += [label(event)] * int(match[2] or 1)
+    sent = [
+        f"{h.name}.{h.kind}" for h in latest
+        if h.kind in ("request", "cancel") and h.outcome == "applied"
+    ]  # fmt: skip
+    if sent != wanted:
+        raise Failed(f"sent: {_folded(sent)}; expected: {_folded(wanted)}")
+
+
+def _folded(names: Sequence[str]) -> str:
+    """``stop.request, move.request * 3``."""
+    runs: list[tuple[str, int]] = []
+    for name in names:
+        if runs and runs[-1][0] == name:
+            runs[-1] = name, runs[-1][1] + 1
+        else:
+            runs.append((name, 1))
+    return ", ".join(f"{n} * {c}" if c > 1 else n for n, c in runs) or "nothing"
+
+
+def _data(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
+    name, _, rest = text.partition(" ")
+    event = _any_event(name, machine)
+    wanted = parse_raw(rest)
+    sent = [h for h in latest if h.name == event.name and h.kind == "request"]
+    if wanted is None:
+        raise Wrong("write what is sent: expect data move linear.x: 0.4")
+    if not sent:
+        raise Failed(f"{label(event)} was not sent")
+    flat = flattened(sent[-1].value or {})
+    if not isinstance(wanted, dict):
+        if len(flat) != 1:
+            raise Wrong(f"write which part: {', '.join(flat) or 'it has none'}")
+        wanted = {next(iter(flat)): wanted}
+    for path, value in wanted.items():
+        if path not in flat:
+            raise Failed(f"{path} was not sent; sent were {', '.join(flat) or 'defaults alone'}")
+        if not _same(flat[path], value):
+            raise Failed(f"{path} was {literal_text(flat[path])}, not {literal_text(value)}")
+
+
+def flattened(data: Any, before: str = "") -> dict[str, Any]:
+    """Nested fields by path: ``linear.x``."""
+    found: dict[str, Any] = {}
+    for name, value in data.items():
+        if isinstance(value, dict):
+            found |= flattened(value, f"{before}{name}.")
+        else:
+            found[before + name] = value
+    return found
+
+
+def _same(left: Any, right: Any) -> bool:
+    if isinstance(left, bool) or isinstance(right, bool) or isinstance(left, str):
+        return left is right if isinstance(left, bool) else bool(left == right)
+    if isinstance(right, str) or right is None:
+        return literal_text(left) == right
+    if math.isnan(left):
+        return math.isnan(right)
+    return math.isclose(left, right, rel_tol=1e-9, abs_tol=1e-12)

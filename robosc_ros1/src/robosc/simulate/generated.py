@@ -1,0 +1,35 @@
+"""The controller that ``robosc generate`` writes, made in memory from the very same template."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robosc.emit.controller import controller_context
+from robosc.emit.engine import render
+from robosc.emit.naming import file_of
+from robosc.runtime.model import Controller
+from robosc.simulate.state import State
+from robosc.supervisor import Supervisor
+
+__all__ = ["make_controller", "state_of_controller"]
+
+
+def make_controller(supervisor: Supervisor) -> Controller:
+    """A controller in its initial state."""
+    context = controller_context(supervisor, file_of(supervisor.plant.robot.span))
+    text = render("common/controller.py.jinja", context)
+    # In a package the runtime is a copy beside the controller; here it is robosc's own.
+    text = text.replace("from ._runtime.", "from robosc.runtime.")
+    namespace: dict[str, Any] = {"__name__": "controller"}
+    exec(compile(text, "controller.py", "exec"), namespace)
+    controller: Controller = namespace[context.class_name]()
+    return controller
+
+
+def state_of_controller(controller: Controller) -> State:
+    phases = {
+        command.key: bool(getattr(controller, command.busy))
+        for command in controller.COMMANDS
+        if command.busy is not None
+    }
+    return State(controller.components(), controller.variables(), phases)

@@ -1,0 +1,76 @@
+"""Why the supervisor does not enable a command, in a state of the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robosc.emit.naming import place
+from robosc.ir.automaton import Event, Participant, PlantState
+from robosc.ir.expr import negation
+from robosc.ir.step import Verdict, holds, outcome
+from robosc.model.entities import EventKind
+from robosc.simulate.machine import Reason
+from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.wording import listing
+
+__all__ = ["reasons"]
+
+_UNEXPLAINED = "it could lead to where the requirements cannot be kept"
+
+
+def reasons(supervisor: Supervisor, guard: Guard, state: PlantState) -> tuple[Reason, ...]:
+    """Everything that stands in the way of a controllable event; empty if it is enabled."""
+    plant = supervisor.plant
+    event = guard.event
+    found = list(_from_plant(supervisor, event, state))
+    if holds(plant, guard.expr, state):
+        return tuple(found)
+    if event.kind is EventKind.CANCEL and not (
+        event.requirement is not None and holds(plant, event.requirement, state)
+    ):
+        return (*found, Reason("requirement", "no requirement on it is violated"))
+    violated = list(_violated(supervisor, event, state))
+    if violated or found:
+        return (*found, *violated)
+    return (Reason("synthesis", _explained(supervisor, event)),)
+
+
+def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iterator[Reason]:
+    plant = supervisor.plant
+    if event.phase is not None and state[event.phase.axis] != event.phase.source:
+        yield Reason("phase", "it is idle" if event.phase.source else "it is busy")
+        return
+    after = outcome(plant, event, (), state)
+    if after is Verdict.OUT_OF_RANGE:
+        yield Reason("range", "a variable would leave its range")
+    elif after is Verdict.IMPOSSIBLE:
+        for participant in event.participants:
+            if participant.blocking and not _takes_part(supervisor, participant, state):
+                where = plant.axes[participant.axis].values[state[participant.axis]]
+                yield Reason("consent", f"{participant.component} does not accept it in {where}")
+
+
+def _takes_part(supervisor: Supervisor, participant: Participant, state: PlantState) -> bool:
+    return any(
+        edge.source == state[participant.axis]
+        and (edge.guard is None or holds(supervisor.plant, edge.guard, state))
+        for edge in participant.edges
+    )
+
+
+def _violated(supervisor: Supervisor, event: Event, state: PlantState) -> Iterator[Reason]:
+    if event.kind is not EventKind.REQUEST:
+        return
+    plant = supervisor.plant
+    for index in event.requirements:
+        requirement = plant.robot.requirements[index]
+        needed = requirement.condition
+        if requirement.kind == "disables":
+            needed = negation(needed)
+        if requirement.kind in ("needs", "disables") and not holds(plant, needed, state):
+            yield Reason("requirement", requirement.text, place(requirement.span))
+
+
+def _explained(supervisor: Supervisor, event: Event) -> str:
+    found = [e.reason for e in supervisor.explanations if e.event == event]
+    return listing(found) if found else _UNEXPLAINED

@@ -1,0 +1,151 @@
+"""What a session looks like to people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from robosc.simulate.machine import Command, Happening, Machine, label
+from robosc.simulate.session import WORDS, Session
+from robosc.simulate.values import literal_text
+
+__all__ = ["Style", "happening_text", "happenings_text", "help_text", "session_text"]
+
+_MOST_SHOWN = 60
+
+
+@dataclass(frozen=True)
+class Style:
+    """Paints, or not: bold, dim, and the colours of lamps."""
+
+    color: bool = False
+
+    def __call__(self, code: str, text: str) -> str:
+        return f"\x1b[{code}m{text}\x1b[0m" if self.color and text else text
+
+
+BOLD, DIM, GREEN, RED, CYAN = "1", "2", "32", "31", "36"
+
+
+def session_text(session: Session, style: Style) -> str:
+    """The state, what can happen, and what cannot and why."""
+    return "\n".join(_session_lines(session, style)) + "\n"
+
+
+def _session_lines(session: Session, style: Style) -> Iterator[str]:
+    machine = session.machine
+    facts = [] if machine.time is None else [f"t = {machine.time:.3f} s"]
+    facts += ["marked"] if machine.state.marked(machine.plant.robot) else []
+    facts += [style(RED, f"safe stop: {machine.stopped}")] if machine.stopped else []
+    yield ", ".join([style(BOLD, machine.plant.robot.name), *facts])
+    yield from _state_lines(machine, style)
+    menu = session.menu()
+    width = len(str(len(menu)))
+    for title, controllable in (("robot", False), ("controller", True)):
+        entries = [(n, c) for n, c in enumerate(menu, 1) if c.event.controllable is controllable]
+        if not entries and (controllable or not menu):
+            continue
+        yield style(BOLD, "the robot could send" if title == "robot" else "could be commanded")
+        for number, choice in entries:
+            hint = f" {style(DIM, f'[{choice.hint}]')}" if choice.hint else ""
+            data = _data_text(machine, choice.event) if controllable else ""
+            yield f"  {style(CYAN, f'{number:{width}}')}  {choice.text}{hint}{data}"
+    yield from _command_lines(machine, style)
+
+
+def _state_lines(machine: Machine, style: Style) -> Iterator[str]:
+    state = machine.state
+    robot = machine.plant.robot
+    width = max((len(name) for name in state.components), default=0)
+    place = max((len(name) for name in state.components.values()), default=0)
+    for component, name in state.components.items():
+        variables = [
+            f"{key.partition('.')[2]} = {literal_text(value)}"
+            for key, value in state.variables.items()
+            if key.startswith(f"{component}.")
+        ]
+        line = f"  {component:{width}}  {style(GREEN, name)}{' ' * (place - len(name))}"
+        yield f"{line}  {', '.join(variables)}".rstrip()
+    phases = [
+        f"{robot.display_names[key]} {style(GREEN, 'busy') if busy else 'idle'}"
+        for key, busy in state.phases.items()
+    ]
+    if phases:
+        yield f"  {', '.join(phases)}"
+
+
+def _command_lines(machine: Machine, style: Style) -> Iterator[str]:
+    commands = machine.commands()
+    executing = machine.time is not None
+    enabled = [c for c in commands if c.enabled]
+    if executing and enabled:
+        yield style(BOLD, "the controller commands")
+        for command in enabled:
+            sent = style(DIM, f" sent {command.count} times") if command.count else ""
+            yield f"  {label(command.event)}{_shown_data(command.data)}{sent}"
+    disabled = [c for c in commands if not c.enabled]
+    if disabled:
+        yield style(BOLD, "not now")
+        width = max(len(label(c.event)) for c in disabled)
+        for command in disabled:
+            yield from _reason_lines(command, width, style)
+
+
+def _reason_lines(command: Command, width: int, style: Style) -> Iterator[str]:
+    name = label(command.event)
+    for reason in command.reasons:
+        place = style(DIM, f"  ({reason.place})") if reason.place else ""
+        kind = "synthesis: " if reason.kind == "synthesis" else ""
+        yield f"  {style(RED, f'{name:{width}}')}  {kind}{reason.text}{place}"
+        name = ""
+
+
+def _data_text(machine: Machine, event: Any) -> str:
+    command = next((c for c in machine.commands() if c.event is event), None)
+    return "" if command is None else _shown_data(command.data)
+
+
+def _shown_data(data: dict[str, Any] | None) -> str:
+    return f"  {_value_text(data)}" if data else ""
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{k}: {_value_text(v)}" for k, v in value.items()) + "}"
+    return literal_text(value)
+
+
+def happening_text(happening: Happening, style: Style) -> str:
+    """``0.100 s  ! move.request {linear: {x: 0.4}}``; ``!`` marks what the controller does."""
+    h = happening
+    time = "" if h.time is None else style(DIM, f"{h.time:9.3f} s  ")
+    sign = "!" if h.controllable else " "
+    if h.kind == "tau":
+        text = f"{h.name}.tau{h.index} {h.value}"
+    else:
+        text = f"{h.name}.{h.kind}" if h.name else h.kind
+        if h.value is not None:
+            text += f" {_value_text(h.value)}"
+    if h.outcome != "applied":
+        text += " " + style(RED, h.outcome)
+    if h.detail:
+        text += f": {h.detail}"
+    return f"{time}{sign} {style(GREEN, text) if h.controllable else text}"
+
+
+def happenings_text(happenings: Sequence[Happening], style: Style) -> str:
+    """One line for each; of very many, the last."""
+    left_out = len(happenings) - _MOST_SHOWN
+    lines = [f"… {left_out} more before these"] if left_out > 0 else []
+    lines += [happening_text(h, style) for h in happenings[-_MOST_SHOWN:]]
+    return "".join(f"{line}\n" for line in lines)
+
+
+def help_text(session: Session) -> str:
+    """What can be written."""
+    width = max(len(usage) for usage, _ in WORDS.values())
+    lines = ["An event by its number or name, with a value where it carries one; the beginning of"]
+    lines += ["a name does: distance 0.4, grab.error, pose x: 1.5, y: 2", ""]
+    lines += [f"  {usage:{width}}  {meaning}" for usage, meaning in WORDS.values()]
+    return "\n".join(lines) + "\n"

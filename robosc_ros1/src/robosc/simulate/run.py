@@ -1,0 +1,115 @@
+"""Feeding lines to a session: from a script, from another program, from whoever types."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TextIO
+
+from robosc.simulate.documents import do_document, done_document, dump, fault_document
+from robosc.simulate.faults import Failed, LineFault
+from robosc.simulate.render import Style, happenings_text, help_text, session_text
+from robosc.simulate.session import Done, Session, code_of
+
+__all__ = ["follow_documents", "follow_script", "follow_typing", "told"]
+
+
+def follow_script(
+    session: Session, lines: Iterable[str], name: str, out: TextIO, messages: TextIO, json: bool
+) -> int:
+    """Do the lines of a script; the exit code.
+
+    An expectation that fails is told, and the script goes on; any other fault ends it, since what
+    follows would be done in another state than its writer had in mind. Without ``json`` only what
+    lines ask for is written (``show``, ``why``), and how many expectations were met.
+    """
+    codes = {0}
+    expected = met = 0
+    for number, line in enumerate(lines, 1):
+        is_expectation = line.lstrip().startswith("expect")
+        expected += is_expectation
+        try:
+            done = session.do(line, numbers=False)
+        except LineFault as fault:
+            codes.add(code_of(fault))
+            if json:
+                _write(out, dump(fault_document(number, fault)))
+            print(f"{name}:{number}: {fault.kind}: {fault}", file=messages)
+            if isinstance(fault, Failed) and is_expectation:
+                continue
+            break
+        met += is_expectation
+        if json:
+            _write(out, dump(done_document(session, number, done)))
+        else:
+            text = told(session, done, Style(), quiet=True)
+            out.write(text)
+        if done.quit:
+            break
+    if not json:
+        print(f"{name}: {met} of {expected} expectations met", file=out)
+    return max(codes)
+
+
+def follow_documents(session: Session, lines: Iterable[str], out: TextIO) -> int:
+    """Answer documents until there are no more; the exit code.
+
+    The first answer is the beginning, line 0. Faults are answers as well; an expectation that
+    failed makes the exit code 1.
+    """
+    code = 0
+    _write(out, dump(done_document(session, 0, Done(session.latest))))
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            done, identity = do_document(session, line)
+        except LineFault as fault:
+            code = 1 if isinstance(fault, Failed) else code
+            _write(out, dump(fault_document(number, fault)))
+            continue
+        _write(out, dump(done_document(session, number, done, identity)))
+        if done.quit:
+            break
+    return code
+
+
+def follow_typing(
+    session: Session,
+    next_line: Callable[[], str | None],
+    out: TextIO,
+    style: Style,
+) -> int:
+    """Do what is typed until the end of input. Faults are told; the exit code is 0."""
+    out.write(happenings_text(session.latest, style))
+    out.write(session_text(session, style))
+    while True:
+        out.flush()
+        line = next_line()
+        if line is None:
+            return 0
+        try:
+            done = session.do(line)
+        except LineFault as fault:
+            print(style("31", str(fault)), file=out)
+            continue
+        out.write(told(session, done, style))
+        if done.quit:
+            return 0
+
+
+def told(session: Session, done: Done, style: Style, quiet: bool = False) -> str:
+    """What to write about a line that was done; quietly, only what it asked for."""
+    text = "" if quiet else happenings_text(done.happenings, style)
+    if done.text and not (quiet and done.changed):
+        text += f"{done.text}\n"
+    if done.help:
+        text += help_text(session)
+    if done.show or (done.changed and not quiet):
+        text += session_text(session, style)
+    return text
+
+
+def _write(out: TextIO, document: str) -> None:
+    """One document, at once: the other program waits for it."""
+    out.write(document + "\n")
+    out.flush()

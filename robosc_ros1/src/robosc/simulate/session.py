@@ -1,0 +1,348 @@
+"""The lines that people and scripts write, and what becomes of them."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from robosc.ir.automaton import Event
+from robosc.ir.expr import to_dsl
+from robosc.model.types import EnumType
+from robosc.simulate.conditions import condition
+from robosc.simulate.expectations import expect
+from robosc.simulate.faults import LineFault, Refused, Wrong
+from robosc.simulate.machine import Choice, Happening, Machine, find_events, label
+from robosc.simulate.values import Given, Raw, complete, given_text, literal_text, parse_raw
+from robosc.synthesis.wording import listing
+
+__all__ = ["WORDS", "Done", "MakeMachine", "Session", "code_of", "read_lines"]
+
+MakeMachine = Callable[[Mapping[str, Any]], Machine]
+"""A machine in its initial state, with these parameters."""
+
+WORDS: Mapping[str, tuple[str, str]] = {
+    "show": ("show", "the state, what can happen, and what stands in the way of commands"),
+    "why": ("why COMMAND", "the guard of a command and all that is known about it"),
+    "wait": ("wait SECONDS", "turn the clock on (with --execute)"),
+    "goto": ("goto CONDITION", "take the shortest way there: goto Motor.moving"),
+    "random": ("random N [SEED]", "N steps at random; the same seed takes the same ones"),
+    "undo": ("undo [N]", "take back the last N steps"),
+    "restart": ("restart", "begin again"),
+    "set": ("set NAME VALUE", "begin again with a parameter: set rate 5 (with --execute)"),
+    "expect": ("expect …", "CONDITION, enabled EVENT, disabled EVENT, sent …, data …, marked …"),
+    "save": ("save FILE", "write all steps so far as a script"),
+    "play": ("play FILE", "do the lines of a script"),
+    "help": ("help", "this"),
+    "quit": ("quit", "leave"),
+}
+"""Word to how it is used and what it does."""
+
+_FIRE = re.compile(r"([\w.^]+)\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
+_MOST_STEPS = 100_000
+_DEEPEST_PLAY = 10
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a line did: what happened, in order, and what there is to say or to show."""
+
+    happenings: tuple[Happening, ...] = ()
+    text: str = ""
+    changed: bool = False
+    show: bool = False
+    quit: bool = False
+    help: bool = False
+
+
+class Session:
+    """Does lines. A line that raises :class:`LineFault` has changed nothing, unless it is ``play``,
+    ``random`` or ``goto``, which stay where they came to."""
+
+    def __init__(self, make: MakeMachine, parameters: Mapping[str, Any] | None = None) -> None:
+        self._make = make
+        self._parameters = dict(parameters or {})
+        self.machine = make(self._parameters)
+        self.history: list[str] = []
+        """What was done, as lines that do it again; one for each step of the machine."""
+        self.latest: tuple[Happening, ...] = self._beginning()
+        """What happened in the last line that did anything."""
+        self._playing = 0
+
+    def do(self, line: str, *, numbers: bool = True) -> Done:
+        """Do one line; numbers stand for what is shown, if they may.
+
+        Raises:
+            LineFault: it was not done.
+        """
+        text = _without_comment(line)
+        word, _, rest = text.partition(" ")
+        if not text:
+            return Done()
+        if word in WORDS:
+            action: Callable[[str], Done] = getattr(self, f"_{word}")
+            return action(rest.strip())
+        if word.isdecimal():
+            if not numbers:
+                raise Wrong("a number means something else in each state: write the event")
+            return self._by_number(word, rest)
+        return self._by_name(text)
+
+    def fire(self, event: Event, raw: Raw) -> Done:
+        """Let an event happen with a value as it is written or came as JSON."""
+        given = complete(self.machine.plant.robot, event, raw, label(event))
+        return self._did(self._fire(event, given))
+
+    def menu(self) -> list[Choice]:
+        """What can be fired by number, from 1: what the robot does before what is commanded."""
+        return sorted(self.machine.choices(), key=lambda choice: choice.event.controllable)
+
+    def event(self, text: str) -> Event:
+        """The one event that a name means now. Raises LineFault."""
+        found = find_events(self.machine, text)
+        if len(found) > 1:
+            able = [e for e in found if self.machine.can(e, None)]
+            if not able:
+                raise Refused(f"{listing([label(e) for e in found], 'or')} cannot happen now")
+            found = able
+        if len(found) > 1:
+            raise Wrong(f"'{text}' can mean {listing([label(e) for e in found], 'or')}")
+        return found[0]
+
+    # --- events ----------------------------------------------------------------------------------
+
+    def _by_number(self, word: str, rest: str) -> Done:
+        menu = self.menu()
+        number = int(word) if len(word) < 9 else 0
+        if not 1 <= number <= len(menu):
+            raise Wrong(f"there is no number {word}; there are 1 to {len(menu)}")
+        choice = menu[number - 1]
+        if choice.given is None or rest.strip():
+            return self.fire(choice.event, parse_raw(rest))
+        return self._did(self._fire(choice.event, choice.given))
+
+    def _by_name(self, text: str) -> Done:
+        match = _FIRE.fullmatch(text)
+        if match is None:
+            raise Wrong(f"cannot read '{text}' (help tells what can be written)")
+        try:
+            event = self.event(match[1])
+        except Wrong as fault:
+            near = get_close_matches(match[1], WORDS, 1, 0.7)
+            if near and "did you mean" not in str(fault) and "can mean" not in str(fault):
+                raise Wrong(f"there is no '{match[1]}'; did you mean '{near[0]}'?") from None
+            raise
+        return self.fire(event, parse_raw(match[2] or match[3] or ""))
+
+    def _fire(self, event: Event, given: Given) -> list[Happening]:
+        happenings = self.machine.fire(event, given)
+        text = given_text(given)
+        self.history.append(f"{label(event)}({text})" if text else label(event))
+        return happenings
+
+    def _wait_for(self, seconds: float) -> list[Happening]:
+        happenings = self.machine.wait(seconds)
+        self.history.append(f"wait {seconds!r}")
+        return happenings
+
+    def _did(self, happenings: Iterable[Happening], text: str = "") -> Done:
+        self.latest = tuple(happenings)
+        return Done(self.latest, text, changed=True)
+
+    def _beginning(self) -> tuple[Happening, ...]:
+        return tuple(getattr(self.machine, "beginning", ()))
+
+    # --- the words -------------------------------------------------------------------------------
+
+    def _show(self, rest: str) -> Done:
+        _nothing(rest, "show")
+        return Done(show=True)
+
+    def _help(self, rest: str) -> Done:
+        return Done(help=True)
+
+    def _quit(self, rest: str) -> Done:
+        _nothing(rest, "quit")
+        return Done(quit=True)
+
+    def _wait(self, rest: str) -> Done:
+        return self._did(self._wait_for(_number(rest.removesuffix("s").strip(), "wait 0.5")))
+
+    def _goto(self, rest: str) -> Done:
+        wanted = condition(rest, self.machine.plant.robot)
+        path = self.machine.path(wanted)
+        if path is None:
+            raise Refused(f"from here no way leads to where {rest} holds")
+        happenings: list[Happening] = []
+        for event, given in path:
+            happenings += self._fire(event, given)
+        return self._did(happenings, "" if path else "it holds already")
+
+    def _random(self, rest: str) -> Done:
+        words = rest.removesuffix(",").replace("seed", " ").split()
+        if not 1 <= len(words) <= 2 or not all(re.fullmatch(r"\d{1,9}", w) for w in words):
+            raise Wrong("write how many steps, and the seed if you like: random 20 7")
+        count = int(words[0])
+        seed = int(words[1]) if len(words) == 2 else 0
+        if count > _MOST_STEPS:
+            raise Wrong(f"at most {_MOST_STEPS} steps in one go")
+        rng = random.Random(seed)
+        happenings: list[Happening] = []
+        for taken in range(count):
+            step = self.machine.draw(rng)
+            if step is None:
+                return self._did(happenings, f"after {taken} steps nothing can happen any more")
+            happenings += self._wait_for(step) if isinstance(step, float) else self._fire(*step)
+        return self._did(happenings, f"seed {seed}")
+
+    def _undo(self, rest: str) -> Done:
+        if rest and not re.fullmatch(r"\d{1,9}", rest):
+            raise Wrong("write how many steps to take back: undo 3")
+        count = int(rest or 1)
+        if count > len(self.history):
+            steps = len(self.history)
+            raise Refused(f"there {'is' if steps == 1 else 'are'} {steps} to take back")
+        for _ in range(count):
+            self.machine.undo()
+            self.history.pop()
+        self.latest = ()
+        return Done(changed=count > 0)
+
+    def _restart(self, rest: str) -> Done:
+        _nothing(rest, "restart")
+        self.machine.restart()
+        self.history.clear()
+        return self._did(self._beginning())
+
+    def _set(self, rest: str) -> Done:
+        name, _, text = rest.replace("=", " ").partition(" ")
+        value = parse_raw(text)
+        if not name or value is None or isinstance(value, dict):
+            raise Wrong("write a parameter and its value: set rate 5")
+        parameters = {**self._parameters, name: value}
+        self.machine = self._make(parameters)
+        self._parameters = parameters
+        self.history.clear()
+        return self._did(self._beginning(), f"{name} is {literal_text(value)}; begun again")
+
+    def _expect(self, rest: str) -> Done:
+        expect(rest, self.machine, self.latest)
+        return Done()
+
+    def _why(self, rest: str) -> Done:
+        commands = self.machine.commands()
+        found = [
+            c for c in commands
+            if rest in (label(c.event), c.event.name, c.event.key)
+        ]  # fmt: skip
+        if not found:
+            names = [label(c.event) for c in commands]
+            near = get_close_matches(rest, names, 1)
+            hint = f"did you mean '{near[0]}'?" if near else f"there are {listing(names)}"
+            raise Wrong(f"there is no command '{rest}'; {hint}")
+        return Done(text="\n".join(self._about(c.event) for c in found))
+
+    def _about(self, event: Event) -> str:
+        supervisor = self.machine.supervisor
+        robot = supervisor.plant.robot
+        lines = [f"{label(event)}"]
+        for guard in supervisor.guards:
+            if guard.event == event:
+                lines.append(f"  allowed where {to_dsl(guard.expr, robot)} ({guard.status})")
+        for index in event.requirements:
+            requirement = robot.requirements[index]
+            span = requirement.span
+            lines.append(f"  {span.source.path}:{span.line}: {requirement.text}")
+        for explanation in supervisor.explanations:
+            if explanation.event == event:
+                lines.append(f"  {explanation.reason}")
+                if explanation.remedy:
+                    lines.append(f"  remedy: {explanation.remedy}")
+        return "\n".join(lines)
+
+    # --- scripts ---------------------------------------------------------------------------------
+
+    def script(self) -> str:
+        """All steps so far as a script, which ends in expecting the state that they led to."""
+        robot = self.machine.plant.robot
+        lines = [f"# {robot.name}"]
+        lines += [f"set {name} {literal_text(value)}" for name, value in self._parameters.items()]
+        lines += self.history
+        state = self.machine.state
+        lines += [f"expect {component}.{name}" for component, name in state.components.items()]
+        for component in robot.components:
+            for variable in component.behaviour.variables if component.behaviour else ():
+                if variable.in_state:
+                    value = state.variables[variable.key]
+                    shown = value if isinstance(variable.type, EnumType) else literal_text(value)
+                    lines.append(f"expect {variable.key} = {shown}")
+        return "\n".join(lines) + "\n"
+
+    def _save(self, rest: str) -> Done:
+        if not rest:
+            raise Wrong("write the file's name: save my_run.sim")
+        try:
+            Path(rest).expanduser().write_text(self.script(), encoding="utf-8")
+        except (OSError, ValueError, RuntimeError) as error:
+            raise Wrong(f"cannot write {rest}: {_reason(error)}") from None
+        return Done(text=f"{len(self.history)} steps are in {rest}")
+
+    def _play(self, rest: str) -> Done:
+        if not rest:
+            raise Wrong("write the file's name: play my_run.sim")
+        if self._playing >= _DEEPEST_PLAY:
+            raise Wrong(f"scripts play scripts more than {_DEEPEST_PLAY} levels deep")
+        happenings: list[Happening] = []
+        self._playing += 1
+        try:
+            for number, line in enumerate(read_lines(rest), 1):
+                try:
+                    done = self.do(line, numbers=False)
+                except LineFault as fault:
+                    raise type(fault)(f"{rest}:{number}: {fault}") from None
+                happenings += done.happenings
+                if done.quit:
+                    break
+        finally:
+            self._playing -= 1
+        return Done(tuple(happenings), changed=True)
+
+
+def read_lines(path: str) -> list[str]:
+    """The lines of a script. Raises Wrong if there is no such text."""
+    try:
+        return Path(path).expanduser().read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise Wrong(f"{path} is no UTF-8 text") from None
+    except (OSError, ValueError, RuntimeError) as error:
+        raise Wrong(f"cannot read {path}: {_reason(error)}") from None
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)
+
+
+def _without_comment(line: str) -> str:
+    """The line without what follows ``#`` or ``//``, unless that stands in a string."""
+    match = re.match(r"""(?:"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'|(?!\#|//).)*""", line, re.DOTALL)
+    return match.group().strip() if match else ""
+
+
+def _nothing(rest: str, word: str) -> None:
+    if rest:
+        raise Wrong(f"'{word}' stands alone")
+
+
+def _number(text: str, example: str) -> float:
+    if not re.fullmatch(r"\d{1,9}(\.\d{1,18})?", text):
+        raise Wrong(f"write a number of seconds: {example}")
+    return float(text)
+
+
+def code_of(fault: LineFault) -> int:
+    """The exit code of a script that ends so: 2 for a line that means nothing."""
+    return 2 if isinstance(fault, Wrong) else 1

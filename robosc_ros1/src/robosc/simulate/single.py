@@ -1,0 +1,288 @@
+"""Single events: the supervised system, one event at a time, none of them the controller's choice.
+
+What is possible is what ``robosc explore`` lists. Data-only variables, which no state of the plant
+has, are kept beside it.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from robosc.ir.automaton import Edge, Event, Plant, PlantState
+from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.step import Values, Verdict, valuations
+from robosc.model.entities import EventKind, Variable
+from robosc.model.expr import Expr, ValueRef, VariableRef, walk
+from robosc.model.types import DoubleType, IntegerType, Value
+from robosc.simulate.faults import Refused, Wrong
+from robosc.simulate.machine import (
+    Choice,
+    Command,
+    Happening,
+    draw_values,
+    few_values,
+    label,
+)
+from robosc.simulate.reasons import reasons
+from robosc.simulate.state import State, is_true, sent_data, state_of
+from robosc.simulate.values import (
+    Given,
+    complete,
+    given_json,
+    given_text,
+    hint,
+    parameter_values,
+    random_raw,
+    value_parts,
+)
+from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.system import tau_values
+from robosc.synthesis.wording import path_text
+
+__all__ = ["SingleEvents"]
+
+MOST_STATES = 1_000_000
+"""How many states ``goto`` looks at before it gives up."""
+
+_Moment = tuple[PlantState, Mapping[str, Value]]
+
+
+class SingleEvents:
+    """A :class:`~robosc.simulate.machine.Machine` of the supervised system."""
+
+    time = None
+    stopped = None
+
+    def __init__(self, supervisor: Supervisor) -> None:
+        self.supervisor = supervisor
+        self._stepper = Stepper(supervisor.plant)
+        self._numbers = {id(e): n for n, e in enumerate(self.plant.events)}
+        by_event = {g.event: g for g in supervisor.guards}
+        self._guards: dict[int, Guard] = {
+            id(e): by_event[e] for e in self.plant.events if e in by_event
+        }
+        self._data: dict[str, Variable] = {
+            v.key: v for c in self.plant.robot.components if c.behaviour
+            for v in c.behaviour.variables if not v.in_state
+        }  # fmt: skip
+        self._past: list[_Moment] = []
+        self.restart()
+
+    @property
+    def plant(self) -> Plant:
+        return self.supervisor.plant
+
+    @property
+    def typeable(self) -> Sequence[Event]:
+        return self.plant.events
+
+    @property
+    def plant_state(self) -> PlantState:
+        return self._now[0]
+
+    @property
+    def state(self) -> State:
+        return state_of(self.plant, *self._now)
+
+    def restart(self) -> None:
+        self._now: _Moment = (
+            self.plant.initial,
+            {key: variable.initial for key, variable in self._data.items()},
+        )
+        self._past.clear()
+
+    def undo(self) -> None:
+        self._now = self._past.pop()
+
+    # --- what can happen -------------------------------------------------------------------------
+
+    def _target(self, event: Event, values: Values, state: PlantState) -> PlantState | None:
+        """Where an event leads under control; None if it cannot happen."""
+        guard = self._guards.get(id(event))
+        if guard is not None and not self._stepper.holds(guard.expr, state):
+            return None
+        after = self._stepper.outcome(self._numbers[id(event)], values, state)
+        return None if isinstance(after, Verdict) else after
+
+    def can(self, event: Event, given: Given | None) -> bool:
+        if given is not None:
+            values = parameter_values(event, given)
+            return _known(event, values) and self._target(event, values, self._now[0]) is not None
+        return any(self._target(event, v, self._now[0]) is not None for v in valuations(event))
+
+    def choices(self) -> list[Choice]:
+        found = []
+        for event in self.plant.events:
+            data_only = set(value_parts(event)) - {p.path for p in event.parameters}
+            if not few_values(event) or data_only:
+                if self.can(event, None):
+                    name = label(event)
+                    found.append(Choice(event, None, name, hint(self.plant.robot, event)))
+                continue
+            for values in valuations(event):
+                after = self._target(event, values, self._now[0])
+                if after is not None:
+                    found.append(self._choice(event, values, after))
+        return found
+
+    def _choice(self, event: Event, values: Values, after: PlantState) -> Choice:
+        given = dict(zip((p.path for p in event.parameters), values, strict=True))
+        if event.kind is EventKind.TAU:
+            (path,) = tau_values(self.plant, event, self._now[0], after)
+            return Choice(event, {}, f"{label(event)} ({path})")
+        text = given_text(given)
+        return Choice(event, given, f"{label(event)}({text})" if text else label(event))
+
+    def commands(self) -> list[Command]:
+        state = self.state
+        return [
+            Command(
+                event,
+                reasons(self.supervisor, guard, self._now[0]),
+                sent_data(self.plant.robot, event.key, state)
+                if event.kind is EventKind.REQUEST
+                else None,
+            )
+            for event in self.plant.events
+            if (guard := self._guards.get(id(event))) is not None
+        ]
+
+    # --- what happens ----------------------------------------------------------------------------
+
+    def fire(self, event: Event, given: Given) -> list[Happening]:
+        values = parameter_values(event, given)
+        before, data = self._now
+        if not _known(event, values):
+            raise Refused(f"{label(event)} cannot carry {given_text(given)}: outside its range")
+        after = self._target(event, values, before)
+        if after is None:
+            raise Refused(f"{label(event)} cannot happen now: {self._why_not(event)}")
+        value = given_json(given)
+        if event.kind is EventKind.TAU:
+            (value,) = tau_values(self.plant, event, before, after)
+        elif event.kind is EventKind.REQUEST:
+            value = sent_data(self.plant.robot, event.key, self.state)
+        assigned = list(self._assigned(event, given))
+        self._past.append(self._now)
+        self._now = after, {**data, **dict(assigned)}
+        happening = Happening(
+            event.kind.value, event.name, value, event.index, controllable=event.controllable
+        )
+        return [happening]
+
+    def _why_not(self, event: Event) -> str:
+        guard = self._guards.get(id(event))
+        if guard is None:
+            return "it is idle" if event.phase is not None else "no state allows it"
+        return "; ".join(
+            f"{r.text} ({r.place})" if r.place else r.text
+            for r in reasons(self.supervisor, guard, self._now[0])
+        )
+
+    def _assigned(self, event: Event, given: Given) -> Iterator[tuple[str, Value]]:
+        """What the event does to data-only variables: the right-hand sides see the state before."""
+        state = self.state
+
+        def look(leaf: Leaf) -> Value | None:
+            return given.get(leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
+
+        for participant in event.participants:
+            for edge in participant.edges:
+                taken = edge.source == self._now[0][participant.axis]
+                if taken and (edge.guard is None or is_true(edge.guard, look)):
+                    yield from self._data_of(participant.component, edge, look)
+                    break
+
+    def _data_of(
+        self, component: str, edge: Edge, look: Callable[[Leaf], Value | None]
+    ) -> Iterator[tuple[str, Value]]:
+        for assignment in edge.data:
+            variable = self._data[f"{component}.{assignment.variable}"]
+            try:
+                value = evaluate(assignment.value, look)
+            except Undefined:
+                continue  # an array was too short: the variable stays as it was
+            match variable.type:
+                case IntegerType(bounds=(low, high)) if not low <= value <= high:  # type: ignore[operator]
+                    continue
+                case DoubleType():
+                    value = float(value)
+            yield variable.key, value
+
+    def wait(self, seconds: float) -> list[Happening]:
+        raise Wrong("time does not matter for single events: wait needs --execute")
+
+    # --- where to --------------------------------------------------------------------------------
+
+    def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
+        if any(
+            isinstance(part, VariableRef) and f"{part.component}.{part.variable}" in self._data
+            for part in walk(condition)
+        ):
+            raise Wrong("a way can be found only to what decides on commands, not to data")
+        test = self._stepper.test(condition)
+        start = self._now[0]
+        if test(start):
+            return []
+        ways = [
+            self._stepper.ways(n, self._guards[id(e)].expr if id(e) in self._guards else None)
+            for n, e in enumerate(self.plant.events)
+        ]
+        came: dict[PlantState, tuple[PlantState, int, Values] | None] = {start: None}
+        queue = deque([start])
+        while queue:
+            state = queue.popleft()
+            for way in ways:
+                for values, target in way.targets(state):
+                    if target in came:
+                        continue
+                    came[target] = state, way.event, values
+                    if test(target):
+                        return self._trace(came, target)
+                    queue.append(target)
+            if len(came) > MOST_STATES:
+                raise Refused(f"no way was found within {MOST_STATES:,} states")
+        return None
+
+    def _trace(
+        self, came: Mapping[PlantState, tuple[PlantState, int, Values] | None], end: PlantState
+    ) -> list[tuple[Event, Given]]:
+        trace: list[tuple[Event, Given]] = []
+        step = came[end]
+        while step is not None:
+            before, number, values = step
+            event = self.plant.events[number]
+            trace.append((event, self._filled(event, values)))
+            step = came[before]
+        return trace[::-1]
+
+    def _filled(self, event: Event, values: Values) -> Given:
+        """A value of the plant with the parts that only data reads."""
+        taken = dict(zip((p.path for p in event.parameters), values, strict=True))
+        if set(value_parts(event)) <= set(taken):
+            return taken
+        raw = {path_text(path): value for path, value in taken.items()} or None
+        return {**complete(self.plant.robot, event, raw, label(event)), **taken}
+
+    def draw(self, rng: random.Random) -> tuple[Event, Given] | None:
+        able = [event for event in self.plant.events if self.can(event, None)]
+        if not able:
+            return None
+        event = rng.choice(able)
+        values = draw_values(event, rng)
+        while self._target(event, values, self._now[0]) is None:  # some value is possible
+            values = draw_values(event, rng)
+        taken = dict(zip((p.path for p in event.parameters), values, strict=True))
+        raw = random_raw(self.plant.robot, event, rng)
+        free = complete(self.plant.robot, event, raw, label(event))
+        return event, {**free, **taken}
+
+
+def _known(event: Event, values: Values) -> bool:
+    """Whether the values are among those that the parameters can have."""
+    return all(
+        value in parameter.values for value, parameter in zip(values, event.parameters, strict=True)
+    )

@@ -1,0 +1,103 @@
+"""The state of a robot as both machines have it, and conditions over it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from robosc.ir.automaton import AxisKind, Plant, PlantState
+from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.model.entities import Data, DataObject, Robot
+from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.model.types import DoubleType, IntegerType, ObjectType, Type, Value
+
+__all__ = ["State", "is_true", "sent_data", "state_of"]
+
+
+@dataclass(frozen=True)
+class State:
+    """Component to its state, ``Component.variable`` to its value, key to whether it is busy."""
+
+    components: Mapping[str, str]
+    variables: Mapping[str, Value]
+    phases: Mapping[str, bool]
+
+    def look(self, leaf: Leaf) -> Value | None:
+        match leaf:
+            case StateRef(component=component, state=name):
+                return self.components[component] == name
+            case VariableRef(component=component, variable=name):
+                return self.variables[f"{component}.{name}"]
+            case PhaseRef(communication=key):
+                return self.phases[key]
+            case ValueRef():
+                return None
+
+    def holds(self, condition: Expr) -> bool:
+        return is_true(condition, self.look)
+
+    def marked(self, robot: Robot) -> bool:
+        """Whether every component is in a marked state, and nothing is under way."""
+        if any(self.phases.values()):
+            return False
+        return all(
+            any(s.marked and s.name == self.components[c.name] for s in c.behaviour.states)
+            for c in robot.components
+            if c.behaviour is not None
+        )
+
+
+def is_true(condition: Expr, look: Callable[[Leaf], Value | None]) -> bool:
+    """Whether a condition holds; one that is undefined does not."""
+    try:
+        return evaluate(condition, look) is True
+    except Undefined:
+        return False
+
+
+def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value]) -> State:
+    """A state of the plant, with the data-only variables beside it, in model order."""
+    found: dict[AxisKind, dict[str, Value]] = {kind: {} for kind in AxisKind}
+    for axis, index in zip(plant.axes, state, strict=True):
+        found[axis.kind][axis.name] = axis.values[index]
+    known = {**found[AxisKind.VARIABLE], **data}
+    variables = {
+        v.key: known[v.key] for c in plant.robot.components if c.behaviour
+        for v in c.behaviour.variables
+    }  # fmt: skip
+    return State(
+        {name: str(value) for name, value in found[AxisKind.LOCATION].items()},
+        variables,
+        {key: phase == "busy" for key, phase in found[AxisKind.PHASE].items()},
+    )
+
+
+def sent_data(robot: Robot, key: str, state: State) -> dict[str, Any] | None:
+    """What a request carries now: the fields of the first provide statement that holds.
+
+    None: there is none, so that all fields keep their defaults.
+    """
+    communication = robot.communications[key]
+    for provide in robot.provides:
+        if provide.communication != key:
+            continue
+        if provide.condition is not None and not state.holds(provide.condition):
+            continue
+        data = _plain(provide.data, communication.request, state)
+        if isinstance(provide.data, DataObject):
+            assert isinstance(data, dict)
+            return data
+        return {communication.binding.request_field or "": data}
+    return None
+
+
+def _plain(data: Data, type_: Type, state: State) -> Any:
+    """Provided data as plain values; integers become floating point where the field is."""
+    if isinstance(data, DataObject):
+        inner = dict(type_.properties) if isinstance(type_, ObjectType) else {}
+        return {name: _plain(part, inner[name], state) for name, part in data.fields}
+    value = evaluate(data, state.look)
+    if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
+        return float(value)
+    return value

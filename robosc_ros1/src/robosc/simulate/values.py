@@ -1,0 +1,320 @@
+"""What an event carries: from what was typed, or came as JSON, to the parts that the model reads.
+
+A *raw* value is a literal, or for an object a dict of literals by path (``pose.x``, ``ranges[0]``).
+Where the model has an enum, both the enum's value and what it converts from may be written.
+A *given* value has every part that the model reads, by path; ``()`` is the path of a whole one.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+from collections.abc import Mapping
+from typing import Any, TypeAlias
+
+from robosc.ir.automaton import Event
+from robosc.ir.expr import Leaf
+from robosc.ir.step import Values, missing_together
+from robosc.model.entities import EventKind, Robot
+from robosc.model.expr import ValueRef, walk
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+    Type,
+    Value,
+)
+from robosc.model.values import default_value, describe
+from robosc.runtime.values import jsonable
+from robosc.simulate.faults import Wrong
+from robosc.simulate.state import is_true
+from robosc.synthesis.wording import listing, path_text
+
+__all__ = [
+    "Given", "Path", "Raw", "complete", "given_json", "given_text", "hint", "literal_text",
+    "parameter_values", "parse_raw", "random_raw", "value_parts", "value_type",
+]  # fmt: skip
+
+Path: TypeAlias = tuple[str | int, ...]
+Given: TypeAlias = Mapping[Path, Value | None]
+Raw: TypeAlias = Any
+"""None, a literal, or a dict of literals by path, None for an array's element that is missing."""
+
+_WORDS: Mapping[str, Raw] = {"true": True, "false": False, "missing": None}
+_NUMBERS = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
+_LITERAL = re.compile(
+    r"""(?P<string>"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*')
+    |(?P<number>-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)(?![\w.])
+    |(?P<word>-?\^?[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)""",
+    re.VERBOSE | re.ASCII,
+)
+_PATH = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*|\[\d{1,6}\])*", re.ASCII)
+_STEP = re.compile(r"([A-Za-z_]\w*)|\[(\d+)\]", re.ASCII)
+_ESCAPES = {"n": "\n", "t": "\t"}
+
+
+def value_type(robot: Robot, event: Event) -> Type:
+    if event.kind in (EventKind.RESPONSE, EventKind.FEEDBACK):
+        return robot.communications[event.key].value_type(event.kind)
+    return NoneType()
+
+
+def value_parts(event: Event) -> dict[Path, Type]:
+    """The parts of an event's value that transitions read, data-only variables included."""
+    found: dict[Path, Type] = {}
+    for participant in event.participants:
+        for edge in participant.edges:
+            readers = [e for _, e in edge.updates] + [a.value for a in edge.data]
+            for expr in readers + ([edge.guard] if edge.guard is not None else []):
+                for part in walk(expr):
+                    if isinstance(part, ValueRef):
+                        found.setdefault(part.path, part.type)
+    return found
+
+
+def parameter_values(event: Event, given: Given) -> Values:
+    return tuple(given[parameter.path] for parameter in event.parameters)
+
+
+# --- reading -------------------------------------------------------------------------------------
+
+
+def parse_raw(text: str) -> Raw:
+    """``0.4``, ``free``, ``"text"``; ``x: 1, kind = free`` for an object. Raises Wrong."""
+    text = text.strip()
+    if not text:
+        return None
+    match = _LITERAL.fullmatch(text)
+    if match:
+        return _literal(match)
+    fields: dict[str, Raw] = {}
+    at = 0
+    while at < len(text):
+        path = _PATH.match(text, at)
+        sign = re.compile(r"\s*[:=]\s*").match(text, path.end()) if path else None
+        literal = _LITERAL.match(text, sign.end()) if sign else None
+        if path is None or literal is None:
+            raise Wrong(
+                f"cannot read '{text[at:]}': a value is 0.4, true, a name or \"text\";"
+                " that of an object x: 0.4, y: 2"
+            )
+        if path.group() in fields:
+            raise Wrong(f"'{path.group()}' is given twice")
+        fields[path.group()] = _literal(literal)
+        gap = re.compile(r"\s*,\s*|\s+|$").match(text, literal.end())
+        if gap is None:
+            raise Wrong(f"cannot read '{text[literal.end() :]}' behind '{literal.group()}'")
+        at = gap.end()
+    return fields
+
+
+def _literal(match: re.Match[str]) -> Raw:
+    text = match.group()
+    if match.lastgroup == "string":
+        return re.sub(r"\\(.)", lambda m: _ESCAPES.get(m.group(1), m.group(1)), text[1:-1])
+    if match.lastgroup == "number":
+        if re.fullmatch(r"-?\d{1,20}", text):
+            return int(text)
+        return float(text)
+    return _WORDS[text] if text in _WORDS else text.removeprefix("^")
+
+
+def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
+    """The parts that the model reads, from what was written.
+
+    What decides the next state must be there. What only goes into data that is sent may be left
+    out: it is then false, 0 or empty, and an array's element is missing.
+
+    Raises:
+        Wrong: a part is not what the model says it is.
+    """
+    type_ = value_type(robot, event)
+    if isinstance(type_, NoneType):
+        if raw is not None:
+            raise Wrong(f"{label} carries no value")
+        return {}
+    if not isinstance(type_, ObjectType):
+        if raw is None:
+            if event.parameters:
+                raise Wrong(f"{label} needs a value: {hint(robot, event)}")
+            return {(): default_value(type_)}
+        return {(): _converted(type_, raw, label)}
+    return _complete_object(event, type_, raw, label)
+
+
+def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> Given:
+    if raw is not None and not isinstance(raw, dict):
+        raise Wrong(f"{label} carries {describe(type_)}: write its parts, x: 0.4, y: 2")
+    fields = _by_path(raw or {}, type_, label)
+    needed = {parameter.path for parameter in event.parameters}
+    given: dict[Path, Value | None] = {}
+    for path, part in value_parts(event).items():
+        name = f"{path_text(path)} of {label}"
+        if path in fields and fields[path] is not None:
+            given[path] = _converted(part, fields[path], name)
+        elif any(isinstance(step, int) for step in path):
+            given[path] = None
+        elif path in needed:
+            raise Wrong(f"{name} needs a value: {_choices(part)}")
+        else:
+            given[path] = default_value(part)
+    values = parameter_values(event, given)
+    for i, j in missing_together(event):
+        if values[i] is None and values[j] is not None:
+            first, second = (path_text(event.parameters[n].path) for n in (i, j))
+            raise Wrong(f"{second} of {label} cannot be there where {first} is missing")
+    return given
+
+
+def _by_path(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw]:
+    """Parts by path, each of which the type must have."""
+    found: dict[Path, Raw] = {}
+    for text, value in raw.items():
+        if not _PATH.fullmatch(text):
+            raise Wrong(f"'{text}' is no part of a value: write pose.x or ranges[0]")
+        path = tuple(m.group(1) or int(m.group(2)) for m in _STEP.finditer(text))
+        inner: Type | None = type_
+        for step in path:
+            if isinstance(inner, ObjectType) and isinstance(step, str):
+                inner = inner.property(step)
+            elif isinstance(inner, ArrayType) and isinstance(step, int):
+                inner = inner.element
+            else:
+                inner = None
+        if inner is None:
+            raise Wrong(f"{label} has no part '{text}'")
+        found[path] = value
+    return found
+
+
+def _converted(type_: Type, raw: Raw, what: str) -> Value:
+    """A raw value as one of the type; enums apply their rules to what is none of their values."""
+    match type_:
+        case EnumType():
+            name = raw.removeprefix(f"{type_.name}.") if isinstance(raw, str) else None
+            if name in type_.values:
+                return str(name)
+            return _by_rules(type_, raw, what)
+        case BooleanType() if isinstance(raw, bool):
+            return raw
+        case IntegerType() if isinstance(raw, int) and not isinstance(raw, bool):
+            return raw
+        case DoubleType() if isinstance(raw, int | float) and not isinstance(raw, bool):
+            return float(raw)
+        case DoubleType() if isinstance(raw, str) and raw in _NUMBERS:
+            return _NUMBERS[raw]
+        case StringType() if isinstance(raw, str):
+            return raw
+    shown = "an object" if isinstance(raw, dict) else literal_text(raw)
+    raise Wrong(f"{what} is {describe(type_)}, not {shown}")
+
+
+def _by_rules(enum: EnumType, raw: Raw, what: str) -> Value:
+    source = enum.source
+    fields: dict[Path, Raw] = {(): raw}
+    if isinstance(source, ObjectType) and isinstance(raw, dict):
+        fields = _by_path(raw, source, what)
+    else:
+        try:
+            fields = {(): _converted(source, raw, what)}
+        except Wrong:
+            names = listing(enum.values, "or")
+            raise Wrong(f"{what} is {names}, or {describe(source)} to convert") from None
+
+    def look(leaf: Leaf) -> Value | None:
+        assert isinstance(leaf, ValueRef)
+        if leaf.path in fields and fields[leaf.path] is not None:
+            return _converted(leaf.type, fields[leaf.path], what)
+        array = any(isinstance(step, int) for step in leaf.path)
+        return None if array else default_value(leaf.type)
+
+    for rule in enum.rules:
+        if is_true(rule.condition, look):
+            return rule.value
+    return enum.default
+
+
+# --- words ---------------------------------------------------------------------------------------
+
+
+def hint(robot: Robot, event: Event) -> str:
+    """What may be written as the event's value; empty if it carries none."""
+    type_ = value_type(robot, event)
+    if isinstance(type_, NoneType):
+        return ""
+    if isinstance(type_, ObjectType):
+        parts = value_parts(event).items()
+        return ", ".join(f"{path_text(path)}: {_choices(part)}" for path, part in parts)
+    return _choices(type_)
+
+
+def _choices(type_: Type) -> str:
+    match type_:
+        case BooleanType():
+            return "true or false"
+        case IntegerType(bounds=(low, high)):
+            return f"{low}..{high}"
+        case EnumType(values=values, source=source):
+            return f"{listing(values, 'or')} ({source})"
+    return str(type_)
+
+
+def literal_text(value: Value | None) -> str:
+    """A value as it can be typed again; names of enum values stay bare."""
+    match value:
+        case None:
+            return "missing"
+        case bool():
+            return "true" if value else "false"
+        case str():
+            if _LITERAL.fullmatch(value) and value not in _WORDS:
+                return value
+            escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+            return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
+    text = jsonable(value)
+    return text if isinstance(text, str) else repr(text)
+
+
+def given_text(given: Given) -> str:
+    """``free``; ``x: 1.0, kind: free``; empty for no value."""
+    if () in given:
+        return literal_text(given[()])
+    return ", ".join(f"{path_text(path)}: {literal_text(v)}" for path, v in given.items())
+
+
+def given_json(given: Given) -> Any:
+    """As in the documents of a running controller: a literal, parts by path, or None."""
+    if not given:
+        return None
+    if () in given:
+        return given[()]
+    return {path_text(path): value for path, value in given.items()}
+
+
+def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
+    """Some value that the event can carry."""
+    type_ = value_type(robot, event)
+    if isinstance(type_, NoneType):
+        return None
+    if not isinstance(type_, ObjectType):
+        return _random(type_, rng)
+    return {path_text(path): _random(part, rng) for path, part in value_parts(event).items()}
+
+
+def _random(type_: Type, rng: random.Random) -> Value:
+    match type_:
+        case BooleanType():
+            return rng.random() < 0.5
+        case IntegerType(bounds=bounds):
+            return rng.randint(*(bounds or (-100, 100)))
+        case DoubleType():
+            return round(rng.uniform(-100.0, 100.0), 2)
+        case EnumType(values=values):
+            return rng.choice(values)
+    return rng.choice(("a", "b"))
