@@ -102,12 +102,13 @@ class _Folder:
         events = [self._projected(self.moves[number], layout, set(axes)) for number in numbers]
         states = layout.nothing()
         add(states, np.array([_place(layout, self.plant)]))
+        between = layout.nothing()
         before, now = 0, 1
         while before != now < layout.size:
             for stages in events:
-                _apply(stages, states)
+                _apply(stages, states, between)
             before, now = now, count(states)
-        reached = places(states)
+        reached = places(states | between)
         columns = [
             dim.table[layout.position(number, reached)] for number, dim in enumerate(layout.dims)
         ]
@@ -122,12 +123,17 @@ class _Folder:
         )
 
 
-def _apply(stages: Stages, states: Words) -> None:
+def _apply(stages: Stages, states: Words, between: Words) -> None:
+    """Add what an event leads to; what it passes through on the way needs a place as well."""
     if len(stages) == 1:
         for op in stages[0]:
             forward(op, states, states, None)
-    else:
-        np.bitwise_or(states, image(stages, states), out=states)
+        return
+    after = states
+    for stage in stages:
+        after = image([stage], after)
+        np.bitwise_or(between, after, out=between)
+    np.bitwise_or(states, after, out=states)
 
 
 def _place(layout: Layout, plant: Plant) -> int:

@@ -1,0 +1,50 @@
+"""The engine's shortcuts for large models, forced upon small ones: nothing may change.
+
+Small robots never need stages, cases, cuts or folding. Here the thresholds are lowered until
+everything takes those ways, alone and together.
+"""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from random_models import random_model
+from synthesis.oracle import Oracle
+from synthesis.subject import robot_of
+
+from robosc.ir.lower import lower
+from robosc.synthesis import compute, explore, layout, moves, operations, stages, synthesize
+from robosc.synthesis.documents import explore_document
+
+VARIANTS = {
+    "participants in turn": [(stages, "_MOST_CHOICES", 1)],
+    "conditions in cases": [(moves, "_WIDE", 1)],
+    "dependent axes folded": [(compute, "_SMALL", 0)],
+    "operations in small parts": [
+        (operations, "_LARGEST_STEP", 2),
+        (operations, "_WORTH_UNROLLING", 1),
+        (layout, "_LARGEST_GRID", 3),
+    ],
+    "nothing packed": [(layout, "_packed", lambda sizes: ())],
+}
+VARIANTS["all of that"] = [change for changes in VARIANTS.values() for change in changes]
+VARIANTS["all but unpacked"] = VARIANTS["all of that"][:-1]
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("first", [7000, 7030, 7060, 7080])
+def test_variant(variant: str, first: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module, name, value in VARIANTS[variant]:
+        monkeypatch.setattr(module, name, value)
+    for seed in range(first, first + 12):
+        robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
+        oracle = Oracle(robot)
+        found = synthesize(lower(robot), "dense")
+        states, transitions = oracle.controlled
+        assert found.plant_states == len(oracle.plant[0]), seed
+        assert found.controlled_states == len(states), seed
+        assert found.controlled_transitions == len(transitions), seed
+        walked = explore_document(explore(found))
+        assert len(walked["states"]) == len(states), seed
+        assert len(walked["transitions"]) == len(transitions), seed
