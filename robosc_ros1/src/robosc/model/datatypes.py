@@ -119,6 +119,10 @@ class TypeTable:
         """The enum as expressions know it."""
         return self._shells.get(name)
 
+    def known(self, name: str) -> Type | None:
+        """A type that has been resolved, by name."""
+        return self._types.get(name)
+
     def enums_with(self, value: str) -> Iterable[EnumType]:
         return self._by_value.get(value, ())
 

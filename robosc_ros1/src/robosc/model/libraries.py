@@ -10,11 +10,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from robosc.errors import UsageError
+from robosc.errors import Diagnostic, UsageError
 from robosc.names import IDENTIFIER
+from robosc.source import Source
 from robosc.syntax.parser import read_source
 
-__all__ = ["LibraryFinder", "Search"]
+__all__ = ["LibraryFinder", "Reader", "Search"]
+
+Reader = Callable[[str], tuple[Source | None, tuple[Diagnostic, ...]]]
+"""Reads a model file, as :func:`robosc.syntax.parser.read_source` does."""
 
 _SUFFIXES = (".rscd", ".rsc")
 _HEAD = re.compile(rf"(?:\s|//[^\n]*|/\*.*?\*/)*library\s+\^?({IDENTIFIER})", re.DOTALL | re.ASCII)
@@ -32,22 +36,19 @@ class LibraryFinder:
     """Looks into each folder once. ``share_folders`` are those that ROS packages export."""
 
     def __init__(
-        self, library_path: Sequence[str], share_folders: Callable[[], Sequence[Path]]
+        self,
+        library_path: Sequence[str],
+        share_folders: Callable[[], Sequence[Path]],
+        reader: Reader = read_source,
     ) -> None:
-        self._library_path = tuple(library_path)
+        self._reader = reader
+        self._library_path = tuple(map(Path, library_path))
         self._share_folders = share_folders
         self._folders: dict[Path, dict[str, list[tuple[str, str]]]] = {}
 
     def find(self, name: str, importer: str) -> Search:
         """All files that declare the library, seen from the file that imports it."""
-        home = Path(importer).parent
-        folders = [
-            home,
-            _above(home) / "shared",
-            _above(home) / "libraries",
-            *map(Path, self._library_path),
-            *self._share_folders(),
-        ]
+        folders = self._folders_for(importer)
         found: dict[str, str] = {}
         seen: set[Path] = set()
         for folder in folders:
@@ -58,13 +59,27 @@ class LibraryFinder:
                     found.setdefault(text, file)
         return Search(found, tuple(dict.fromkeys(map(str, folders))))
 
+    def names(self, importer: str) -> Sequence[str]:
+        """The libraries that can be imported from a file, in alphabetical order."""
+        return sorted({name for f in self._folders_for(importer) for name in self._index(f)})
+
+    def _folders_for(self, importer: str) -> list[Path]:
+        home = Path(importer).parent
+        return [
+            home,
+            _above(home) / "shared",
+            _above(home) / "libraries",
+            *self._library_path,
+            *self._share_folders(),
+        ]
+
     def _index(self, folder: Path) -> dict[str, list[tuple[str, str]]]:
         """The libraries of a folder by name: path and text of each."""
         if folder not in self._folders:
             index: dict[str, list[tuple[str, str]]] = {}
             for file in _model_files(folder):
                 try:
-                    source, _ = read_source(str(file))
+                    source, _ = self._reader(str(file))
                 except UsageError:
                     continue
                 match = _HEAD.match(source.text) if source is not None else None

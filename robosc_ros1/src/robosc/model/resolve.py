@@ -9,7 +9,7 @@ once.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -28,7 +28,7 @@ from robosc.model.datatypes import TypeTable, Universe
 from robosc.model.entities import Component, Provide, Requirement, Robot
 from robosc.model.expr import Expr
 from robosc.model.expressions import BOOLEAN, RULE, Incoming, Typer
-from robosc.model.libraries import LibraryFinder
+from robosc.model.libraries import LibraryFinder, Reader
 from robosc.model.report import Muted, Report, listing
 from robosc.model.rosbind import Binder
 from robosc.model.rosmsg import MessageDefinitions
@@ -47,7 +47,7 @@ from robosc.syntax.nodes import (
 )
 from robosc.syntax.parser import parse, read_source
 
-__all__ = ["load"]
+__all__ = ["Reading", "ResolvedFile", "load", "read"]
 
 
 def load(
@@ -66,18 +66,35 @@ def load(
     Raises UsageError if the file cannot be read.
     """
     if not isinstance(source, Source):
-        read, unreadable = read_source(str(source))
-        if read is None:
+        text, unreadable = read_source(str(source))
+        if text is None:
             return None, unreadable
-        source = read
+        source = text
     if definitions is None:
         definitions = MessageDefinitions.for_model(Path(source.path))
-    loader = _Loader(library_path, definitions, strict)
-    return loader.load(source)
+    found = read(source, library_path, definitions, strict=strict)
+    return found.robot, found.diagnostics
+
+
+def read(
+    source: Source,
+    library_path: Sequence[str],
+    definitions: MessageDefinitions,
+    *,
+    strict: bool = False,
+    reader: Reader = read_source,
+) -> Reading:
+    """As :func:`load`, with all that was found out on the way, for tools that look up names.
+
+    ``reader`` reads libraries; an editor has texts that are not saved.
+    """
+    loader = _Loader(library_path, definitions, strict, reader)
+    robot, diagnostics = loader.load(source)
+    return Reading(robot, diagnostics, loader.main, loader.libraries)
 
 
 @dataclass
-class _File:
+class ResolvedFile:
     """One resolved file. A library with errors has no assembly."""
 
     scope: FileScope | None
@@ -91,23 +108,39 @@ class _File:
         return self.assembly is not None and not has_errors(self.diagnostics)
 
 
+@dataclass(frozen=True)
+class Reading:
+    """What :func:`read` has found; ``libraries`` by name, those that the file's imports need."""
+
+    robot: Robot | None
+    diagnostics: tuple[Diagnostic, ...]
+    file: ResolvedFile
+    libraries: Mapping[str, ResolvedFile]
+
+
 class _Loader:
     """One run: the file asked for and, through its imports, libraries."""
 
     def __init__(
-        self, library_path: Sequence[str], definitions: MessageDefinitions, strict: bool
+        self,
+        library_path: Sequence[str],
+        definitions: MessageDefinitions,
+        strict: bool,
+        reader: Reader,
     ) -> None:
         self._definitions = definitions
-        self._finder = LibraryFinder(library_path, definitions.library_folders)
+        self._reader = reader
+        self._finder = LibraryFinder(library_path, definitions.library_folders, reader)
+        self.main = ResolvedFile(None, None, None, None, ())
         self._strict = strict
         self._universe = Universe()
-        self._libraries: dict[str, _File] = {}
+        self._libraries: dict[str, ResolvedFile] = {}
         self._paths: dict[str, dict[str, str]] = {}
         self._robot: str | None = None
         self._open: list[str] = []
 
     def load(self, source: Source) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
-        file = self._file(source)
+        file = self.main = self._file(source)
         diagnostics = list(file.diagnostics)
         for library in self._libraries.values():
             # What a library's author should know is told when the library itself is checked.
@@ -128,12 +161,12 @@ class _Loader:
         )
         return robot, ordered
 
-    def _file(self, source: Source) -> _File:
+    def _file(self, source: Source) -> ResolvedFile:
         report = Report(self._strict)
         node, syntax = parse(source)
         report.extend(syntax)
         if node is None:
-            return _File(None, None, None, None, report.diagnostics)
+            return ResolvedFile(None, None, None, None, report.diagnostics)
         scope = FileScope.of(source, node, syntax, report)
         if node.kind == "robot" and not self._open:
             self._robot = scope.origin
@@ -141,7 +174,11 @@ class _Loader:
         resolver = _FileResolver(self, scope, report)
         model = resolver.resolve()
         self._open.pop()
-        return _File(scope, resolver.types, resolver.assembly, model, report.diagnostics)
+        return ResolvedFile(scope, resolver.types, resolver.assembly, model, report.diagnostics)
+
+    @property
+    def libraries(self) -> Mapping[str, ResolvedFile]:
+        return self._libraries
 
     @property
     def universe(self) -> Universe:
@@ -151,7 +188,7 @@ class _Loader:
     def definitions(self) -> MessageDefinitions:
         return self._definitions
 
-    def library(self, node: ImportNode, scope: FileScope, report: Report) -> _File | None:
+    def library(self, node: ImportNode, scope: FileScope, report: Report) -> ResolvedFile | None:
         """The library that an import names; None after an error, here or in the library."""
         name = node.library.text
         if not self._may_open(node, report):
@@ -209,9 +246,9 @@ class _Loader:
             return True
         return False
 
-    def _read_library(self, path: str, node: ImportNode) -> _File:
-        source, unreadable = read_source(path)
-        file = _File(None, None, None, None, unreadable)
+    def _read_library(self, path: str, node: ImportNode) -> ResolvedFile:
+        source, unreadable = self._reader(path)
+        file = ResolvedFile(None, None, None, None, unreadable)
         if source is not None:
             file = self._file(source)
         errors = [d for d in sort_diagnostics(file.diagnostics) if d.severity is Severity.ERROR]
