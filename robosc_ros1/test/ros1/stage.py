@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.client import Fault, ServerProxy
 
+from emit.golden_packages import GOLDEN
 from ros_support import PYTHON, Master, Workspace
 
 __all__ = ["Node", "Puppet", "Stage", "event"]
@@ -140,6 +141,7 @@ class Stage:
     def __init__(self, workspace: Workspace, master: Master) -> None:
         self.workspace = workspace
         self.master = master
+        self.model_folder = GOLDEN / "models"
 
     @contextlib.contextmanager
     def puppet(self) -> Iterator[Puppet]:

@@ -17,11 +17,12 @@ def validate(document: Any, name: str) -> None:
     """Fail if the document does not follow ``<name>.schema.json``; skip without jsonschema."""
     jsonschema = pytest.importorskip("jsonschema")
     schemas = {path.name: json.loads(path.read_text("utf-8")) for path in FOLDER.glob("*.json")}
-    resolver = jsonschema.RefResolver(
-        FOLDER.as_uri() + "/",
-        {},
-        store={FOLDER.as_uri() + "/" + key: schema for key, schema in schemas.items()},
-    )
     schema = schemas[f"{name}.schema.json"]
     jsonschema.Draft7Validator.check_schema(schema)
+    base = f"{FOLDER.as_uri()}/"
+    resolver = jsonschema.RefResolver(
+        f"{base}{name}.schema.json",
+        schema,
+        store={base + key: content for key, content in schemas.items()},
+    )
     jsonschema.Draft7Validator(schema, resolver=resolver).validate(document)

@@ -1,0 +1,120 @@
+"""What a running node tells, by its schemas, and what ROS's own tools make of it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+from ros1.stage import Puppet, Stage, event
+from ros_support import Master, Workspace, await_condition
+from runtime.schemas import validate
+
+INT = "std_msgs/Int16"
+RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
+ASK = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}
+
+
+def play(puppet: Puppet, ear: Puppet, stage: Stage, **parameters: object) -> None:
+    puppet.do("action", **RUN, mode="succeed", feedback=1)
+    puppet.do("service", **ASK, mode="answer")
+    ear.do("listen", topic="/probe_controller/model", type="std_msgs/String")
+    with stage.controller(ear, **parameters) as node:
+        puppet.publish("/level", INT, 9)
+        puppet.publish("/run_wanted", "std_msgs/Bool", True)
+        puppet.publish("/ask_wanted", "std_msgs/Bool", True)
+        node.tells(event("response", "run"))
+        node.tells(event("response", "ask"))
+        puppet.publish("/level", INT, 99)
+        node.tells(event("response", "level", outcome="mismatch"))
+        node.shows(lambda s: s["counters"]["mismatches"] == 1)
+
+
+def test_all_documents_follow_their_schemas(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    play(puppet, ear, stage)
+    (model,) = ear.all_heard("/probe_controller/model")
+    validate(model, "model")
+    events = ear.all_heard("/probe_controller/events")
+    for document in events:
+        validate(document, "event")
+    for document in ear.all_heard("/probe_controller/state"):
+        validate(document, "state")
+    numbers = [e["number"] for e in events]
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+
+
+def test_a_command_that_is_not_enabled_names_the_requirement_and_its_line(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    with stage.controller(ear) as node:
+        puppet.publish("/level", INT, 3)
+        puppet.publish("/reading", "std_msgs/Float32", 99.0)
+        state = node.shows(lambda s: s["variables"]["Switches.reading"] == "warm")
+        blocked = {c["event"]["name"]: c["blocked_by"] for c in state["commands"]}
+        assert [reason["text"] for reason in blocked["blow"]] == [
+            "requirement blow needs Switches.height > 5"
+        ]
+        (reason,) = blocked["halt"]
+        assert reason["text"] == "requirement Switches.reading = warm disables halt"
+        file, _, line = reason["place"].partition(":")
+        source = (stage.model_folder / file).read_text(encoding="utf-8").splitlines()
+        assert "Switches.reading = warm disables halt" in source[int(line) - 1]
+
+
+def test_the_state_is_latched(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    with stage.controller(ear), stage.puppet() as late:
+        for topic in ("state", "model"):
+            late.do("listen", topic=f"/probe_controller/{topic}", type="std_msgs/String")
+            late.hears(f"/probe_controller/{topic}")
+
+
+def test_the_events_are_logged(stage: Stage, puppet: Puppet, ear: Puppet, tmp_path: Path) -> None:
+    play(puppet, ear, stage, event_log=tmp_path / "events.jsonl")
+    lines = (tmp_path / "events.jsonl").read_text(encoding="utf-8").splitlines()
+    events = [json.loads(line) for line in lines]
+    assert [e["number"] for e in events] == list(range(1, len(events) + 1))
+    heard = ear.all_heard("/probe_controller/events")
+    assert [e for e in events if e["number"] in {h["number"] for h in heard}] == heard
+
+
+def test_tools_of_ros_have_no_complaint(
+    generated_workspace: Workspace, roscore: Master, tmp_path: Path
+) -> None:
+    # A master of its own: others have killed nodes, which roswtf complains of.
+    stage = Stage(generated_workspace, roscore)
+    bag = tmp_path / "run.bag"
+    topics = ["/probe_controller/events", "/probe_controller/state", "/level", "/blow"]
+
+    def tool(*command: str, check: bool = True) -> str:
+        return stage.workspace.run(*command, master=roscore, check=check).stdout
+
+    with stage.puppet() as puppet, stage.puppet() as ear, stage.controller(ear) as node:
+        with stage.workspace.start("rosbag", "record", "-O", str(bag), *topics, master=roscore):
+            await_condition(
+                lambda: any(n.startswith("/record") for n in subscribers(roscore, "/level")),
+                "the recorder",
+            )
+            puppet.publish("/level", INT, 9)
+            node.tells(event("request", "blow"))
+            assert "probe_controller: controller" in tool(
+                "rostopic", "echo", "-n", "1", "/diagnostics"
+            )
+            assert "/blow [std_msgs/Int16]" in tool("rosnode", "info", "/probe_controller")
+        problems = tool("roswtf", check=False)
+        assert "probe_controller" not in errors_of(problems), problems
+        mark = ear.mark
+        tool("rosbag", "play", "--delay=1", str(bag), "--topics", "/level")
+        node.tells(event("response", "level"), since=mark)
+
+
+def subscribers(master: Master, topic: str) -> list[str]:
+    """The names of the nodes that subscribe to a topic."""
+    _, _, (_, subscriptions, _) = ServerProxy(master.uri).getSystemState("/test")  # type: ignore
+    return [node for name, nodes in subscriptions for node in nodes if name == topic]
+
+
+def errors_of(text: str) -> str:
+    """What roswtf calls errors, without its warnings (it warns of every topic nobody sends to)."""
+    return "\n".join(
+        part.partition("WARNING")[0].partition("=====")[0] for part in text.split("ERROR")[1:]
+    )
