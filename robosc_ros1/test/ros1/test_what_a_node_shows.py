@@ -94,7 +94,7 @@ def test_tools_of_ros_have_no_complaint(
                 lambda: any(n.startswith("/record") for n in subscribers(roscore, "/level")),
                 "the recorder",
             )
-            puppet.publish("/level", INT, 9)
+            puppet.publish("/level", INT, 9, times=20, rate=10.0)  # the recorder comes late
             node.tells(event("request", "blow"))
             assert "probe_controller: controller" in tool(
                 "rostopic", "echo", "-n", "1", "/diagnostics"
