@@ -15,7 +15,8 @@ from ros_support import SOURCES
 
 ORDER = (
     "source", "errors", "codes", "names", "resources", "progress", "syntax", "model", "ir",
-    "supervisor", "synthesis", "runtime", "emit", "simulate", "pipeline", "report", "cli", "__main__",
+    "supervisor", "synthesis", "runtime", "emit", "simulate", "pipeline", "report", "cli",
+    "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
 
