@@ -123,7 +123,7 @@ def test_long_lines_are_broken_where_they_bind_least() -> None:
     provide move with { linear: { x: 0.4, y: 0.0, z: 0.0 }, angular: { z: LineDetector.current_correction / 100 } } if LineDetector.line_found
     provide halt with one_value + another_value * a_third_value if DistanceSensor.current = obstructed or LineDetector.no_line
 }
-"""  # noqa: E501
+"""
     assert (
         formatted(text)
         == """\

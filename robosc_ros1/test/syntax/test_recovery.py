@@ -1,4 +1,4 @@
-# ruff: noqa: E501 - the messages stand as they are printed.
+
 """After a fault the parser goes on: one message per faulty declaration, none of its effects."""
 
 from __future__ import annotations
