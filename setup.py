@@ -37,7 +37,7 @@ setup(
     license=text("license"),
     python_requires=">=3.11",
     install_requires=["jinja2>=3.1", "networkx>=2.8", "numpy>=1.24", "pyparsing>=3.0.9"],
-    extras_require={"ros": ["catkin_pkg", "rospkg"]},
+    extras_require={"bdd": ["oxidd>=0.13"], "ros": ["catkin_pkg", "rospkg"]},
     packages=find_packages(str(ROOT / SOURCES)),
     package_dir={"": SOURCES},
     data_files=template_files(),

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-__all__ = ["main"]
+__all__ = ["main", "synthesize_with_faudes"]
 
 HERE = Path(__file__).resolve().parent
 
@@ -173,7 +173,7 @@ def _run(engine: str, family: str, size: tuple[int, ...]) -> dict[str, float]:
     robot, _ = load(Source(f"{family}.rscd", getattr(families, family)(*size)))
     assert robot is not None
     plant = lower(robot)
-    found = _faudes(plant) if engine == "faudes" else _robosc(plant, engine)
+    found = synthesize_with_faudes(plant) if engine == "faudes" else _robosc(plant, engine)
     found["megabytes"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
     return found
 
@@ -189,7 +189,8 @@ def _robosc(plant: Any, engine: str) -> dict[str, float]:
     }
 
 
-def _faudes(plant: Any) -> dict[str, float]:
+def synthesize_with_faudes(plant: Any) -> dict[str, float]:
+    """Seconds, states and transitions of composition and SupCon in this process."""
     import faudes
     from bench.generators import Automata, Automaton, automata_of
 

@@ -52,6 +52,7 @@ def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
     if solution.empty:
         return Guard(event, FALSE, _required(event), "never")
     encoding = solution.engine.encoding
+    encoding.diagrams.tidy()
     enabled = solution.enabled(relation)
     possible = solution.possible(relation)
     required = possible & relation.required

@@ -9,6 +9,7 @@ Trans. Computers 35(8), 1986.
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import sys
 import sysconfig
@@ -79,15 +80,16 @@ class Diagrams:
             raise StateSpaceError(
                 f"the symbolic engine needs the Python package oxidd; type: {install_hint()}"
             )
-        from oxidd import bdd, util
-
+        # Not typed: the types would be there or not with the package, and so would mypy's opinion.
+        bdd: Any = importlib.import_module("oxidd.bdd")
+        util: Any = importlib.import_module("oxidd.util")
         entries = min(_CACHE_ENTRIES, max(2**12, memory // 8 // _BYTES_PER_CACHE_ENTRY))
         rest = memory - entries * _BYTES_PER_CACHE_ENTRY
         self.capacity = max(_FEWEST_NODES, rest // _BYTES_PER_NODE)
         self.variables = variables
         self._and = util.BooleanOperator.AND
-        self._function: Any = bdd.BDDFunction
-        self._manager: Any = bdd.BDDManager(self.capacity, entries, 1)
+        self._function = bdd.BDDFunction
+        self._manager = bdd.BDDManager(self.capacity, entries, 1)
         self._manager.add_vars(variables)
         self.true: Set = self._manager.true()
         self.false: Set = self._manager.false()
@@ -155,10 +157,14 @@ class Diagrams:
         found: int = self._manager.approx_num_inner_nodes()
         return found
 
-    def run(self, operation: Callable[[], _Result]) -> _Result:
-        """An operation, a second time after collecting garbage if the nodes ran out."""
+    def tidy(self) -> None:
+        """Collect garbage if there may be much."""
         if self.nodes > self.capacity // 2:
             self._manager.gc()
+
+    def run(self, operation: Callable[[], _Result]) -> _Result:
+        """An operation, a second time after collecting garbage if the nodes ran out."""
+        self.tidy()
         try:
             return operation()
         except MemoryError:

@@ -186,6 +186,7 @@ class SymbolicEngine:
 
     def _narrow(self, allowed: Set, refused: Set) -> tuple[Set, frozenset[int]]:
         """A condition that tells two sets apart, and the few axes that it reads."""
+        self.diagrams.tidy()
         axes = set(range(len(self.plant.axes)))
         for axis in sorted(axes, key=self.encoding.place):
             cube = self.encoding.now([axis])

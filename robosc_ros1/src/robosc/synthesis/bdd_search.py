@@ -48,6 +48,7 @@ class SymbolicSystem:
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         """A path to a state where the condition holds: a shortest one unless that is too costly."""
+        self.encoding.diagrams.tidy()
         wanted = self.encoding.holds(condition) & self.solution.states
         if wanted == self._false:
             return None
@@ -65,6 +66,7 @@ class SymbolicSystem:
         while len(self._layers) <= number:
             if self._nodes_left <= 0:
                 return None
+            self.encoding.diagrams.tidy()
             try:
                 new = self.engine.successors(self._layers[-1]) & self.solution.states & ~self._seen
                 self._seen = self._seen | new

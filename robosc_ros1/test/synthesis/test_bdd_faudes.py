@@ -1,0 +1,35 @@
+"""Both engines against libFAUDES: the same systems as automata, composed, and SupCon."""
+
+from __future__ import annotations
+
+import families
+import pytest
+from bench.synthesis_bench import synthesize_with_faudes
+from synthesis.plants import plant_of
+
+from robosc.synthesis import synthesize
+from robosc.synthesis.bdd import available
+
+pytest.importorskip("faudes", reason="the comparison needs the Python package faudes")
+
+ENGINES = ["dense", "bdd"] if available() else ["dense"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    "text",
+    [
+        families.hands(3),
+        families.services_hands(3),
+        families.transfer_line(3, 2),
+        families.transfer_line(4, 1),
+        families.action_robot(2),
+        families.philosophers(4),
+    ],
+    ids=["hands", "services", "line", "short line", "actions", "philosophers"],
+)
+def test_counts(engine: str, text: str) -> None:
+    plant = plant_of(text)
+    theirs, ours = synthesize_with_faudes(plant), synthesize(plant, engine)
+    assert ours.controlled_states == theirs["states"]
+    assert ours.controlled_transitions == theirs["transitions"]
