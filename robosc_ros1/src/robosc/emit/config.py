@@ -1,0 +1,207 @@
+"""Options of the generator that lie beside a model: ``robosc.yaml``, ``controller-config.json``.
+
+The second is the file of the original tool: what of it has a meaning here sets the same options,
+and ``robosc.yaml`` goes before it. A key that is not known is an error in both.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from robosc.errors import UsageError
+from robosc.model.entities import Communication, Kind, Robot
+from robosc.runtime import settings
+from robosc.runtime.model import Communication as Declared
+
+__all__ = ["SORTS", "Config", "declared_communications", "load_config"]
+
+OWN = "robosc.yaml"
+ORIGINAL = "controller-config.json"
+
+SORTS = {
+    Kind.INCOMING: "incoming",
+    Kind.OUTGOING: "outgoing",
+    Kind.SERVICE: "service",
+    Kind.ACTION: "action",
+}
+"""How the runtime calls the kinds of communications."""
+
+
+def _empty() -> Mapping[str, Any]:
+    return MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class Config:
+    """Options of one generation; what the command line says goes before ``package`` and ``output``.
+
+    ``output`` are folders by target, ``parameters`` defaults of the node's parameters by their full
+    names. ``supervisor`` is that section of the original's file, as it stands.
+    """
+
+    package: str | None = None
+    output: Mapping[str, Path] = field(default_factory=_empty)
+    version: str = "0.1.0"
+    maintainer: str = "robosc"
+    email: str = "robosc@robosc.dev"
+    licence: str = "BSD-3-Clause"
+    parameters: Mapping[str, Any] = field(default_factory=_empty)
+    supervisor: Mapping[str, Any] = field(default_factory=_empty)
+
+    def checked(self, robot: Robot) -> Config:
+        """The same, if the parameters fit the robot.
+
+        Raises:
+            UsageError: one has a wrong value or is unknown.
+        """
+        try:
+            _, warnings = settings.read(declared_communications(robot), self.parameters)
+        except settings.ParameterError as error:
+            raise UsageError(str(error)) from error
+        if warnings:
+            raise UsageError("\n".join(w.replace(" is ignored", "") for w in warnings))
+        return self
+
+
+def declared_communications(robot: Robot) -> list[Declared]:
+    """The communications as the runtime knows them."""
+
+    def declared(communication: Communication) -> Declared:
+        key = communication.key
+        return Declared(key, robot.display_names[key], SORTS[communication.kind])
+
+    return [declared(c) for c in robot.communications.values()]
+
+
+def load_config(model: Path, file: Path | None = None) -> Config:
+    """The options for a model: from ``file``, or from the files that lie beside the model.
+
+    Raises:
+        UsageError: a file cannot be read, is no YAML or JSON, or has a key or value that is not
+            known; the message names file and key.
+    """
+    if file is not None:
+        return _read(file, Config())
+    config = Config()
+    for name in (ORIGINAL, OWN):
+        place = model.parent / name
+        if place.is_file():
+            config = _read(place, config)
+    return config
+
+
+def _read(file: Path, config: Config) -> Config:
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"cannot read {file}: {error}") from error
+    if file.suffix == ".json":
+        return _apply(file, _parsed_json(file, text), _ORIGINAL_KEYS, config)
+    return _apply(file, _parsed_yaml(file, text), _OWN_KEYS, config)
+
+
+def _parsed_json(file: Path, text: str) -> Any:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        raise UsageError(f"{file}:{error.lineno}:{error.colno}: {error.msg}") from error
+
+
+def _parsed_yaml(file: Path, text: str) -> Any:
+    try:
+        import yaml
+    except ImportError as error:
+        raise UsageError(f"{file} cannot be read: python3-yaml is not installed") from error
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise UsageError(f"{file}: {' '.join(str(error).split())}") from error
+
+
+Setter = Callable[[Config, Any, Path], Config]
+
+
+def _apply(file: Path, document: Any, keys: Mapping[str, Setter], config: Config) -> Config:
+    if document is None:
+        return config
+    if not isinstance(document, dict):
+        raise UsageError(f"{file} must hold keys and values")
+    for key, value in document.items():
+        if key not in keys:
+            near = difflib.get_close_matches(str(key), keys, 1)
+            hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(keys)}"
+            raise UsageError(f"{file}: unknown key {key!r}; {hint}")
+        try:
+            config = keys[key](config, value, file)
+        except ValueError as error:
+            raise UsageError(f"{file}: {key} must be {error}, not {value!r}") from None
+    return config
+
+
+def _text(name: str, pattern: str, what: str) -> Setter:
+    def put(config: Config, value: Any, _: Path) -> Config:
+        if not isinstance(value, str) or not re.fullmatch(pattern, value):
+            raise ValueError(what)
+        changes: dict[str, Any] = {name: value}
+        return replace(config, **changes)
+
+    return put
+
+
+def _output(config: Config, value: Any, file: Path) -> Config:
+    """A folder, or one per target; relative ones start at the folder of the file."""
+    places = value if isinstance(value, dict) else {"ros1": value, "ros2": value}
+    folders = {}
+    for target, folder in places.items():
+        name = str(target).lower()
+        if name not in ("ros1", "ros2") or not isinstance(folder, str):
+            raise ValueError("a folder, or folders for ros1 and ros2")
+        folders[name] = file.parent / folder
+    return replace(config, output=MappingProxyType({**config.output, **folders}))
+
+
+def _parameters(config: Config, value: Any, _: Path) -> Config:
+    if not isinstance(value, dict):
+        raise ValueError("names of parameters with their values")
+    merged = {**config.parameters, **settings.flatten(value)}
+    return replace(config, parameters=MappingProxyType(merged))
+
+
+def _switch(parameter: str, when_true: str) -> Setter:
+    def put(config: Config, value: Any, file: Path) -> Config:
+        if not isinstance(value, bool):
+            raise ValueError("true or false")
+        return _parameters(config, {parameter: when_true if value else ""}, file)
+
+    return put
+
+
+def _supervisor(config: Config, value: Any, _: Path) -> Config:
+    if not isinstance(value, dict):
+        raise ValueError("a section")
+    return replace(config, supervisor=MappingProxyType(dict(value)))
+
+
+_OWN_KEYS: Mapping[str, Setter] = {
+    "package": _text("package", r"[a-z][a-z0-9_]*", "a package name in lower case"),
+    "output": _output,
+    "version": _text("version", r"\d+\.\d+\.\d+", "a text like 1.2.3"),
+    "maintainer": _text("maintainer", r".*\S.*", "a name"),
+    "email": _text("email", r"[^@\s]+@[^@\s]+\.[^@\s.]+", "an address with a dotted domain"),
+    "license": _text("licence", r".*\S.*", "the name of a licence"),
+    "parameters": _parameters,
+}
+
+_ORIGINAL_KEYS: Mapping[str, Setter] = {
+    "publishStateInformation": _switch("legacy_state_topic", "/state"),
+    "writeEventsToLog": _switch("event_log", "~/.ros/log/robosc-events.jsonl"),
+    "output": _output,
+    "supervisor": _supervisor,
+}

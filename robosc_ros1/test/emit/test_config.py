@@ -1,0 +1,97 @@
+"""Files with options beside a model: what they set, and what they may not hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from emit.golden_packages import model_path
+
+from robosc import pipeline
+from robosc.emit.config import Config, load_config
+from robosc.errors import UsageError
+
+
+def test_without_files_there_are_defaults(tmp_path: Path) -> None:
+    assert load_config(tmp_path / "model.rscd") == Config()
+
+
+def test_own_options(tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    (tmp_path / "robosc.yaml").write_text(
+        "package: my_robot\n"
+        "version: 2.0.1\n"
+        "maintainer: Ada\n"
+        "email: ada@example.org\n"
+        "license: MIT\n"
+        "output: {ros1: ../ws/src, ROS2: ../ws2/src}\n"
+        "parameters:\n"
+        "  rate: 20\n"
+        "  timeout: {grab: 2.5}\n"
+    )
+    config = load_config(tmp_path / "model.rscd")
+    assert (config.package, config.version, config.maintainer) == ("my_robot", "2.0.1", "Ada")
+    assert (config.email, config.licence) == ("ada@example.org", "MIT")
+    assert config.output["ros1"] == tmp_path / "../ws/src"
+    assert config.output["ros2"] == tmp_path / "../ws2/src"
+    assert config.parameters == {"rate": 20, "timeout/grab": 2.5}
+
+
+def test_the_file_of_the_original_and_own_options_before_it(tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    (tmp_path / "controller-config.json").write_text(
+        '{"publishStateInformation": true, "writeEventsToLog": false, "output": "there",'
+        ' "supervisor": {"any": "thing"}}'
+    )
+    config = load_config(tmp_path / "model.rscd")
+    assert config.parameters == {"legacy_state_topic": "/state", "event_log": ""}
+    assert config.output["ros1"] == tmp_path / "there"
+    assert config.supervisor == {"any": "thing"}
+    (tmp_path / "robosc.yaml").write_text(
+        "parameters: {legacy_state_topic: /other}\noutput: here\n"
+    )
+    config = load_config(tmp_path / "model.rscd")
+    assert config.parameters["legacy_state_topic"] == "/other"
+    assert config.output["ros1"] == tmp_path / "here"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "complaint"),
+    [
+        ("robosc.yaml", "pakage: x", "unknown key 'pakage'; did you mean package?"),
+        ("robosc.yaml", "zzz: x", "unknown key 'zzz'; there are: package, output"),
+        ("robosc.yaml", "version: 1", "version must be a text like 1.2.3, not 1"),
+        ("robosc.yaml", "email: me", "email must be an address with a dotted domain, not 'me'"),
+        ("robosc.yaml", "output: {ros3: x}", "output must be a folder, or folders for ros1"),
+        ("robosc.yaml", "- a", "must hold keys and values"),
+        ("robosc.yaml", "a: [", "while parsing"),
+        ("controller-config.json", '{"a": }', "controller-config.json:1:7: Expecting value"),
+        ("controller-config.json", '{"writeEvents": true}', "did you mean writeEventsToLog?"),
+        ("controller-config.json", '{"writeEventsToLog": 1}', "must be true or false, not 1"),
+    ],
+)
+def test_faulty_files_are_refused(tmp_path: Path, name: str, text: str, complaint: str) -> None:
+    if name.endswith("yaml"):
+        pytest.importorskip("yaml")
+    (tmp_path / name).write_text(text)
+    with pytest.raises(UsageError) as caught:
+        load_config(tmp_path / "model.rscd")
+    assert complaint in str(caught.value)
+    assert name in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "complaint"),
+    [
+        ({"rate": "fast"}, "~rate must be a number"),
+        ({"order": "any"}, "~order must be one of"),
+        ({"rat": 3}, "unknown parameter ~rat; did you mean ~rate?"),
+        ({"stop_command": "kindel"}, "~stop_command must name"),
+    ],
+)
+def test_parameters_must_fit_the_robot(parameters: dict[str, object], complaint: str) -> None:
+    robot = pipeline.load(model_path("lantern")).robot
+    with pytest.raises(UsageError) as caught:
+        Config(parameters=parameters).checked(robot)
+    assert complaint in str(caught.value)
+    assert Config(parameters={"rate": 5, "stop_command": "snuff"}).checked(robot)
