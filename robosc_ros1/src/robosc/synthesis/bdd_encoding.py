@@ -10,10 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import groupby
 from typing import TypeAlias
 
-from robosc.errors import StateSpaceError
 from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
 from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.ir.step import missing_together
@@ -30,18 +28,12 @@ from robosc.model.expr import (
 from robosc.model.types import Value
 from robosc.synthesis.bdd_diagrams import Diagrams, Set
 from robosc.synthesis.bdd_order import order_items
+from robosc.synthesis.bdd_partition import Partition, key_of, lazily, negated, strictly
 
-__all__ = ["Encoding", "Partition", "Source", "axes_read"]
-
-_MOST_PAIRS = 2**22
+__all__ = ["Encoding", "Source", "axes_read"]
 
 Source: TypeAlias = int | tuple[int, int]
 """Where a leaf reads: an axis, or (number of the event, number of its parameter)."""
-
-Partition: TypeAlias = list[tuple[Value | None, Set]]
-"""The values that an expression can have, each once, with the states where it has it.
-
-None: it is undefined."""
 
 
 def axes_read(plant: Plant, expr: Expr) -> set[int]:
@@ -266,15 +258,15 @@ class Encoding:
             return self._of_one_source(expr, sources, event)
         match expr:
             case Unary(operator=op, operand=operand):
-                return self._unary(op, self.partition(operand, event))
+                return negated(self.diagrams, op, self.partition(operand, event))
             case Binary(operator="and" | "or" | "=>" as op, left=left, right=right):
                 first = self.partition(left, event)
-                return self._lazily(op, first, self.partition(right, event))
+                return lazily(self.diagrams, op, first, self.partition(right, event))
             case Binary(left=left, right=right):
                 # The costly case: comparisons and sums come again in guards and questions.
                 if (expr, event) not in self._known:
                     first = self.partition(left, event)
-                    found = self._strictly(expr, first, self.partition(right, event))
+                    found = strictly(self.diagrams, expr, first, self.partition(right, event))
                     self._known[expr, event] = found
                 return self._known[expr, event]
         raise AssertionError("a leaf reads one source")
@@ -297,7 +289,7 @@ class Encoding:
         found: dict[object, tuple[Value | None, list[int]]] = {}
         for index in range(self._blocks[source].size):
             value = _value(expr, lambda leaf, i=index: self._read(leaf, event, i))  # type: ignore[misc]
-            found.setdefault(_key(value), (value, []))[1].append(index)
+            found.setdefault(key_of(value), (value, []))[1].append(index)
         return [(value, self.values(source, indexes)) for value, indexes in found.values()]
 
     def _read(self, leaf: Leaf, event: int | None, index: int) -> Value | None:
@@ -314,116 +306,12 @@ class Encoding:
                 return index == 1
         return value
 
-    def _unary(self, op: str, operand: Partition) -> Partition:
-        grouped = _Grouping()
-        for value, states in operand:
-            if value is None:
-                grouped.add(None, states)
-            else:
-                grouped.add((not value) if op == "!" else -value, states)  # type: ignore[operator]
-        return grouped.partition(self.diagrams)
-
-    def _lazily(self, op: str, left: Partition, right: Partition) -> Partition:
-        decided_by, decided = (True, True) if op == "or" else (False, op == "=>")
-        grouped = _Grouping()
-        for value, states in left:
-            if value is None:
-                grouped.add(None, states)
-            elif value is decided_by:
-                grouped.add(decided, states)
-            else:
-                for second, others in right:
-                    grouped.add(second, states & others)
-        return grouped.partition(self.diagrams)
-
-    def _strictly(self, expr: Binary, left: Partition, right: Partition) -> Partition:
-        if len(left) * len(right) > _MOST_PAIRS:
-            raise StateSpaceError(
-                f"an expression combines {len(left)} values with {len(right)}: "
-                "reduce the ranges of the variables that it reads"
-            )
-        operate = _operation(expr)
-        grouped = _Grouping()
-        ranges = _Ranges(self.diagrams, [states for _, states in right])
-        for first, states in left:
-            # Neighbours often give one result (comparisons: two in all) and are taken together.
-            results = [operate(first, second) for second, _ in right]
-            start = 0
-            for result, run in groupby(results, key=_key):
-                end = start + sum(1 for _ in run)
-                grouped.add(results[start], states & ranges.union(start, end), result)
-                start = end
-        return grouped.partition(self.diagrams)
-
-
-def _operation(expr: Binary) -> Callable[[Value | None, Value | None], Value | None]:
-    """What the reference evaluation makes of two values."""
-    left, right = StateRef("", "left"), StateRef("", "right")
-    bare = Binary(expr.operator, left, right, expr.type)
-
-    def operate(first: Value | None, second: Value | None) -> Value | None:
-        if first is None or second is None:
-            return None
-        return evaluate(bare, lambda leaf: first if leaf is left else second)
-
-    return operate
-
-
-class _Ranges:
-    """Unions of neighbouring sets, from unions of 1, 2, 4, 8... that are made once."""
-
-    def __init__(self, diagrams: Diagrams, sets: list[Set]) -> None:
-        self._diagrams = diagrams
-        self._levels = [sets]
-
-    def union(self, start: int, end: int) -> Set:
-        parts = []
-        level = 0
-        while start < end:
-            sets = self._level(level)
-            if start % 2:
-                parts.append(sets[start])
-                start += 1
-            if end % 2:
-                end -= 1
-                parts.append(sets[end])
-            start, end, level = start // 2, end // 2, level + 1
-        return self._diagrams.union(parts)
-
-    def _level(self, number: int) -> list[Set]:
-        if number == len(self._levels):
-            below = self._levels[-1]
-            pairs = zip(below[::2], below[1::2], strict=False)
-            self._levels.append([first | second for first, second in pairs])
-        return self._levels[number]
-
 
 def _value(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value | None:
     try:
         return evaluate(expr, lookup)
     except Undefined:
         return None
-
-
-def _key(value: Value | None) -> object:
-    """Floats by their text: 0.0 and -0.0 differ when divided by, and a NaN is itself here."""
-    return repr(value) if isinstance(value, float) else (type(value), value)
-
-
-class _Grouping:
-    """States collected by value."""
-
-    def __init__(self) -> None:
-        self._found: dict[object, tuple[Value | None, list[Set]]] = {}
-
-    def add(self, value: Value | None, states: Set, key: object = None) -> None:
-        """``key`` is the value's, if it is known already."""
-        found = _key(value) if key is None else key
-        self._found.setdefault(found, (value, []))[1].append(states)
-
-    def partition(self, diagrams: Diagrams) -> Partition:
-        united = [(value, diagrams.union(sets)) for value, sets in self._found.values()]
-        return [(value, states) for value, states in united if states != diagrams.false]
 
 
 def _groups(plant: Plant, items: Sequence[Source]) -> Iterator[list[int]]:

@@ -16,7 +16,8 @@ from robosc.ir.automaton import Edge, Participant
 from robosc.ir.step import missing_together
 from robosc.model.expr import TRUE
 from robosc.synthesis.bdd_diagrams import Renaming, Set
-from robosc.synthesis.bdd_encoding import Encoding, Partition, axes_read
+from robosc.synthesis.bdd_encoding import Encoding, axes_read
+from robosc.synthesis.bdd_partition import Partition
 
 __all__ = ["EventRelation", "Move", "Relations"]
 

@@ -1,0 +1,136 @@
+"""What an expression can be, and where: values with sets of states, and operators on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import groupby
+from typing import TypeAlias
+
+from robosc.errors import StateSpaceError
+from robosc.ir.expr import evaluate
+from robosc.model.expr import Binary, StateRef
+from robosc.model.types import Value
+from robosc.synthesis.bdd_diagrams import Diagrams, Set
+
+__all__ = ["Partition", "key_of", "lazily", "negated", "strictly"]
+
+_MOST_PAIRS = 2**22
+
+Partition: TypeAlias = list[tuple[Value | None, Set]]
+"""The values that an expression can have, each once, with the states where it has it.
+
+None: it is undefined."""
+
+
+def key_of(value: Value | None) -> object:
+    """Floats by their text: 0.0 and -0.0 differ when divided by, and a NaN is itself here."""
+    return repr(value) if isinstance(value, float) else (type(value), value)
+
+
+def negated(diagrams: Diagrams, op: str, operand: Partition) -> Partition:
+    """``!`` or ``-`` of all values."""
+    grouped = _Grouping()
+    for value, states in operand:
+        if value is None:
+            grouped.add(None, states)
+        else:
+            grouped.add((not value) if op == "!" else -value, states)  # type: ignore[operator]
+    return grouped.partition(diagrams)
+
+
+def lazily(diagrams: Diagrams, op: str, left: Partition, right: Partition) -> Partition:
+    """``and``, ``or``, ``=>``: the right side counts only where the left does not decide."""
+    decided_by, decided = (True, True) if op == "or" else (False, op == "=>")
+    grouped = _Grouping()
+    for value, states in left:
+        if value is None:
+            grouped.add(None, states)
+        elif value is decided_by:
+            grouped.add(decided, states)
+        else:
+            for second, others in right:
+                grouped.add(second, states & others)
+    return grouped.partition(diagrams)
+
+
+def strictly(diagrams: Diagrams, expr: Binary, left: Partition, right: Partition) -> Partition:
+    """All other operators: undefined where a side is.
+
+    Raises:
+        StateSpaceError: there are too many pairs of values to look at.
+    """
+    if len(left) * len(right) > _MOST_PAIRS:
+        raise StateSpaceError(
+            f"an expression combines {len(left)} values with {len(right)}: "
+            "reduce the ranges of the variables that it reads"
+        )
+    operate = _operation(expr)
+    grouped = _Grouping()
+    ranges = _Ranges(diagrams, [states for _, states in right])
+    for first, states in left:
+        # Neighbours often give one result (comparisons: two in all) and are taken together.
+        results = [operate(first, second) for second, _ in right]
+        start = 0
+        for result, run in groupby(results, key=key_of):
+            end = start + sum(1 for _ in run)
+            grouped.add(results[start], states & ranges.union(start, end), result)
+            start = end
+    return grouped.partition(diagrams)
+
+
+def _operation(expr: Binary) -> Callable[[Value | None, Value | None], Value | None]:
+    """What the reference evaluation makes of two values."""
+    left, right = StateRef("", "left"), StateRef("", "right")
+    bare = Binary(expr.operator, left, right, expr.type)
+
+    def operate(first: Value | None, second: Value | None) -> Value | None:
+        if first is None or second is None:
+            return None
+        return evaluate(bare, lambda leaf: first if leaf is left else second)
+
+    return operate
+
+
+class _Ranges:
+    """Unions of neighbouring sets, from unions of 1, 2, 4, 8... that are made once."""
+
+    def __init__(self, diagrams: Diagrams, sets: list[Set]) -> None:
+        self._diagrams = diagrams
+        self._levels = [sets]
+
+    def union(self, start: int, end: int) -> Set:
+        parts = []
+        level = 0
+        while start < end:
+            sets = self._level(level)
+            if start % 2:
+                parts.append(sets[start])
+                start += 1
+            if end % 2:
+                end -= 1
+                parts.append(sets[end])
+            start, end, level = start // 2, end // 2, level + 1
+        return self._diagrams.union(parts)
+
+    def _level(self, number: int) -> list[Set]:
+        if number == len(self._levels):
+            below = self._levels[-1]
+            pairs = zip(below[::2], below[1::2], strict=False)
+            self._levels.append([first | second for first, second in pairs])
+        return self._levels[number]
+
+
+class _Grouping:
+    """States collected by value."""
+
+    def __init__(self) -> None:
+        self._found: dict[object, tuple[Value | None, list[Set]]] = {}
+
+    def add(self, value: Value | None, states: Set, key: object = None) -> None:
+        """``key`` is the value's, if it is known already."""
+        found = key_of(value) if key is None else key
+        self._found.setdefault(found, (value, []))[1].append(states)
+
+    def partition(self, diagrams: Diagrams) -> Partition:
+        united = [(value, diagrams.union(sets)) for value, sets in self._found.values()]
+        return [(value, states) for value, states in united if states != diagrams.false]
