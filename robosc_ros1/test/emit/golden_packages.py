@@ -31,5 +31,5 @@ def golden_folder(model: str) -> Path:
 
 def kept_files(package: Package) -> dict[str, File]:
     """All files but those that are copied as they are, which only would be noise here."""
-    copied = ("/_runtime/", "/ros.py", "test/shadow.py")
+    copied = ("/_runtime/", "/ros.py", "test/judge.py", "test/shadow.py")
     return {p: f for p, f in package.files.items() if not any(c in f"/{p}" for c in copied)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from robosc.emit.controller import SORTS
@@ -94,12 +95,21 @@ class ReadmeContext:
 
 
 def readme_context(
-    supervisor: Supervisor, package: str, source: str, parameters: tuple[ParameterView, ...]
+    supervisor: Supervisor,
+    package: str,
+    source: str,
+    parameters: tuple[ParameterView, ...],
+    spelling: Callable[[Communication], tuple[str, str]],
 ) -> ReadmeContext:
+    """``spelling`` gives a communication's name and type as the target's tools spell them."""
     robot = supervisor.plant.robot
 
     def interfaces(kind: Kind) -> tuple[InterfaceView, ...]:
-        return tuple(_interface(c, robot) for c in robot.communications.values() if c.kind is kind)
+        return tuple(
+            InterfaceView(*spelling(c), robot.display_names[c.key], place(c.span))
+            for c in robot.communications.values()
+            if c.kind is kind
+        )
 
     return ReadmeContext(
         package=package,
@@ -112,17 +122,6 @@ def readme_context(
         parameters=parameters,
         guards=tuple(_guards(supervisor)),
         diagrams=tuple(_diagrams(robot)),
-    )
-
-
-def _interface(communication: Communication, robot: Robot) -> InterfaceView:
-    binding = communication.binding
-    suffix = "Action" if communication.kind is Kind.ACTION else ""
-    return InterfaceView(
-        communication.identifier,
-        f"{binding.package}/{binding.type}{suffix}",
-        robot.display_names[communication.key],
-        place(communication.span),
     )
 
 

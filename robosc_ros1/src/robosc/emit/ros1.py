@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from pprint import pformat
-from xml.sax.saxutils import escape
-
-from robosc.emit.context import (
-    ParameterView,
-    ReadmeContext,
-    parameter_views,
-    readme_context,
+from robosc.emit.common import (
+    LICENCE,
+    MAINTAINER,
+    VERSION,
+    PackageContext,
+    TopicView,
+    data_module,
+    escaped,
+    model_module,
+    plant_module,
+    topics,
 )
+from robosc.emit.context import ReadmeContext, parameter_views, readme_context
 from robosc.emit.controller import ControllerContext, controller_context
 from robosc.emit.engine import render, verbatim
-from robosc.emit.modeldata import model_document, plant_data
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.model.entities import Communication, Kind, Robot
@@ -23,40 +24,7 @@ from robosc.supervisor import Supervisor
 
 __all__ = ["emit"]
 
-MAINTAINER = ("robosc", "robosc@robosc.dev")
 ALWAYS_NEEDED = ("diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs")
-
-
-@dataclass(frozen=True)
-class TopicView:
-    """A topic, service or action; ``type`` as Python source, ``keys`` a tuple of communications."""
-
-    name: str
-    type: str
-    keys: tuple[str, ...] = ()
-    key: str = ""
-
-
-@dataclass(frozen=True)
-class PackageContext:
-    """What all templates of ``ros1/`` see."""
-
-    package: str
-    node_name: str
-    robot: str
-    source: str
-    version: str
-    maintainer: str
-    maintainer_email: str
-    licence: str
-    class_name: str
-    dependencies: tuple[str, ...]
-    modules: tuple[str, ...]
-    subscriptions: tuple[TopicView, ...]
-    publications: tuple[TopicView, ...]
-    services: tuple[TopicView, ...]
-    actions: tuple[TopicView, ...]
-    parameters: tuple[ParameterView, ...]
 
 
 def emit(supervisor: Supervisor, package: str) -> Package:
@@ -70,21 +38,22 @@ def emit(supervisor: Supervisor, package: str) -> Package:
     context = _context(robot, package, source, controller)
     module = f"src/{package}"
     files = {
-        "package.xml": File(render("ros1/package.xml.jinja", _escaped(context))),
+        "package.xml": File(render("ros1/package.xml.jinja", escaped(context))),
         "CMakeLists.txt": File(render("ros1/CMakeLists.txt.jinja", context)),
         "setup.py": File(render("ros1/setup.py.jinja", context)),
         f"scripts/{package}": File(render("ros1/script.jinja", context), executable=True),
-        f"launch/{package}.launch": File(render("ros1/launch.jinja", _escaped(context))),
+        f"launch/{package}.launch": File(render("ros1/launch.jinja", escaped(context))),
         f"config/{package}.yaml": File(render("ros1/config.yaml.jinja", context)),
-        f"{module}/__init__.py": File(_data_module(source, f"Controller of {robot.name}.", "")),
+        f"{module}/__init__.py": File(data_module(source, f"Controller of {robot.name}.")),
         f"{module}/controller.py": File(render("common/controller.py.jinja", controller)),
         f"{module}/node.py": File(render("ros1/node.py.jinja", context)),
         f"{module}/ros.py": File(verbatim("ros1/ros.py")),
-        f"{module}/model.py": File(_model_module(supervisor, source)),
-        f"test/{package}.test": File(render("ros1/rostest.jinja", _escaped(context))),
+        f"{module}/model.py": File(model_module(supervisor, source)),
+        f"test/{package}.test": File(render("ros1/rostest.jinja", escaped(context))),
         "test/play_robot.py": File(render("ros1/play_robot.py.jinja", context), executable=True),
+        "test/judge.py": File(verbatim("common/judge.py")),
         "test/shadow.py": File(verbatim("common/shadow.py")),
-        "test/plant_data.py": File(_plant_module(robot, source)),
+        "test/plant_data.py": File(plant_module(robot, source)),
         "README.md": File(_readme(supervisor, context)),
     }
     return Package(package, frozen_files({**files, **runtime_files(f"{module}/_runtime")}))
@@ -92,7 +61,7 @@ def emit(supervisor: Supervisor, package: str) -> Package:
 
 def _readme(supervisor: Supervisor, context: PackageContext) -> str:
     readme: ReadmeContext = readme_context(
-        supervisor, context.package, context.source, context.parameters
+        supervisor, context.package, context.source, context.parameters, _spelling
     )
     return render("ros1/README.md.jinja", readme)
 
@@ -109,15 +78,15 @@ def _context(
         node_name=package,
         robot=robot.name,
         source=source,
-        version="0.1.0",
+        version=VERSION,
         maintainer=MAINTAINER[0],
         maintainer_email=MAINTAINER[1],
-        licence="BSD-3-Clause",
+        licence=LICENCE,
         class_name=controller.class_name,
         dependencies=tuple(sorted(needed)),
         modules=tuple(sorted({_module(c) for c in communications})),
-        subscriptions=_topics(c for c in communications if c.kind is Kind.OUTGOING),
-        publications=_topics(c for c in communications if c.kind is Kind.INCOMING),
+        subscriptions=topics((c for c in communications if c.kind is Kind.OUTGOING), _name, _type),
+        publications=topics((c for c in communications if c.kind is Kind.INCOMING), _name, _type),
         services=tuple(
             TopicView(c.identifier, f"{_module(c)}.{c.binding.type}", key=c.key)
             for c in communications
@@ -136,33 +105,15 @@ def _module(communication: Communication) -> str:
     return f"{communication.binding.package}.{kind}"
 
 
-def _topics(communications: Iterable[Communication]) -> tuple[TopicView, ...]:
-    """One entry per topic and type, whatever number of messages share it."""
-    keys: dict[tuple[str, str], list[str]] = {}
-    for communication in communications:
-        type_ = f"{_module(communication)}.{communication.binding.type}"
-        keys.setdefault((communication.identifier, type_), []).append(communication.key)
-    return tuple(TopicView(name, type_, tuple(found)) for (name, type_), found in keys.items())
+def _name(communication: Communication) -> str:
+    return communication.identifier
 
 
-def _escaped(context: PackageContext) -> PackageContext:
-    """The context with texts fit for XML."""
-    parameters = tuple(replace(p, doc=escape(p.doc, {'"': "&quot;"})) for p in context.parameters)
-    return replace(context, source=escape(context.source), parameters=parameters)
+def _type(communication: Communication) -> str:
+    return f"{_module(communication)}.{communication.binding.type}"
 
 
-def _data_module(source: str, sentence: str, body: str) -> str:
-    head = f"# This file was generated by robosc from {source}. Do not edit it: change the model.\n"
-    return f'{head}"""{sentence}"""\n{body}'
-
-
-def _model_module(supervisor: Supervisor, source: str) -> str:
-    document = pformat(model_document(supervisor, source), width=98, sort_dicts=False)
-    sentence = "The model as data, as it is published on ~model."
-    return _data_module(source, sentence, f"\nMODEL = {document}\n")
-
-
-def _plant_module(robot: Robot, source: str) -> str:
-    data = pformat(plant_data(robot), width=98, sort_dicts=False)
-    sentence = "The model as data, for the test that plays the robot."
-    return _data_module(source, sentence, f"\nPLANT = {data}\n")
+def _spelling(communication: Communication) -> tuple[str, str]:
+    binding = communication.binding
+    suffix = "Action" if communication.kind is Kind.ACTION else ""
+    return communication.identifier, f"{binding.package}/{binding.type}{suffix}"

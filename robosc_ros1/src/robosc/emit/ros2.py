@@ -1,21 +1,30 @@
 """A ROS 2 package (ament_python) from a supervisor.
 
-``controller.py``, ``model.py`` and ``_runtime/`` are those of the ROS 1 package, byte for byte; what
-is different is the wiring, and what the build tools want to see.
+``controller.py``, ``model.py`` and ``_runtime/`` are those of the ROS 1 package, byte for byte;
+what is different is the wiring, and what the build tools want to see.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from xml.sax.saxutils import escape
+from dataclasses import replace
 
+from robosc.emit.common import (
+    LICENCE,
+    MAINTAINER,
+    VERSION,
+    PackageContext,
+    TopicView,
+    data_module,
+    escaped,
+    model_module,
+    plant_module,
+    topics,
+)
 from robosc.emit.context import ParameterView, parameter_views, readme_context
 from robosc.emit.controller import ControllerContext, controller_context
 from robosc.emit.engine import render, verbatim
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
-from robosc.emit.ros1 import MAINTAINER, TopicView, _data_module, _model_module, _plant_module
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.supervisor import Supervisor
 
@@ -30,28 +39,6 @@ WIRING = ("ros.py", "ros_courier.py", "ros_messages.py", "ros_parameters.py")
 """What is the same in every package."""
 
 _FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
-
-
-@dataclass(frozen=True)
-class PackageContext:
-    """What all templates of ``ros2/`` see."""
-
-    package: str
-    node_name: str
-    robot: str
-    source: str
-    version: str
-    maintainer: str
-    maintainer_email: str
-    licence: str
-    class_name: str
-    dependencies: tuple[str, ...]
-    modules: tuple[str, ...]
-    subscriptions: tuple[TopicView, ...]
-    publications: tuple[TopicView, ...]
-    services: tuple[TopicView, ...]
-    actions: tuple[TopicView, ...]
-    parameters: tuple[ParameterView, ...]
 
 
 def emit(supervisor: Supervisor, package: str) -> Package:
@@ -70,13 +57,19 @@ def emit(supervisor: Supervisor, package: str) -> Package:
         f"launch/{package}.launch.py": "launch.py",
         f"config/{package}.yaml": "config.yaml",
         f"{package}/node.py": "node.py",
+        "test/test_play_robot.py": "test_play_robot.py",
     }
+    readme = readme_context(supervisor, package, source, context.parameters, _spelling)
     files = {
         **{path: File(render(f"ros2/{name}.jinja", context)) for path, name in templates.items()},
-        "package.xml": File(render("ros2/package.xml.jinja", _escaped(context))),
-        f"{package}/__init__.py": File(_data_module(source, f"Controller of {robot.name}.", "")),
+        "package.xml": File(render("ros2/package.xml.jinja", escaped(context))),
+        f"{package}/__init__.py": File(data_module(source, f"Controller of {robot.name}.")),
         f"{package}/controller.py": File(render("common/controller.py.jinja", controller)),
-        f"{package}/model.py": File(_model_module(supervisor, source)),
+        f"{package}/model.py": File(model_module(supervisor, source)),
+        "README.md": File(render("ros2/README.md.jinja", readme)),
+        "test/judge.py": File(verbatim("common/judge.py")),
+        "test/shadow.py": File(verbatim("common/shadow.py")),
+        "test/plant_data.py": File(plant_module(robot, source)),
         **{f"{package}/{name}": File(verbatim(f"ros2/{name}")) for name in WIRING},
     }
     return Package(package, frozen_files({**files, **runtime_files(f"{package}/_runtime")}))
@@ -87,8 +80,8 @@ def _context(
 ) -> PackageContext:
     communications = robot.communications.values()
 
-    def topics(kind: Kind) -> tuple[TopicView, ...]:
-        return _topics(c for c in communications if c.kind is kind)
+    def messages(kind: Kind) -> tuple[TopicView, ...]:
+        return topics((c for c in communications if c.kind is kind), _name, _type)
 
     def servers(kind: Kind) -> tuple[TopicView, ...]:
         return tuple(
@@ -100,15 +93,15 @@ def _context(
         node_name=package,
         robot=robot.name,
         source=source,
-        version="0.1.0",
+        version=VERSION,
         maintainer=MAINTAINER[0],
         maintainer_email=MAINTAINER[1],
-        licence="BSD-3-Clause",
+        licence=LICENCE,
         class_name=controller.class_name,
         dependencies=tuple(sorted({c.binding.package for c in communications} | {*ALWAYS_NEEDED})),
         modules=tuple(sorted({_module(c) for c in communications})),
-        subscriptions=topics(Kind.OUTGOING),
-        publications=topics(Kind.INCOMING),
+        subscriptions=messages(Kind.OUTGOING),
+        publications=messages(Kind.INCOMING),
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
         parameters=_parameters(robot),
@@ -129,13 +122,8 @@ def _name(communication: Communication) -> str:
     return f"~/{name[1:]}" if name.startswith("~") and not name.startswith("~/") else name
 
 
-def _topics(communications: Iterable[Communication]) -> tuple[TopicView, ...]:
-    """One entry per topic and type, whatever number of messages share it."""
-    keys: dict[tuple[str, str], list[str]] = {}
-    for communication in communications:
-        place = (_name(communication), _type(communication))
-        keys.setdefault(place, []).append(communication.key)
-    return tuple(TopicView(name, type_, tuple(found)) for (name, type_), found in keys.items())
+def _spelling(communication: Communication) -> tuple[str, str]:
+    return _name(communication), _type(communication).replace(".", "/")
 
 
 def _parameters(robot: Robot) -> tuple[ParameterView, ...]:
@@ -156,8 +144,3 @@ def _parameters(robot: Robot) -> tuple[ParameterView, ...]:
             full = f"qos.{name}.{quality}"
             views.append(ParameterView(full, full.replace(".", "_"), type_, default, doc))
     return tuple(views)
-
-
-def _escaped(context: PackageContext) -> PackageContext:
-    """The context with texts fit for XML."""
-    return replace(context, source=escape(context.source))
