@@ -1,4 +1,3 @@
-
 """After a fault the parser goes on: one message per faulty declaration, none of its effects."""
 
 from __future__ import annotations

@@ -147,7 +147,8 @@ class ModelText(str):
         before = self.trimmed(at)
         if message.startswith(_INSIDE) and "\n" in self[before:at]:
             # An expression breaks off at the end of its line: what comes next is not to blame.
-            begin = before - len(_ENDING.search(self[:before][-_LOOK_BACK:])[0])
+            ending = _ENDING.search(self[max(0, before - _LOOK_BACK) : before])
+            begin = ending.start() + max(0, before - _LOOK_BACK) if ending else before
             hint = fault.hint if isinstance(fault, Fault) else None
             self.report("syntax", message, begin, before, hint)
         elif isinstance(fault, Fault):
