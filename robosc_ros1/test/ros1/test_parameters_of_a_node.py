@@ -56,12 +56,14 @@ def test_a_controller_in_a_namespace_and_remapped(
 ) -> None:
     ear.do("listen", topic="/left/lantern/state", type="std_msgs/String")
     ear.do("listen", topic="/left/kindle", type="std_msgs/Empty")
+    ear.do("listen", topic="/put_out", type="std_msgs/Bool")
     with stage.workspace.start(
         "roslaunch", "lantern_controller", "lantern_controller.launch", "ns:=left", "name:=lantern",
-        master=stage.master,
+        "remap:=/brightness=/sun ~snuff=/put_out", master=stage.master,
     ):  # fmt: skip
         # It listens before the controller starts, so it gets the very first command.
         ear.hears("/left/kindle")
         ear.hears("/left/lantern/state", lambda s: s["components"]["Flame"] == "burning")
-        puppet.publish("/brightness", INT, 99)
+        puppet.publish("/sun", INT, 99)
+        ear.hears("/put_out")
         ear.hears("/left/lantern/state", lambda s: s["components"]["Flame"] == "cold")
