@@ -1,4 +1,4 @@
-"""The controller as it executes: the generated code, its engine, and a clock that is turned by hand.
+"""The controller as it executes: the generated code, its engine, a clock that is turned by hand.
 
 Nothing happens between two lines. What the robot sends is taken at once, with all that it makes the
 controller do; commands that are repeated at ``rate`` wait until the clock goes on. Requests to
@@ -36,7 +36,7 @@ from robosc.simulate.machine import (
     few_values,
     label,
 )
-from robosc.simulate.state import State, sent_data
+from robosc.simulate.state import State
 from robosc.simulate.values import (
     Given,
     complete,
@@ -53,6 +53,9 @@ __all__ = ["LONGEST_WAIT", "Execution"]
 
 LONGEST_WAIT = 3600.0
 """Seconds that the clock may be turned on in one go."""
+
+_ROUNDING = 1e-9
+"""Seconds by which the sum of many periods may miss the end of a wait and still be in it."""
 
 _Step: TypeAlias = tuple[Event, Given] | float
 
@@ -130,9 +133,9 @@ class Execution:
         self._past.clear()
         self._begin()
 
-    def undo(self) -> None:
-        """An engine cannot go back; another one does the same again, but for the last step."""
-        steps = self._past[:-1]
+    def undo(self, count: int) -> None:
+        """An engine cannot go back; another one does the same again, but for the last steps."""
+        steps = self._past[: len(self._past) - count]
         self.restart()
         for step in steps:
             if isinstance(step, float):
@@ -175,7 +178,6 @@ class Execution:
 
     def commands(self) -> list[Command]:
         counts = self._engine.snapshot()["counts"]
-        state = self.state
         return [
             Command(
                 self._events[c.key, c.kind],
@@ -183,7 +185,7 @@ class Execution:
                     Reason(r["kind"], r["text"], r.get("place"))
                     for r in blocked_by(self._controller, c)
                 ),
-                sent_data(self.plant.robot, c.key, state) if c.kind == "request" else None,
+                None if c.data is None else getattr(self._controller, c.data)(),
                 counts[c.key, c.kind],
             )
             for c in self._controller.COMMANDS
@@ -215,7 +217,7 @@ class Execution:
         end = self._clock.time + seconds
         while True:
             patience = self._engine.patience()
-            if patience is None or self._clock.time + patience > end:
+            if patience is None or self._clock.time + patience > end + _ROUNDING:
                 break
             # Adding a difference may end just short of its goal: the clock must go on all the same.
             onward = math.nextafter(self._clock.time, math.inf)
@@ -266,7 +268,7 @@ def _settings(supervisor: Supervisor, parameters: Mapping[str, Any]) -> Settings
     except ParameterError as error:
         raise Wrong(str(error)) from None
     if warnings:
-        raise Wrong("\n".join(warnings))
+        raise Wrong("\n".join(w.replace(" is ignored", "") for w in warnings))
     return settings
 
 

@@ -131,8 +131,8 @@ class Machine(Protocol):
     def draw(self, rng: random.Random) -> tuple[Event, Given] | float | None:
         """What happens next at random: an event, seconds to wait, or None if nothing can."""
 
-    def undo(self) -> None:
-        """Take the last ``fire`` or ``wait`` back; there is one."""
+    def undo(self, count: int) -> None:
+        """Take that many of the last ``fire`` and ``wait`` back; there are as many."""
 
     def restart(self) -> None: ...
 
@@ -169,10 +169,18 @@ def find_events(machine: Machine, text: str) -> list[Event]:
         found = [e for e, name in names if text in name[whole]]
         if found:
             return found
-    found = [e for e, name in names if name[0].startswith(text) or name[1].startswith(text)]
+    found = [e for e, name in names if _begins(name[0], text) or _begins(name[1], text)]
     if found:
         return found
     raise Wrong(_unknown(machine, text))
+
+
+def _begins(whole: str, text: str) -> bool:
+    """Whether a text begins a label, or each of its parts: ``gr.re`` for ``grab.request``."""
+    parts, begun = whole.split("."), text.split(".")
+    return whole.startswith(text) or (
+        len(parts) == len(begun) and all(p.startswith(b) for p, b in zip(parts, begun, strict=True))
+    )
 
 
 def _unknown(machine: Machine, text: str) -> str:

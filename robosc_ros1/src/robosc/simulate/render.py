@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 from robosc.simulate.machine import Command, Happening, Machine, label
@@ -42,6 +43,7 @@ def _session_lines(session: Session, style: Style) -> Iterator[str]:
     yield from _state_lines(machine, style)
     menu = session.menu()
     width = len(str(len(menu)))
+    data = {id(c.event): c.data for c in machine.commands()}
     for title, controllable in (("robot", False), ("controller", True)):
         entries = [(n, c) for n, c in enumerate(menu, 1) if c.event.controllable is controllable]
         if not entries and (controllable or not menu):
@@ -49,8 +51,8 @@ def _session_lines(session: Session, style: Style) -> Iterator[str]:
         yield style(BOLD, "the robot could send" if title == "robot" else "could be commanded")
         for number, choice in entries:
             hint = f" {style(DIM, f'[{choice.hint}]')}" if choice.hint else ""
-            data = _data_text(machine, choice.event) if controllable else ""
-            yield f"  {style(CYAN, f'{number:{width}}')}  {choice.text}{hint}{data}"
+            sent = _shown_data(data.get(id(choice.event)))
+            yield f"  {style(CYAN, f'{number:{width}}')}  {choice.text}{hint}{sent}"
     yield from _command_lines(machine, style)
 
 
@@ -82,7 +84,8 @@ def _command_lines(machine: Machine, style: Style) -> Iterator[str]:
     if executing and enabled:
         yield style(BOLD, "the controller commands")
         for command in enabled:
-            sent = style(DIM, f" sent {command.count} times") if command.count else ""
+            times = "once" if command.count == 1 else f"{command.count} times"
+            sent = style(DIM, f"  sent {times}") if command.count else ""
             yield f"  {label(command.event)}{_shown_data(command.data)}{sent}"
     disabled = [c for c in commands if not c.enabled]
     if disabled:
@@ -99,11 +102,6 @@ def _reason_lines(command: Command, width: int, style: Style) -> Iterator[str]:
         kind = "synthesis: " if reason.kind == "synthesis" else ""
         yield f"  {style(RED, f'{name:{width}}')}  {kind}{reason.text}{place}"
         name = ""
-
-
-def _data_text(machine: Machine, event: Any) -> str:
-    command = next((c for c in machine.commands() if c.event is event), None)
-    return "" if command is None else _shown_data(command.data)
 
 
 def _shown_data(data: dict[str, Any] | None) -> str:
@@ -135,10 +133,19 @@ def happening_text(happening: Happening, style: Style) -> str:
 
 
 def happenings_text(happenings: Sequence[Happening], style: Style) -> str:
-    """One line for each; of very many, the last."""
-    left_out = len(happenings) - _MOST_SHOWN
-    lines = [f"… {left_out} more before these"] if left_out > 0 else []
-    lines += [happening_text(h, style) for h in happenings[-_MOST_SHOWN:]]
+    """One line for each, and one for a command that only repeats itself; of very many, the last."""
+    lines: list[str] = []
+    for _, run in groupby(happenings, lambda h: (h.kind, h.name, h.value, h.outcome, h.detail)):
+        same = list(run)
+        text = happening_text(same[0], style)
+        if len(same) > 2:
+            until = "" if same[-1].time is None else f", until {same[-1].time:.3f} s"
+            lines.append(text + style(DIM, f"  {len(same)} times{until}"))
+        else:
+            lines += [happening_text(h, style) for h in same]
+    left_out = len(lines) - _MOST_SHOWN
+    if left_out > 0:
+        lines = [f"… {left_out} lines before these", *lines[-_MOST_SHOWN:]]
     return "".join(f"{line}\n" for line in lines)
 
 

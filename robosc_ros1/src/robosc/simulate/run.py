@@ -25,7 +25,7 @@ def follow_script(
     codes = {0}
     expected = met = 0
     for number, line in enumerate(lines, 1):
-        is_expectation = line.lstrip().startswith("expect")
+        is_expectation = line.split()[:1] == ["expect"]
         expected += is_expectation
         try:
             done = session.do(line, numbers=False)

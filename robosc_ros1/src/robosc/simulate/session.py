@@ -6,6 +6,7 @@ import random
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from decimal import Decimal
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -146,7 +147,7 @@ class Session:
 
     def _wait_for(self, seconds: float) -> list[Happening]:
         happenings = self.machine.wait(seconds)
-        self.history.append(f"wait {seconds!r}")
+        self.history.append(f"wait {Decimal(repr(seconds)):f}")  # never 1e-05
         return happenings
 
     def _did(self, happenings: Iterable[Happening], text: str = "") -> Done:
@@ -206,9 +207,8 @@ class Session:
         if count > len(self.history):
             steps = len(self.history)
             raise Refused(f"there {'is' if steps == 1 else 'are'} {steps} to take back")
-        for _ in range(count):
-            self.machine.undo()
-            self.history.pop()
+        self.machine.undo(count)
+        del self.history[len(self.history) - count :]
         self.latest = ()
         return Done(changed=count > 0)
 

@@ -94,8 +94,10 @@ class SingleEvents:
         )
         self._past.clear()
 
-    def undo(self) -> None:
-        self._now = self._past.pop()
+    def undo(self, count: int) -> None:
+        if count:
+            self._now = self._past[-count]
+            del self._past[-count:]
 
     # --- what can happen -------------------------------------------------------------------------
 

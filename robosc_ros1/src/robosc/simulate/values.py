@@ -206,13 +206,20 @@ def _converted(type_: Type, raw: Raw, what: str) -> Value:
         case IntegerType() if isinstance(raw, int) and not isinstance(raw, bool):
             return raw
         case DoubleType() if isinstance(raw, int | float) and not isinstance(raw, bool):
-            return float(raw)
+            return _double(raw, what)
         case DoubleType() if isinstance(raw, str) and raw in _NUMBERS:
             return _NUMBERS[raw]
         case StringType() if isinstance(raw, str):
             return raw
     shown = "an object" if isinstance(raw, dict) else literal_text(raw)
     raise Wrong(f"{what} is {describe(type_)}, not {shown}")
+
+
+def _double(raw: int | float, what: str) -> float:
+    try:
+        return float(raw)
+    except OverflowError:
+        raise Wrong(f"{what} is too large for a double") from None
 
 
 def _by_rules(enum: EnumType, raw: Raw, what: str) -> Value:

@@ -1,0 +1,134 @@
+"""The controller as it executes: edges, rate, settling, deadlines, on the virtual clock."""
+
+from __future__ import annotations
+
+import pytest
+from emit.generated_code import supervisor_of
+from simulate.players import SEVERAL_TYPES, line_follower, play, sent, session
+
+from robosc.simulate.faults import Failed, Refused, Wrong
+from robosc.simulate.session import Session
+from robosc.supervisor import Supervisor
+
+
+@pytest.fixture(scope="module")
+def supervisor() -> Supervisor:
+    return line_follower()
+
+
+@pytest.fixture
+def player(supervisor: Supervisor) -> Session:
+    return session(supervisor, execute=True)
+
+
+def test_what_becomes_allowed_is_sent_at_once(player: Session) -> None:
+    assert sent(play(player, "distance 0.5")) == ["move"]
+    assert sent(play(player, "distance free")) == []
+    assert sent(play(player, "distance 0.1")) == ["stop", "grab"]
+    assert player.machine.time == 0.0
+
+
+def test_what_stays_allowed_is_repeated_at_the_rate(player: Session) -> None:
+    done = play(player, "distance free", "wait 0.35")
+    moves = [h.time for h in done.happenings if h.name == "move"]
+    assert moves == pytest.approx([0.1, 0.2, 0.3])
+    done = play(player, "set rate 4", "distance free", "wait 1")
+    moves = [h.time for h in done.happenings if h.name == "move"]
+    assert moves == pytest.approx([0.25, 0.5, 0.75, 1.0])
+
+
+def test_long_waits_do_not_drift(player: Session) -> None:
+    done = play(player, "distance free", "set_light_state.response", "wait 100")
+    moves = [h.time for h in done.happenings if h.name == "move"]
+    assert len(moves) == pytest.approx(1000, abs=1)
+    assert moves[-1] == pytest.approx(round(moves[-1], 1), abs=1e-6)
+
+
+def test_a_request_without_answer_ends_at_its_deadline(player: Session) -> None:
+    done = play(player, "wait 5.05")
+    ends = [h for h in done.happenings if h.kind == "error"]
+    assert [(h.name, h.time, h.detail) for h in ends] == [
+        ("set_light_state", pytest.approx(5.0), "no answer in time")
+    ]
+    play(player, "set timeout/set_light_state 0.5", "wait 0.49", "expect LightBulb.switching")
+    play(player, "wait 0.02", "expect LightBulb.unknown")
+
+
+def test_goals_are_accepted_and_answered(player: Session) -> None:
+    play(player, "distance 0.1", "expect grab.busy", "grab.feedback", "expect grab.busy")
+    play(player, "wait 20", "expect grab.busy")  # accepted: no deadline
+    play(player, "grab.error", "expect ObstacleGrabber.looking and !grab.busy")
+
+
+def test_a_goal_is_cancelled_when_its_requirement_is_violated(player: Session) -> None:
+    done = play(player, "distance 0.1", "distance free")
+    assert ("cancel", "grab") in [(h.kind, h.name) for h in done.happenings]
+    play(player, "expect !grab.busy")
+    with pytest.raises(Refused, match="grab is idle"):
+        player.do("grab.response")
+
+
+def test_commands_are_not_typed(player: Session) -> None:
+    with pytest.raises(Wrong, match="controller's own"):
+        player.do("move")
+    with pytest.raises(Wrong, match="goto is for single events"):
+        player.do("goto Motor.moving")
+
+
+def test_components_settle_before_commands() -> None:
+    player = session(supervisor_of(SEVERAL_TYPES), execute=True)
+    done = play(player, "level 3")
+    assert [(h.kind, h.value) for h in done.happenings] == [("response", 3), ("tau", "quiet->loud")]
+
+
+def test_a_mismatch_is_counted_and_may_stop_the_controller() -> None:
+    supervisor = supervisor_of(SEVERAL_TYPES)
+    player = session(supervisor, execute=True)
+    done = play(player, "level 4", "expect mismatch", "expect Sensor.level = 0")
+    with pytest.raises(Failed, match="no safe stop"):
+        player.do("expect stopped")
+    strict = session(supervisor, execute=True, parameters={"on_mismatch": "stop"})
+    done = play(strict, "level 4")
+    assert [h.outcome for h in done.happenings] == ["mismatch", "stopped"]
+    play(strict, "expect stopped")
+
+
+def test_undo_is_as_if_it_had_not_been(player: Session, supervisor: Supervisor) -> None:
+    play(player, "random 15 8")
+    state, time, history = player.machine.state, player.machine.time, list(player.history)
+    play(player, "distance 0.5", "wait 2.5", "distance 0.1", "undo 3")
+    assert (player.machine.state, player.machine.time, player.history) == (state, time, history)
+    untouched = session(supervisor, execute=True)
+    play(untouched, "random 15 8")
+    assert play(player, "wait 1").happenings == play(untouched, "wait 1").happenings
+
+
+def test_a_random_run_is_saved_with_its_parameters(supervisor: Supervisor, tmp_path) -> None:
+    player = session(supervisor, execute=True, parameters={"rate": 3, "order": "declared"})
+    file = tmp_path / "run.sim"
+    play(player, "random 40 2", f"save {file}")
+    again = session(supervisor, execute=True)
+    again.do(f"play {file}")
+    assert again.machine.state == player.machine.state
+    assert again.machine.time == pytest.approx(player.machine.time)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("set rte 3", "did you mean ~rate"),
+        ("set rate fast", "must be a number"),
+        ("set rate", "write a parameter"),
+        ("wait", "number of seconds"),
+        ("wait -1", "number of seconds"),
+        ("wait 0", "more than 0"),
+        ("wait 1e9", "number of seconds"),
+        ("wait 99999", "at most 3600"),
+    ],
+)
+def test_wrong_lines(player: Session, line: str, message: str) -> None:
+    history = list(player.history)
+    with pytest.raises(Wrong) as told:
+        player.do(line)
+    assert message in str(told.value)
+    assert player.history == history

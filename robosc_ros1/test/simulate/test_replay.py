@@ -1,0 +1,210 @@
+"""``robosc replay``: a run's event log against the model it was generated from."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from emit.generated_code import supervisor_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_models import random_model
+from ros_support import Completed
+from simulate.players import MODEL, SEVERAL_TYPES, line_follower, session
+
+from robosc.runtime.eventlog import EventLog
+from robosc.runtime.journal import Entry
+from robosc.runtime.report import dump, event_document
+from robosc.simulate.machine import Happening
+from robosc.simulate.replay import replay
+from robosc.simulate.session import Session
+from robosc.supervisor import Supervisor
+
+Robosc = Callable[..., Completed]
+
+
+def lines_of(happenings: Sequence[Happening]) -> list[str]:
+    """As the runtime's reporter writes them."""
+    return [
+        dump(event_document(Entry(number, h.time, h.kind, h.name, h.index, h.value, h.outcome,
+                                  h.detail)))
+        for number, h in enumerate(happenings, 1)
+    ]  # fmt: skip
+
+
+def run_of(player: Session, *lines: str) -> list[Happening]:
+    """All that the engine noted from its beginning on."""
+    happenings = list(player.latest)
+    for line in lines:
+        happenings += player.do(line).happenings
+    return happenings
+
+
+def write(path: Path, lines: Sequence[str]) -> str:
+    EventLog(str(path), 10**9, 3).write(list(lines))
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def supervisor() -> Supervisor:
+    return line_follower()
+
+
+@pytest.fixture
+def log(supervisor: Supervisor) -> list[str]:
+    """A run that grabs something, and drives on."""
+    player = session(supervisor, execute=True)
+    return lines_of(
+        run_of(player, "random 60 11", "distance 0.2", "correction 3", "distance 0.5", "wait 1")
+    )
+
+
+def test_a_run_follows_its_model(robosc: Robosc, tmp_path: Path, log: list[str]) -> None:
+    done = robosc("replay", write(tmp_path / "events.log", log), str(MODEL))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"LineFollower: 1 run, {len(log)} events: follows the model\n"
+
+
+def test_several_runs_and_rotated_files(
+    robosc: Robosc, tmp_path: Path, log: list[str], supervisor: Supervisor
+) -> None:
+    write(tmp_path / "events.log.2", log[:10])
+    write(tmp_path / "events.log.1", [*log[10:], *log[:7]])
+    write(tmp_path / "events.log.old", ["nothing"])
+    done = robosc("replay", write(tmp_path / "events.log", log[7:]), str(MODEL), "--json")
+    assert done.returncode == 0
+    found = json.loads(done.stdout)
+    assert (found["runs"], found["events"], found["departures"]) == (2, 2 * len(log), [])
+
+
+def changed(log: list[str], number: int, **event: Any) -> list[str]:
+    """The log with another event in one place."""
+    document = json.loads(log[number])
+    document["event"] |= event
+    return [*log[:number], json.dumps(document), *log[number + 1 :]]
+
+
+def find(log: list[str], name: str, kind: str = "request") -> int:
+    """Where such an event stands last."""
+    events = [json.loads(line)["event"] for line in log]
+    return max(n for n, e in enumerate(events) if (e["name"], e["kind"]) == (name, kind))
+
+
+def test_a_command_that_was_not_allowed(robosc: Robosc, tmp_path: Path, log: list[str]) -> None:
+    number = find(log, "move")
+    done = robosc(
+        "replay", write(tmp_path / "events.log", changed(log, number, name="stop")), str(MODEL)
+    )
+    assert done.returncode == 1
+    first, last = done.stdout.splitlines()
+    place = f"{tmp_path / 'events.log'}:{number + 1}: event {number + 1}, stop.request"
+    assert first.startswith(f"{place}, leaves the model: requirement stop needs")
+    assert "line_follower.rscd:" in first
+    assert last.endswith("leaves the model")
+
+
+@pytest.mark.parametrize(
+    ("event", "reason"),
+    [
+        ({"value": {"linear": {"x": 9.0}, "angular": {"z": 0.0}}}, "the model sends {"),
+        ({"name": "lift"}, "the model has no lift.request"),
+        ({"kind": "error", "name": "set_light_state"}, "not under way"),
+        ({"kind": "tau", "name": "Motor", "index": 1, "value": "a->b"}, "no such step"),
+    ],
+)
+def test_other_ways_to_leave(
+    event: dict[str, Any], reason: str, tmp_path: Path, log: list[str], supervisor: Supervisor
+) -> None:
+    path = write(tmp_path / "events.log", changed(log, find(log, "move"), **event))
+    if event.get("kind") == "error":
+        quiet = session(supervisor, execute=True)
+        run = lines_of(run_of(quiet, "set_light_state.response", "distance free", "wait 0.1"))
+        path = write(tmp_path / "quiet.log", changed(run, find(run, "move"), **event))
+    (departure,) = replay(supervisor, path).departures
+    assert reason in departure.reason
+
+
+def test_own_steps_that_were_left_out(tmp_path: Path) -> None:
+    supervisor = supervisor_of(SEVERAL_TYPES)
+    player = session(supervisor, execute=True)
+    run = run_of(player, "level 3", "level 2", "pose position.side: left, tags[0]: 1", "level 9")
+    assert replay(supervisor, write(tmp_path / "all.log", lines_of(run))).exit_code == 0
+    without = lines_of([h for h in run if h.kind != "tau"])
+    (departure,) = replay(supervisor, write(tmp_path / "some.log", without)).departures
+    assert departure.reason == "Sensor had to take its own step 1 before"
+
+
+def test_mismatches_are_counted_and_not_applied(tmp_path: Path) -> None:
+    supervisor = supervisor_of(SEVERAL_TYPES)
+    run = run_of(session(supervisor, execute=True), "level 9", "level 1")
+    found = replay(supervisor, write(tmp_path / "events.log", lines_of(run)))
+    assert (found.exit_code, found.mismatches) == (0, 1)
+
+
+def test_the_stop_command_may_be_sent_guard_or_not(
+    robosc: Robosc, tmp_path: Path, supervisor: Supervisor
+) -> None:
+    run = lines_of(run_of(session(supervisor, execute=True), "distance free"))
+    stop = json.loads(run[find(run, "stop")]) | {"number": len(run) + 1}
+    path = write(tmp_path / "events.log", [*run, json.dumps(stop)])
+    assert robosc("replay", path, str(MODEL)).returncode == 1
+    assert robosc("replay", path, str(MODEL), "--stop-command", "stop").returncode == 0
+    done = robosc("replay", path, str(MODEL), "--stop-command", "halt")
+    assert (done.returncode, done.stderr) == (2, "error: halt is no command of LineFollower\n")
+
+
+def test_events_that_are_missing(robosc: Robosc, tmp_path: Path, log: list[str]) -> None:
+    path = write(tmp_path / "events.log", [*log[:4], *log[6:], *log])
+    done = robosc("replay", path, str(MODEL))
+    assert done.returncode == 2
+    assert f"{path}:5: events 5 to 6 are missing" in done.stdout
+    assert "2 runs" in done.stdout
+    later = robosc("replay", write(tmp_path / "later.log", log[3:]), str(MODEL))
+    assert later.returncode == 2
+    assert "events 1 to 3 are missing" in later.stdout
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "holds no events"),
+        (b"\n\n", "holds no events"),
+        (b"no json", "events.log:1: this is no event of a log"),
+        (b'{"version": 1}', "this is no event of a log"),
+        (b"[" * 100000, "this is no event of a log"),
+        (b'{"version": 2, "number": 1}', "this is no event of a log"),
+        (b"\xff\xfe", "no UTF-8"),
+    ],
+)
+def test_what_is_no_log(content: bytes, message: str, robosc: Robosc, tmp_path: Path) -> None:
+    (tmp_path / "events.log").write_bytes(content)
+    done = robosc("replay", "events.log", str(MODEL))
+    assert done.returncode == 2
+    assert message in done.stderr
+
+
+def test_a_log_that_cannot_be_read(robosc: Robosc) -> None:
+    for name in ("nowhere/events.log", "."):
+        done = robosc("replay", name, str(MODEL))
+        assert done.returncode == 2
+        assert f"cannot read {name}" in done.stderr
+
+
+@settings(derandomize=True, deadline=None, max_examples=25)
+@given(seed=st.integers(0, 10**6))
+def test_runs_of_random_models_follow_them(
+    seed: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    supervisor = supervisor_of(random_model(random.Random(seed), 1 + seed % 3))
+    if supervisor.empty:
+        return
+    player = session(supervisor, execute=True)
+    run = run_of(player, f"random 40 {seed}")
+    if not run:
+        return
+    path = write(tmp_path_factory.mktemp("log") / "events.log", lines_of(run))
+    assert replay(supervisor, path).departures == ()
