@@ -46,6 +46,8 @@ def fill(message, data):
         name = name or only_field(message)
         writers = _writers(type(message))
         if name not in writers:
+            name += "_"  # a Python keyword
+        if name not in writers:
             raise AttributeError("%s has no field %s" % (type(message).__name__, name))
         if isinstance(value, dict):
             fill(getattr(message, name), value)

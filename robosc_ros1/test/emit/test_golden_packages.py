@@ -7,7 +7,7 @@ import importlib.util
 from pathlib import Path
 
 import pytest
-from emit.golden_packages import MODELS, golden_folder, kept_files, package_of
+from emit.golden_packages import MODELS, TARGETS, golden_folder, kept_files, package_of
 
 import robosc.runtime
 from robosc.emit.package import MARKER
@@ -20,33 +20,38 @@ def needs_definitions(model: str) -> None:
         pytest.skip("genmsg is not installed, so that message definitions cannot be read")
 
 
+@pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("model", MODELS)
-def test_the_package_is_the_golden_one(model: str) -> None:
+def test_the_package_is_the_golden_one(model: str, target: str) -> None:
     needs_definitions(model)
-    folder = golden_folder(model)
+    folder = golden_folder(model, target)
     golden = {
         path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
         for path in folder.rglob("*")
         if path.is_file()
     }
-    assert {p: f.content for p, f in kept_files(package_of(model)).items()} == golden
+    assert {
+        p: f.content for p, f in kept_files(package_of(model, target), target).items()
+    } == golden
 
 
 def test_generation_is_deterministic() -> None:
     assert package_of("lantern").files == package_of("lantern").files
 
 
+@pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("model", MODELS)
-def test_every_file_carries_the_marker(model: str) -> None:
+def test_every_file_carries_the_marker(model: str, target: str) -> None:
     needs_definitions(model)
-    for path, file in package_of(model).files.items():
+    for path, file in package_of(model, target).files.items():
         assert MARKER in file.content[:600], path
 
 
+@pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("model", MODELS)
-def test_all_python_parses_as_3_8_and_imports_nothing_of_robosc(model: str) -> None:
+def test_all_python_parses_as_3_8_and_imports_nothing_of_robosc(model: str, target: str) -> None:
     needs_definitions(model)
-    for path, file in package_of(model).files.items():
+    for path, file in package_of(model, target).files.items():
         if path.endswith(".py") or path.startswith("scripts/"):
             tree = ast.parse(file.content, path, feature_version=(3, 8))
             for node in ast.walk(tree):
@@ -61,6 +66,20 @@ def test_the_runtime_is_copied_as_it_is() -> None:
     for source in RUNTIME.glob("*.py"):
         copy = files[f"src/lantern_controller/_runtime/{source.name}"]
         assert copy.content == source.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_controller_and_runtime_are_the_same_for_all_targets(model: str) -> None:
+    needs_definitions(model)
+    package = f"{model}_controller"
+    first = package_of(model, "ros1").files
+    second = package_of(model, "ros2").files
+    shared = [f"{package}/{name}" for name in ("__init__.py", "controller.py", "model.py")]
+    shared += [f"{package}/_runtime/{path.name}" for path in RUNTIME.glob("*.py")]
+    for path in shared:
+        assert first[f"src/{path}"] == second[path], path
+    for path in ("test/judge.py", "test/plant_data.py", "test/shadow.py"):
+        assert first[path] == second[path], path
 
 
 def test_the_controller_knows_no_ros() -> None:

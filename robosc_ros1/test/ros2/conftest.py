@@ -19,10 +19,7 @@ from ros2.ros2_support import (
     free_domain,
     test_bed,
 )
-
-from robosc import pipeline
-from robosc.emit.ros2 import emit
-from robosc.emit.writer import write
+from ros_support import run_robosc
 
 MODELS = {
     HERE / "models" / "guarded_arm.rscd": "guarded_arm",
@@ -72,9 +69,11 @@ class Built:
 def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
     """The controllers of the guarded arm and of the line follower, built as a user does it."""
     folder = tmp_path_factory.mktemp("colcon")
+    (folder / "src").mkdir()
     for model, package in MODELS.items():
-        supervisor = pipeline.synthesize(pipeline.load(model).robot)
-        write(emit(supervisor, package), folder / "src")
+        where = ("--output", str(folder / "src"), "--package", package)
+        done = run_robosc(("generate", str(model), "--target", "ros2", *where), folder, {})
+        assert done.returncode == 0, done.stderr
     bed.run("colcon", "build", folder=folder)
     return Built(bed, folder)
 
@@ -88,9 +87,12 @@ def controller(built: Built, graph: Graph) -> Callable[..., Process]:
     """
 
     def start(
-        package: str = "guarded_arm", remap: Sequence[str] = (), **parameters: object
+        package: str = "guarded_arm",
+        remap: Sequence[str] = (),
+        arguments: Sequence[str | Path] = (),
+        **parameters: object,
     ) -> Process:
-        words: list[str | Path] = [built.executable(package), "--ros-args"]
+        words = [built.executable(package), "--ros-args", *arguments]
         for rule in remap:
             words += ["-r", rule]
         if package == "guarded_arm":

@@ -9,9 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosc.emit.common import (
-    LICENCE,
-    MAINTAINER,
-    VERSION,
     PackageContext,
     TopicView,
     data_module,
@@ -20,6 +17,7 @@ from robosc.emit.common import (
     plant_module,
     topics,
 )
+from robosc.emit.config import DEFAULTS, Config
 from robosc.emit.context import ParameterView, parameter_views, readme_context
 from robosc.emit.controller import ControllerContext, controller_context
 from robosc.emit.engine import render, verbatim
@@ -32,7 +30,7 @@ __all__ = ["emit"]
 
 ALWAYS_NEEDED = (
     "action_msgs", "ament_index_python", "diagnostic_msgs", "launch", "launch_ros",
-    "rcl_interfaces", "rclpy", "rosgraph_msgs", "std_msgs",
+    "python3-yaml", "rcl_interfaces", "rclpy", "rosgraph_msgs", "std_msgs",
 )  # fmt: skip
 
 WIRING = ("ros.py", "ros_courier.py", "ros_messages.py", "ros_parameters.py")
@@ -41,15 +39,18 @@ WIRING = ("ros.py", "ros_courier.py", "ros_messages.py", "ros_parameters.py")
 _FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
 
 
-def emit(supervisor: Supervisor, package: str) -> Package:
+def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Package:
     """The package, ready to be written and built with colcon.
 
     ``package`` is a legal package name; the node has the same.
+
+    Raises:
+        UsageError: parameters of the configuration do not fit the robot.
     """
     robot = supervisor.plant.robot
     source = file_of(robot.span)
     controller = controller_context(supervisor, source)
-    context = _context(robot, package, source, controller)
+    context = _context(robot, package, source, controller, config.checked(robot))
     templates = {
         "setup.py": "setup.py",
         "setup.cfg": "setup.cfg",
@@ -76,7 +77,7 @@ def emit(supervisor: Supervisor, package: str) -> Package:
 
 
 def _context(
-    robot: Robot, package: str, source: str, controller: ControllerContext
+    robot: Robot, package: str, source: str, controller: ControllerContext, config: Config
 ) -> PackageContext:
     communications = robot.communications.values()
 
@@ -93,10 +94,10 @@ def _context(
         node_name=package,
         robot=robot.name,
         source=source,
-        version=VERSION,
-        maintainer=MAINTAINER[0],
-        maintainer_email=MAINTAINER[1],
-        licence=LICENCE,
+        version=config.version,
+        maintainer=config.maintainer,
+        maintainer_email=config.email,
+        licence=config.licence,
         class_name=controller.class_name,
         dependencies=tuple(sorted({c.binding.package for c in communications} | {*ALWAYS_NEEDED})),
         modules=tuple(sorted({_module(c) for c in communications})),
@@ -104,7 +105,7 @@ def _context(
         publications=messages(Kind.INCOMING),
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
-        parameters=_parameters(robot),
+        parameters=_parameters(robot, config),
     )
 
 
@@ -126,9 +127,9 @@ def _spelling(communication: Communication) -> tuple[str, str]:
     return _name(communication), _type(communication).replace(".", "/")
 
 
-def _parameters(robot: Robot) -> tuple[ParameterView, ...]:
+def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
     """Those of ROS 1 with dots for slashes, and the quality of service of each message."""
-    views = [replace(p, name=p.name.replace("/", ".")) for p in parameter_views(robot)]
+    views = [replace(p, name=p.name.replace("/", ".")) for p in parameter_views(robot, config)]
     for communication in robot.communications.values():
         if communication.kind in _FOLDERS:
             continue
