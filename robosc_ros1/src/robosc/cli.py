@@ -130,7 +130,7 @@ def _generate(args: Arguments) -> int:
     result = pipeline.generate(
         args.model,
         _options(args),
-        pipeline.Output(args.target, args.output, args.package, args.force),
+        pipeline.Output(args.target, args.output, args.package, args.force, args.config),
     )
     _report(result.diagnostics)
     print(report.generated_text(result), end="")
@@ -279,12 +279,14 @@ def _generate_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="DIR",
         type=Path,
-        default=Path(),
-        help="the folder that gets the package (default: the current one)",
+        help="the folder that gets the package (default: that of robosc.yaml, or the current one)",
     )
     parser.add_argument("--package", metavar="NAME", help="name of the package")
     parser.add_argument(
-        "--config", metavar="FILE", type=Path, help="configuration of the generator"
+        "--config",
+        metavar="FILE",
+        type=Path,
+        help="options (default: robosc.yaml beside the model)",
     )
     parser.add_argument(
         "--force", action="store_true", help="replace files that robosc did not write"

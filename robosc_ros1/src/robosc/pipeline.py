@@ -26,6 +26,7 @@ from robosc.errors import (
 from robosc.names import package_name
 
 if TYPE_CHECKING:
+    from robosc.emit.config import Config
     from robosc.emit.export import Format
     from robosc.emit.package import Package
     from robosc.emit.writer import Written
@@ -57,16 +58,18 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """What to generate, and where to. ``package`` None takes the robot's name.
+    """What to generate, and where to. ``package`` None: the configuration's or the robot's name.
 
-    ``folder`` gets the package as a folder of its own; with ``force`` files that robosc did not
-    write are replaced.
+    ``folder`` gets the package as a folder of its own (None: the configuration's, or the current
+    one); with ``force`` files that robosc did not write are replaced. ``config`` is a file with
+    options; None takes those beside the model.
     """
 
     target: Target = "ros1"
-    folder: Path = Path()
+    folder: Path | None = None
     package: str | None = None
     force: bool = False
+    config: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,28 +253,31 @@ def generate(
     Nothing is written unless all goes well.
 
     Raises:
-        UsageError: the file cannot be read or holds a library, the package's name is none, or
-            something that robosc did not write is in the way.
+        UsageError: the file cannot be read or holds a library, the package's name is none, the
+            configuration is faulty, or something that robosc did not write is in the way.
         ModelError: the model has errors.
         EmptySupervisorError: no controller can keep the requirements.
         StateSpaceError: the state space is too large.
     """
+    from robosc.emit.config import load_config
     from robosc.emit.writer import write
 
     start = time.perf_counter()
     loaded = load(path, options)
-    name = output.package or f"{package_name(loaded.robot.name)}_controller"
+    config = load_config(Path(path), output.config)
+    name = output.package or config.package or f"{package_name(loaded.robot.name)}_controller"
     if package_name(name) != name:
         raise UsageError(f"{name!r} is no name for a package: lower case, digits and single _")
     supervisor = synthesize(loaded.robot, progress=options.progress)
     _existing(supervisor, loaded.diagnostics)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
-    package = _emitter(output.target)(supervisor, name)
-    files = write(package, output.folder, output.force)
+    package = _emitter(output.target)(supervisor, name, config)
+    folder = output.folder or config.output.get(output.target) or Path()
+    files = write(package, folder, output.force)
     return Generated(output, supervisor, diagnostics, files, time.perf_counter() - start)
 
 
-def _emitter(target: Target) -> Callable[[Supervisor, str], Package]:
+def _emitter(target: Target) -> Callable[[Supervisor, str, Config], Package]:
     if target == "ros1":
         from robosc.emit import ros1
 

@@ -95,3 +95,32 @@ def test_parameters_must_fit_the_robot(parameters: dict[str, object], complaint:
         Config(parameters=parameters).checked(robot)
     assert complaint in str(caught.value)
     assert Config(parameters={"rate": 5, "stop_command": "snuff"}).checked(robot)
+
+
+def test_generate_obeys_the_file_beside_the_model(tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    model = tmp_path / "lantern.rscd"
+    model.write_text(model_path("lantern").read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / "robosc.yaml").write_text(
+        "package: my_lantern\noutput: ws\nmaintainer: A & B\nversion: 3.2.1\n"
+        "parameters: {rate: 25, stop_command: snuff}\n"
+    )
+    for target in ("ros1", "ros2"):
+        done = pipeline.generate(model, output=pipeline.Output(target=target, force=True))
+        assert done.files.folder == tmp_path / "ws" / "my_lantern"
+        package = (done.files.folder / "package.xml").read_text(encoding="utf-8")
+        assert "A &amp; B" in package
+        assert "<version>3.2.1</version>" in package
+        config = (done.files.folder / "config" / "my_lantern.yaml").read_text(encoding="utf-8")
+        assert "rate: 25" in config
+        assert 'stop_command: "snuff"' in config
+    (tmp_path / "other.yaml").write_text("package: other\n")
+    done = pipeline.generate(
+        model, output=pipeline.Output(folder=tmp_path, config=tmp_path / "other.yaml")
+    )
+    assert done.files.folder == tmp_path / "other"
+
+
+def test_a_file_that_is_named_must_be_there(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="cannot read"):
+        load_config(tmp_path / "model.rscd", tmp_path / "none.yaml")

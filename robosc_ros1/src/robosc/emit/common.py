@@ -13,13 +13,9 @@ from robosc.model.entities import Communication, Robot
 from robosc.supervisor import Supervisor
 
 __all__ = [
-    "LICENCE", "MAINTAINER", "VERSION", "PackageContext", "TopicView", "data_module", "escaped",
+    "PackageContext", "TopicView", "data_module", "escaped",
     "model_module", "plant_module", "topics",
 ]  # fmt: skip
-
-MAINTAINER = ("robosc", "robosc@robosc.dev")
-VERSION = "0.1.0"
-LICENCE = "BSD-3-Clause"
 
 
 @dataclass(frozen=True)
@@ -70,7 +66,13 @@ def topics(
 def escaped(context: PackageContext) -> PackageContext:
     """The context with texts fit for XML."""
     parameters = tuple(replace(p, doc=escape(p.doc, {'"': "&quot;"})) for p in context.parameters)
-    return replace(context, source=escape(context.source), parameters=parameters)
+    return replace(
+        context,
+        source=escape(context.source),
+        maintainer=escape(context.maintainer),
+        licence=escape(context.licence),
+        parameters=parameters,
+    )
 
 
 def data_module(source: str, sentence: str, body: str = "") -> str:

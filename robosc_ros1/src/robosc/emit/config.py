@@ -15,23 +15,16 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from robosc.emit.controller import SORTS
 from robosc.errors import UsageError
-from robosc.model.entities import Communication, Kind, Robot
+from robosc.model.entities import Communication, Robot
 from robosc.runtime import settings
 from robosc.runtime.model import Communication as Declared
 
-__all__ = ["SORTS", "Config", "declared_communications", "load_config"]
+__all__ = ["DEFAULTS", "Config", "declared_communications", "load_config"]
 
 OWN = "robosc.yaml"
 ORIGINAL = "controller-config.json"
-
-SORTS = {
-    Kind.INCOMING: "incoming",
-    Kind.OUTGOING: "outgoing",
-    Kind.SERVICE: "service",
-    Kind.ACTION: "action",
-}
-"""How the runtime calls the kinds of communications."""
 
 
 def _empty() -> Mapping[str, Any]:
@@ -68,6 +61,10 @@ class Config:
         if warnings:
             raise UsageError("\n".join(w.replace(" is ignored", "") for w in warnings))
         return self
+
+
+DEFAULTS = Config()
+"""Without any file."""
 
 
 def declared_communications(robot: Robot) -> list[Declared]:

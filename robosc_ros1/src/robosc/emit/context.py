@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from robosc.emit.controller import SORTS
+from robosc.emit.config import Config, declared_communications
 from robosc.emit.naming import place
 from robosc.ir.expr import to_dsl
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime import settings
-from robosc.runtime.model import Communication as Declared
 from robosc.supervisor import Supervisor
 
 __all__ = ["ParameterView", "ReadmeContext", "parameter_views", "readme_context"]
@@ -27,22 +26,17 @@ class ParameterView:
     doc: str
 
 
-def parameter_views(robot: Robot) -> tuple[ParameterView, ...]:
-    declared = settings.declared(
-        [
-            Declared(c.key, robot.display_names[c.key], SORTS[c.kind])
-            for c in robot.communications.values()
-        ]
-    )
+def parameter_views(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
+    """All parameters of the robot's node, with the defaults of the configuration."""
     return tuple(
         ParameterView(
             p.name,
             p.name.replace("/", "_"),
             p.type,
-            _yaml(p.default),
+            _yaml(config.parameters.get(p.name, p.default)),
             p.meaning + (f" ({', '.join(p.choices)})" if p.choices else ""),
         )
-        for p in declared
+        for p in settings.declared(declared_communications(robot))
     )
 
 

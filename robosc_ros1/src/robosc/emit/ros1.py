@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from robosc.emit.common import (
-    LICENCE,
-    MAINTAINER,
-    VERSION,
     PackageContext,
     TopicView,
     data_module,
@@ -14,6 +11,7 @@ from robosc.emit.common import (
     plant_module,
     topics,
 )
+from robosc.emit.config import DEFAULTS, Config
 from robosc.emit.context import ReadmeContext, parameter_views, readme_context
 from robosc.emit.controller import ControllerContext, controller_context
 from robosc.emit.engine import render, verbatim
@@ -27,15 +25,18 @@ __all__ = ["emit"]
 ALWAYS_NEEDED = ("diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs")
 
 
-def emit(supervisor: Supervisor, package: str) -> Package:
+def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Package:
     """The package, ready to be written and built with catkin.
 
     ``package`` is a legal package name; the node has the same.
+
+    Raises:
+        UsageError: parameters of the configuration do not fit the robot.
     """
     robot = supervisor.plant.robot
     source = file_of(robot.span)
     controller = controller_context(supervisor, source)
-    context = _context(robot, package, source, controller)
+    context = _context(robot, package, source, controller, config.checked(robot))
     module = f"src/{package}"
     files = {
         "package.xml": File(render("ros1/package.xml.jinja", escaped(context))),
@@ -67,7 +68,7 @@ def _readme(supervisor: Supervisor, context: PackageContext) -> str:
 
 
 def _context(
-    robot: Robot, package: str, source: str, controller: ControllerContext
+    robot: Robot, package: str, source: str, controller: ControllerContext, config: Config
 ) -> PackageContext:
     communications = robot.communications.values()
     actions = [c for c in communications if c.kind is Kind.ACTION]
@@ -78,10 +79,10 @@ def _context(
         node_name=package,
         robot=robot.name,
         source=source,
-        version=VERSION,
-        maintainer=MAINTAINER[0],
-        maintainer_email=MAINTAINER[1],
-        licence=LICENCE,
+        version=config.version,
+        maintainer=config.maintainer,
+        maintainer_email=config.email,
+        licence=config.licence,
         class_name=controller.class_name,
         dependencies=tuple(sorted(needed)),
         modules=tuple(sorted({_module(c) for c in communications})),
@@ -96,7 +97,7 @@ def _context(
             TopicView(c.identifier, f"{_module(c)}.{c.binding.type}Action", key=c.key)
             for c in actions
         ),
-        parameters=parameter_views(robot),
+        parameters=parameter_views(robot, config),
     )
 
 
