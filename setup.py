@@ -43,7 +43,11 @@ setup(
         "pyparsing>=3.0.9",
         "pyyaml>=5",
     ],
-    extras_require={"bdd": ["oxidd>=0.13"], "ros": ["catkin_pkg", "rospkg"]},
+    extras_require={
+        "bdd": ["oxidd>=0.13"],
+        "lsp": ["pygls>=2,<3"],
+        "ros": ["catkin_pkg", "rospkg"],
+    },
     packages=find_packages(str(ROOT / SOURCES)),
     package_dir={"": SOURCES},
     data_files=template_files(),

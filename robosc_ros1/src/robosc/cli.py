@@ -209,6 +209,21 @@ def _replay(args: Arguments) -> int:
     return found.exit_code
 
 
+def _lsp(args: Arguments) -> int:
+    try:
+        import pygls.lsp.server  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise UsageError(
+            f"the language server needs pygls 2, and {sys.executable} has no module"
+            f" {error.name!r}: pip install 'pygls>=2,<3', or robosc with its extra, robosc[lsp]"
+        ) from error
+    from robosc import __version__
+    from robosc.lsp.server import serve
+
+    serve(__version__, [str(folder) for folder in args.library_path], args.strict)
+    return 0
+
+
 # --- their arguments -----------------------------------------------------------------------------
 
 
@@ -348,6 +363,12 @@ def _replay_arguments(parser: argparse.ArgumentParser) -> None:
     _common(parser)
 
 
+def _lsp_arguments(parser: argparse.ArgumentParser) -> None:
+    # Some clients add it unasked; standard input and output is all that there is.
+    parser.add_argument("--stdio", action="store_true", help=argparse.SUPPRESS)
+    _common(parser)
+
+
 def _positive(text: str) -> int:
     try:
         value = int(text)
@@ -421,6 +442,13 @@ VERBS = (
         "robosc replay events.log line_follower.rscd",
         _replay_arguments,
         _replay,
+    ),
+    Verb(
+        "lsp",
+        "serve an editor: the language server, on standard input and output",
+        "robosc lsp --library-path ~/models/libraries",
+        _lsp_arguments,
+        _lsp,
     ),
 )
 

@@ -34,6 +34,11 @@ class Source:
         line = bisect_right(self._line_starts, offset)
         return line, offset - self._line_starts[line - 1] + 1
 
+    def line_start(self, number: int) -> int:
+        """Offset of the first character of a line (from 1); the text's end past the last one."""
+        starts = self._line_starts
+        return starts[number - 1] if number <= len(starts) else len(self.text)
+
     def line(self, number: int) -> str:
         """Text of a line (from 1) without its line end; empty past the last one."""
         if number > len(self._line_starts):

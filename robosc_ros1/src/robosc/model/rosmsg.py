@@ -208,14 +208,18 @@ class MessageDefinitions:
         found = {p.parents[1].name for root, _ in self._order for p in root.glob(f"*/{file}")}
         return sorted(found)
 
+    def packages(self) -> Mapping[str, Path]:
+        """All packages that can be found, by name."""
+        packages: dict[str, Path] = {}
+        for root, deep in self._order:
+            for name, folder in self._crawl(root, deep and not _is_share(root)).items():
+                packages.setdefault(name, folder)
+        return packages
+
     def library_folders(self) -> Sequence[Path]:
         """The folders that packages offer by ``<robosc libraries="…"/>`` in their exports."""
         if self._library_folders is None:
-            packages: dict[str, Path] = {}
-            for root, deep in self._order:
-                for name, folder in self._crawl(root, deep and not _is_share(root)).items():
-                    packages.setdefault(name, folder)
-            found = (_exported(folder) for folder in packages.values())
+            found = (_exported(folder) for folder in self.packages().values())
             self._library_folders = tuple(f for f in found if f is not None)
         return self._library_folders
 

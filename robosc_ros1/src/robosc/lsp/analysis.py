@@ -1,0 +1,179 @@
+"""What is known of one state of a document, and the desk on which open documents lie."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from robosc.errors import Diagnostic, UsageError
+from robosc.lsp.index import Index, build_index
+from robosc.model.libraries import LibraryFinder
+from robosc.model.resolve import Reading, read
+from robosc.model.rosmsg import MessageDefinitions
+from robosc.source import Source
+from robosc.syntax.parser import read_source
+
+__all__ = ["Analysis", "Desk"]
+
+_SUFFIXES = (".rscd", ".rsc")
+_MOST_FILES = 500
+"""A search for references looks at no more model files than this."""
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """A text, what reading it has found, and the definitions that it was held against."""
+
+    source: Source
+    reading: Reading
+    definitions: MessageDefinitions
+
+    @property
+    def path(self) -> str:
+        return self.source.path
+
+    @cached_property
+    def index(self) -> Index:
+        return build_index(self.reading.file, self.definitions)
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Those of this file; errors in libraries stand where they are imported."""
+        return self.reading.diagnostics
+
+
+@dataclass
+class Desk:
+    """The open documents by path, and what was read for them.
+
+    ``folders`` are the roots of the editor's workspace.
+    """
+
+    library_path: Sequence[str] = ()
+    strict: bool = False
+    folders: list[str] = field(default_factory=list)
+    _open: dict[str, Source] = field(default_factory=dict)
+    _analyses: dict[str, Analysis] = field(default_factory=dict)
+    _whole: dict[str, Analysis] = field(default_factory=dict)
+    _definitions: dict[str, MessageDefinitions] = field(default_factory=dict)
+
+    # --- documents -------------------------------------------------------------------------------
+
+    def put(self, path: str, text: str) -> None:
+        """A document is open, and this is its text now."""
+        if text.startswith("\ufeff"):
+            text = " " + text[1:]  # of equal length, so that places stay what they are
+        source = Source(path, text.replace("\r\n", "\n").replace("\r", "\n"))
+        known = self._open.get(path)
+        if known is not None and known.text == source.text:
+            return
+        self._open[path] = source
+        self._forget_analyses(path)
+
+    def close(self, path: str) -> None:
+        self._open.pop(path, None)
+        self._whole.pop(path, None)
+        self._forget_analyses(path)
+
+    def refresh(self) -> None:
+        """Files have changed: libraries and message definitions are looked up anew."""
+        self._definitions.clear()
+        self._analyses.clear()
+
+    def _forget_analyses(self, path: str) -> None:
+        for other, analysis in list(self._analyses.items()):
+            # A library that changes changes what imports it, or could.
+            if other == path or analysis.reading.libraries or _wants_library(analysis):
+                del self._analyses[other]
+
+    @property
+    def open(self) -> tuple[str, ...]:
+        return tuple(self._open)
+
+    def source(self, path: str) -> Source | None:
+        """The text of an open document, or of a file."""
+        return self._read(path)[0]
+
+    # --- what is known of them -------------------------------------------------------------------
+
+    def analysis(self, path: str) -> Analysis | None:
+        """What is known of a document or file now; None if it cannot be read."""
+        if path not in self._analyses:
+            source = self.source(path)
+            if source is None:
+                return None
+            self._analyses[path] = found = self.analyse(source)
+            if found.reading.file.scope is not None and not found.reading.file.scope.faults:
+                self._whole[path] = found
+        return self._analyses[path]
+
+    def analyse(self, source: Source) -> Analysis:
+        definitions = self.definitions(source.path)
+        reading = read(
+            source, self.library_path, definitions, strict=self.strict, reader=self._reader
+        )
+        return Analysis(source, reading, definitions)
+
+    def whole(self, path: str) -> Analysis | None:
+        """The last analysis of a text without errors of syntax: what names there are."""
+        return self._whole.get(path)
+
+    def definitions(self, path: str) -> MessageDefinitions:
+        """Where the messages of a model are looked up; each is read once until ``refresh``."""
+        folder = os.path.dirname(path)  # noqa: PTH120 (a key, not a file)
+        if folder not in self._definitions:
+            self._definitions[folder] = MessageDefinitions.for_model(Path(path))
+        return self._definitions[folder]
+
+    def libraries(self, path: str) -> Sequence[str]:
+        """The names of the libraries that a model can import from."""
+        finder = LibraryFinder(
+            self.library_path, self.definitions(path).library_folders, self._reader
+        )
+        return finder.names(path)
+
+    def all_files(self, path: str) -> Iterator[str]:
+        """Model files that may have to do with one: open ones, beside it, in the workspace."""
+        seen: dict[str, None] = dict.fromkeys((path, *self._open))
+        for root in (*self.folders, os.path.dirname(path)):  # noqa: PTH120
+            for file in _model_files(root):
+                if len(seen) >= _MOST_FILES:
+                    break
+                seen.setdefault(file)
+        yield from seen
+
+    def related(self, path: str) -> Mapping[str, Analysis]:
+        """Those of :meth:`all_files` that can be read, by path."""
+        found = {file: self.analysis(file) for file in self.all_files(path)}
+        return {file: analysis for file, analysis in found.items() if analysis is not None}
+
+    def _reader(self, path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
+        absolute = os.path.abspath(path)  # noqa: PTH100 (links stay)
+        known = self._open.get(path) or self._open.get(absolute)
+        return (known, ()) if known is not None else read_source(absolute)
+
+    def _read(self, path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
+        try:
+            return self._reader(path)
+        except UsageError:
+            return None, ()
+
+
+def _wants_library(analysis: Analysis) -> bool:
+    return any(d.code.startswith(("library", "import")) for d in analysis.diagnostics)
+
+
+def _model_files(root: str) -> Iterator[str]:
+    """Below a folder, hidden ones and those of builds left out."""
+    for folder, inner, files in os.walk(root):
+        inner[:] = sorted(
+            f for f in inner if not f.startswith(".") and f not in ("build", "devel", "install")
+        )
+        if folder.count(os.sep) - root.count(os.sep) > 6:
+            inner.clear()
+        for file in sorted(files):
+            if file.endswith(_SUFFIXES):
+                yield os.path.join(folder, file)  # noqa: PTH118

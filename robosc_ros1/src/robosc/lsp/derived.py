@@ -1,0 +1,191 @@
+"""What synthesis says about a model, computed in a process of its own.
+
+Synthesis can take long, and Python that computes keeps an editor waiting. The process can be
+stopped when the text changes. Request and answer are one JSON document each, on standard input and
+output; places are offsets into the text that was sent.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robosc.errors import Diagnostic, Note, Severity, StateSpaceError
+from robosc.source import Source, Span
+
+if TYPE_CHECKING:
+    from robosc.supervisor import Supervisor
+
+__all__ = ["Derived", "GuardText", "command", "derived_from", "main", "moved", "request_for"]
+
+_MOST_STATES = 2**24
+"""Beyond this product, the editor leaves synthesis to ``check``."""
+
+
+@dataclass(frozen=True, slots=True)
+class GuardText:
+    """When a command (by key) is allowed; ``reasons`` with their remedies, why it is restricted."""
+
+    communication: str
+    event: str
+    text: str
+    status: str
+    reasons: tuple[tuple[str, str | None], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Derived:
+    """``incomplete`` says why there was no synthesis."""
+
+    source: Source
+    diagnostics: tuple[Diagnostic, ...] = ()
+    guards: tuple[GuardText, ...] = ()
+    incomplete: str | None = None
+
+
+# --- on the side of the server -------------------------------------------------------------------
+
+
+def command() -> list[str]:
+    """Starts the process, wherever this robosc lies."""
+    home = str(Path(__file__).resolve().parents[2])
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1]); from robosc.lsp.derived import main; main()"
+    )
+    return [sys.executable, "-c", code, home]
+
+
+def request_for(source: Source, library_path: Sequence[str], texts: Mapping[str, str]) -> bytes:
+    """``texts`` are those of other documents that are open, by path."""
+    document = {
+        "path": source.path,
+        "text": source.text,
+        "library_path": list(library_path),
+        "texts": dict(texts),
+    }
+    return json.dumps(document).encode()
+
+
+def derived_from(source: Source, answer: bytes) -> Derived | None:
+    """The answer about a text; None if the process was stopped or has failed."""
+    try:
+        document = json.loads(answer)
+    except ValueError:
+        return None
+    guards = (
+        GuardText(g["communication"], g["event"], g["text"], g["status"], _pairs(g["reasons"]))
+        for g in document["guards"]
+    )
+    diagnostics = (_diagnostic(source, item) for item in document["diagnostics"])
+    return Derived(source, tuple(diagnostics), tuple(guards), document["incomplete"])
+
+
+def _pairs(items: list[list[str | None]]) -> tuple[tuple[str, str | None], ...]:
+    return tuple((reason or "", remedy) for reason, remedy in items)
+
+
+def _diagnostic(source: Source, item: Mapping[str, Any]) -> Diagnostic:
+    notes = (
+        Note(message, Span(source, *place) if place is not None else None)
+        for message, place in item["notes"]
+    )
+    return Diagnostic(
+        Severity(item["severity"]),
+        item["code"],
+        item["message"],
+        Span(source, *item["place"]),
+        item["hint"],
+        tuple(notes),
+    )
+
+
+def moved(derived: Derived, source: Source) -> tuple[Diagnostic, ...]:
+    """Its diagnostics in a text that was changed since: those outside of what was changed."""
+    before, after = derived.source.text, source.text
+    if before == after:
+        return derived.diagnostics
+    most = min(len(before), len(after))
+    head = next((i for i in range(most) if before[i] != after[i]), most)
+    most -= head
+    tail = next((i for i in range(most) if before[-1 - i] != after[-1 - i]), most)
+    shift = len(after) - len(before)
+    found: list[Diagnostic] = []
+    for diagnostic in derived.diagnostics:
+        span = diagnostic.span
+        if span.end <= head:
+            place = Span(source, span.start, span.end)
+        elif span.start >= len(before) - tail:
+            place = Span(source, span.start + shift, span.end + shift)
+        else:
+            continue
+        found.append(replace(diagnostic, span=place, notes=()))
+    return tuple(found)
+
+
+# --- in the process ------------------------------------------------------------------------------
+
+
+def main() -> None:
+    request = json.load(sys.stdin)
+    json.dump(_answer(request), sys.stdout)
+
+
+def _answer(request: Mapping[str, Any]) -> dict[str, Any]:
+    from robosc.lsp.analysis import Desk
+    from robosc.pipeline import synthesize
+
+    nothing: dict[str, Any] = {"diagnostics": [], "guards": [], "incomplete": None}
+    desk = Desk(library_path=request["library_path"])
+    for path, text in request["texts"].items():
+        desk.put(path, text)
+    source = Source(request["path"], request["text"])
+    robot = desk.analyse(source).reading.robot
+    if robot is None:
+        return nothing
+    try:
+        supervisor = synthesize(robot, max_states=_MOST_STATES)
+    except StateSpaceError as error:
+        return {**nothing, "incomplete": str(error)}
+    return {
+        **nothing,
+        "diagnostics": [
+            _document(d, source) for d in supervisor.diagnostics if d.span.source is source
+        ],
+        "guards": _guards(supervisor),
+    }
+
+
+def _document(diagnostic: Diagnostic, source: Source) -> dict[str, Any]:
+    def place(span: Span | None) -> list[int] | None:
+        return None if span is None or span.source is not source else [span.start, span.end]
+
+    return {
+        "severity": diagnostic.severity.value,
+        "code": diagnostic.code,
+        "message": diagnostic.message,
+        "place": place(diagnostic.span),
+        "hint": diagnostic.hint,
+        "notes": [[note.message, place(note.span)] for note in diagnostic.notes],
+    }
+
+
+def _guards(supervisor: Supervisor) -> list[dict[str, Any]]:
+    from robosc.ir.expr import to_dsl
+
+    return [
+        {
+            "communication": guard.event.key,
+            "event": guard.event.kind.value,
+            "text": to_dsl(guard.expr, supervisor.plant.robot),
+            "status": guard.status,
+            "reasons": [
+                [e.reason, e.remedy] for e in supervisor.explanations if e.event == guard.event
+            ],
+        }
+        for guard in supervisor.guards
+        if guard.event.kind.value != "tau"
+    ]

@@ -1,0 +1,174 @@
+"""What is told about a name when the pointer rests on it, as Markdown."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+
+from robosc.lsp.analysis import Analysis
+from robosc.lsp.derived import Derived
+from robosc.lsp.interfaces import definition_file
+from robosc.lsp.symbols import Occurrence, Symbol, SymbolKind
+from robosc.model.rosmsg import Interface, MessageDefinitions
+from robosc.source import Span
+
+__all__ = ["hover_text"]
+
+_LONGEST = 30
+"""Lines of a declaration or definition that are shown."""
+
+
+def hover_text(analysis: Analysis, found: Occurrence, derived: Derived | None) -> str:
+    """Declaration, real definition, and what synthesis says, whichever there is."""
+    symbol = found.symbol
+    parts = [_headline(symbol)]
+    if symbol.kind in (SymbolKind.ROS_TYPE, SymbolKind.ROS_PACKAGE):
+        parts += _ros(analysis.definitions, symbol)
+    elif symbol.kind is SymbolKind.INCOMING:
+        parts += _datatype(analysis, symbol.owner)
+    else:
+        parts += _declaration(symbol)
+    if symbol.kind is SymbolKind.COMMUNICATION:
+        parts += _communication(analysis, symbol, derived)
+    if symbol.kind is SymbolKind.INTERFACE and analysis.index.declared is not None:
+        node = analysis.index.declared.scope.interfaces.get(symbol.name)
+        if node is not None:
+            parts += _definition(analysis.definitions, node.package.text, node.type.text)
+    if symbol.kind in (SymbolKind.OBJECT, SymbolKind.PROPERTY):
+        parts += _carrier(analysis, symbol)
+    return "\n\n".join(parts)
+
+
+def _headline(symbol: Symbol) -> str:
+    match symbol.kind:
+        case SymbolKind.INCOMING:
+            return f"`value`: what comes in, {symbol.owner or 'of a type that is not known'}"
+        case SymbolKind.ROS_TYPE:
+            return f"`{symbol.owner}/{symbol.name}`"
+        case SymbolKind.ROS_PACKAGE:
+            return f"ROS package `{symbol.name}`"
+    name = f"{symbol.owner}.{symbol.name}" if symbol.owner else symbol.name
+    return f"**{name}**: {symbol.detail}"
+
+
+def _declaration(symbol: Symbol) -> Iterator[str]:
+    if symbol.whole is None or symbol.declared is None:
+        return
+    yield _fenced("rscd", _text(symbol.whole))
+
+
+def _text(span: Span) -> str:
+    """A declaration as written, without the indentation of its first line."""
+    line = span.source.line(span.line)
+    indent = line[: len(line) - len(line.lstrip())]
+    return textwrap.dedent(indent + span.text)
+
+
+def _fenced(language: str, text: str) -> str:
+    lines = text.strip("\n").splitlines()
+    if len(lines) > _LONGEST:
+        lines[_LONGEST:] = ["…"]
+    fence = "````" if "```" in text else "```"
+    return "\n".join([f"{fence}{language}", *lines, fence])
+
+
+def _datatype(analysis: Analysis, name: str) -> Iterator[str]:
+    declared = analysis.index.declared
+    symbol = declared.datatype(name) if declared is not None else None
+    if symbol is not None:
+        yield from _declaration(symbol)
+
+
+# --- ROS -----------------------------------------------------------------------------------------
+
+
+def _ros(definitions: MessageDefinitions, symbol: Symbol) -> Iterator[str]:
+    if symbol.kind is SymbolKind.ROS_TYPE:
+        yield from _definition(definitions, symbol.owner, symbol.name)
+        return
+    home = definitions.package(symbol.name)
+    yield f"`{home}`" if home is not None else "It is not found, so nothing can be checked."
+
+
+def _definition(definitions: MessageDefinitions, package: str, type_: str) -> Iterator[str]:
+    """The file as it is, or what Python bindings tell."""
+    file = definition_file(definitions, package, type_)
+    if file is not None:
+        try:
+            yield _fenced("", file.read_text(encoding="utf-8", errors="replace"))
+        except OSError:
+            return
+        return
+    for look_up in (definitions.message, definitions.service, definitions.action):
+        found = look_up(package, type_)
+        if isinstance(found, Interface):
+            yield _fenced("", _interface(found))
+            return
+    yield "Its definition is not found, so nothing can be checked against it."
+
+
+def _interface(interface: Interface) -> str:
+    parts = ("\n".join(f"{f.type} {f.name}" for f in part.fields) for part in interface.parts)
+    return "\n---\n".join(parts) or "# empty"
+
+
+def _carrier(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
+    """The real fields behind an object or a property."""
+    declared = analysis.index.declared
+    if declared is None:
+        return
+    if symbol.kind is SymbolKind.OBJECT:
+        definition = declared.carriers.get(symbol.name)
+        if definition is not None:
+            fields = "\n".join(f"{f.type} {f.name}" for f in definition.fields)
+            yield f"Carried by `{definition.name}`:\n\n{_fenced('', fields)}"
+        return
+    definition = declared.carriers.get(symbol.owner)
+    field = definition.field(symbol.name) if definition is not None else None
+    if definition is not None and field is not None:
+        yield f"`{field.type} {field.name}` of `{definition.name}`"
+
+
+# --- communications ------------------------------------------------------------------------------
+
+
+def _communication(analysis: Analysis, symbol: Symbol, derived: Derived | None) -> Iterator[str]:
+    declared = analysis.index.declared
+    if declared is None:
+        return
+    owner = declared.instances.get(symbol.owner)
+    info = owner.communications.get(symbol.name) if owner is not None else None
+    if info is None:
+        return
+    interface = declared.interface_of(info)
+    if interface is not None:
+        name = f"{interface.package}/{interface.type}"
+        yield f"Carried by `{name}`:\n\n{_fenced('', _interface(interface))}"
+    spans = [span for key, span in analysis.index.uses if key == info.key]
+    if spans:
+        texts = (f"{' '.join(s.text.split())}  // line {s.line}" for s in spans)
+        yield "Requirements:\n\n" + _fenced("rscd", "\n".join(texts))
+    if derived is not None:
+        yield from _guards(info.key, derived)
+
+
+def _guards(key: str, derived: Derived) -> Iterator[str]:
+    for guard in derived.guards:
+        if guard.communication != key:
+            continue
+        head = f"`{guard.event}` is {_STATUS[guard.status]}"
+        if guard.status == "never":
+            yield head
+        elif guard.text == "true":
+            yield f"{head}: always allowed where its component can do it"
+        else:
+            yield f"{head}. Synthesis allows it where\n\n{_fenced('rscd', guard.text)}"
+        for reason, remedy in guard.reasons:
+            yield f"Why: {reason}" + (f"\n\nRemedy: {remedy}" if remedy else "")
+
+
+_STATUS = {
+    "as required": "allowed as the requirements say",
+    "restricted": "restricted further than the requirements say",
+    "never": "never allowed",
+}

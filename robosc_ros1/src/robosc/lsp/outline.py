@@ -1,0 +1,152 @@
+"""The shape of a file: its outline, and the ranges that can be folded."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from robosc.lsp.analysis import Analysis
+from robosc.source import Source, Span
+from robosc.syntax.nodes import (
+    ActionNode,
+    BehaviourNode,
+    ComponentNode,
+    DeclarationNode,
+    EnumNode,
+    FileNode,
+    ImportNode,
+    InterfaceNode,
+    MessageNode,
+    ObjectNode,
+    ProvideNode,
+    RequirementNode,
+    ServiceNode,
+    StateNode,
+    VariableNode,
+)
+from robosc.syntax.scan import scan
+
+__all__ = ["Entry", "Fold", "folds", "outline"]
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """``name`` is the range of the name, within ``whole``."""
+
+    label: str
+    kind: str
+    detail: str
+    whole: Span
+    name: Span
+    children: tuple[Entry, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Fold:
+    """First and last line, from 1."""
+
+    first: int
+    last: int
+    comment: bool = False
+
+
+def outline(analysis: Analysis) -> tuple[Entry, ...]:
+    """The declarations of a file as a tree; empty if nothing could be read."""
+    scope = analysis.reading.file.scope
+    if scope is None:
+        return ()
+    node: FileNode = scope.node
+    children = tuple(_declaration(d) for d in node.declarations)
+    return (Entry(node.name.text, node.kind, "", node.span, node.name.span, children),)
+
+
+def _declaration(node: DeclarationNode) -> Entry:
+    match node:
+        case ComponentNode():
+            children = tuple(_inside(node))
+            return Entry(
+                node.name.text, "component", "component", node.span, node.name.span, children
+            )
+        case ImportNode():
+            detail = f"{node.component.text} from {node.library.text}"
+            return Entry(node.name.text, "component", detail, node.span, node.name.span)
+        case RequirementNode():
+            label = " ".join(node.span.text.split()).removeprefix("requirement ")
+            return Entry(label, "requirement", "requirement", node.span, node.span)
+        case ProvideNode():
+            name = node.communication
+            return Entry(name.span.text, "provide", "provide", node.span, name.span)
+        case ObjectNode():
+            children = tuple(
+                Entry(p.name.text, "property", p.type.span.text, p.span, p.name.span)
+                for p in node.properties
+            )
+            return Entry(node.name.text, "object", "object", node.span, node.name.span, children)
+        case EnumNode():
+            children = tuple(
+                Entry(r.value.text, "enum value", "", r.span, r.value.span) for r in node.rules
+            )
+            return Entry(node.name.text, "enum", "enum", node.span, node.name.span, children)
+        case InterfaceNode():
+            detail = f"{node.package.text}/{node.type.text}"
+            return Entry(node.name.text, "interface", detail, node.span, node.name.span)
+
+
+def _inside(node: ComponentNode) -> Iterator[Entry]:
+    for item in node.items:
+        match item:
+            case MessageNode():
+                detail = f"{item.direction} message"
+                yield Entry(item.name.text, "communication", detail, item.span, item.name.span)
+            case ServiceNode():
+                yield Entry(item.name.text, "communication", "service", item.span, item.name.span)
+            case ActionNode():
+                yield Entry(item.name.text, "communication", "action", item.span, item.name.span)
+            case BehaviourNode():
+                yield from _behaviour(item)
+
+
+def _behaviour(node: BehaviourNode) -> Iterator[Entry]:
+    for item in node.items:
+        match item:
+            case VariableNode():
+                detail = item.type.span.text
+                yield Entry(item.name.text, "variable", detail, item.span, item.name.span)
+            case StateNode():
+                words = ["initial"] * item.initial + ["marked"] * item.marked
+                detail = " ".join(words)
+                yield Entry(item.name.text, "state", detail, item.span, item.name.span)
+
+
+def folds(source: Source) -> list[Fold]:
+    """Blocks in braces and comments that are longer than a line, whatever the model's state."""
+    scanned = scan(source)
+    found: list[Fold] = []
+    opened: list[int] = []
+    strings = _without_strings(scanned.text)
+    for offset, character in enumerate(strings):
+        if character == "{":
+            opened.append(source.position(offset)[0])
+        elif character == "}" and opened:
+            first, last = opened.pop(), source.position(offset)[0] - 1
+            if last > first:
+                found.append(Fold(first, last))
+    start = end = 0
+    for comment in scanned.comments:
+        first, last = source.position(comment.start)[0], source.position(comment.end)[0]
+        own = not source.line(first)[: source.position(comment.start)[1] - 1].strip()
+        if own and first == end + 1 and start:
+            end = last
+            continue
+        if end > start:
+            found.append(Fold(start, end, comment=True))
+        start, end = (first, last) if own else (0, 0)
+    if end > start:
+        found.append(Fold(start, end, comment=True))
+    return found
+
+
+def _without_strings(text: str) -> str:
+    """Equally long, with blanks for strings."""
+    return re.sub(r"\"[^\"\n]*\"|'[^'\n]*'", lambda match: " " * len(match.group()), text)

@@ -1,0 +1,94 @@
+"""References to a symbol in all model files, and its renaming."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from robosc.lsp.actions import Edit
+from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.symbols import Occurrence, Symbol, SymbolKind
+from robosc.names import IDENTIFIER
+from robosc.source import Source
+
+__all__ = ["RenameError", "applied", "may_be_renamed", "references", "rename"]
+
+_ALWAYS_ESCAPED = frozenset({"value", "true", "false", "and", "or"})
+_FIXED = (SymbolKind.ROS_TYPE, SymbolKind.ROS_PACKAGE, SymbolKind.INCOMING)
+
+
+class RenameError(Exception):
+    """Why a name cannot be given, for the user."""
+
+
+def may_be_renamed(symbol: Symbol) -> bool:
+    return symbol.kind not in _FIXED
+
+
+def references(
+    desk: Desk, path: str, symbol: Symbol, *, declaration: bool = True
+) -> Mapping[str, list[Occurrence]]:
+    """Where a symbol is named, by file, in reading order."""
+    found: dict[str, list[Occurrence]] = {}
+    for file, analysis in desk.related(path).items():
+        here = [o for o in analysis.index.of(symbol) if declaration or not o.declaration]
+        if here:
+            found[file] = here
+    return found
+
+
+def rename(desk: Desk, path: str, symbol: Symbol, name: str) -> Mapping[str, list[Edit]]:
+    """The edits of each file that give a symbol another name.
+
+    Raises RenameError if the name is none, or would mean something else somewhere.
+    """
+    name = name.removeprefix("^")
+    if not re.fullmatch(IDENTIFIER, name, re.ASCII):
+        raise RenameError(f"'{name}' is no name: letters, digits and '_', no digit first")
+    if not may_be_renamed(symbol):
+        raise RenameError("this name is not given by a model")
+    found = references(desk, path, symbol)
+    spellings = (f"^{name}",) if name in _ALWAYS_ESCAPED else (name, f"^{name}")
+    for spelling in spellings:
+        edits = {file: [Edit(o.span, spelling) for o in here] for file, here in found.items()}
+        if _is_harmless(desk, edits, {file: len(here) for file, here in found.items()}):
+            return edits
+    raise RenameError(f"'{name}' would clash with another name, or change what a name means")
+
+
+def _is_harmless(desk: Desk, edits: Mapping[str, list[Edit]], counts: Mapping[str, int]) -> bool:
+    """Do all files say the same with the new name: no new fault, and as many uses of it?
+
+    The files are read with their edits, libraries and those that import them together.
+    """
+    trial = Desk(desk.library_path, desk.strict, desk.folders)
+    for file in {*desk.open, *edits}:
+        source = desk.source(file)
+        if source is not None:
+            trial.put(file, applied(source, edits.get(file, [])))
+    for file, changes in edits.items():
+        before, after = desk.analysis(file), trial.analysis(file)
+        if before is None or after is None:
+            return False
+        if _faults(before) != _faults(after):
+            return False
+        occurrence = after.index.at(changes[0].span.start)
+        if occurrence is None:
+            return False
+        if sum(1 for _ in after.index.of(occurrence.symbol)) != counts[file]:
+            return False
+        if len(after.index.occurrences) != len(before.index.occurrences):
+            return False
+    return True
+
+
+def _faults(analysis: Analysis) -> list[str]:
+    return sorted(d.code for d in analysis.diagnostics)
+
+
+def applied(source: Source, edits: list[Edit]) -> str:
+    """The text with edits that do not overlap."""
+    text = source.text
+    for edit in sorted(edits, key=lambda e: e.span.start, reverse=True):
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    return text

@@ -1,0 +1,455 @@
+"""The server: requests of the protocol to what the other modules know.
+
+Everything happens in one thread, between requests: reading a model takes some ten milliseconds.
+Only synthesis is computed elsewhere (:mod:`robosc.lsp.derived`).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from lsprotocol import types
+from pygls.lsp.server import LanguageServer
+
+from robosc.errors import Diagnostic, ModelError, sort_diagnostics
+from robosc.lsp import tokens, wire
+from robosc.lsp.actions import Edit, actions_for
+from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.completion import complete
+from robosc.lsp.context import context_at
+from robosc.lsp.definition import definition_of
+from robosc.lsp.derived import Derived, command, derived_from, moved, request_for
+from robosc.lsp.hover import hover_text
+from robosc.lsp.outline import folds, outline
+from robosc.lsp.positions import Encoding, offset_of
+from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
+from robosc.lsp.symbols import Occurrence
+from robosc.source import Source, Span
+from robosc.syntax.format import format_text
+
+__all__ = ["serve"]
+
+_PAUSE = 0.05
+"""Seconds without a keystroke until diagnostics are told."""
+
+_REST = 0.5
+"""Seconds without a keystroke until synthesis begins."""
+
+_PATIENCE = 60.0
+"""Seconds after which synthesis is given up."""
+
+_WATCHED = ("**/*.{rscd,rsc,msg,srv,action}", "**/package.xml")
+
+
+def serve(version: str, library_path: Sequence[str] = (), strict: bool = False) -> None:
+    """Serve one client on standard input and output until it says that it has ended."""
+    _Session(version, Desk(list(library_path), strict)).server.start_io()
+
+
+class _Session:
+    """One client."""
+
+    def __init__(self, version: str, desk: Desk) -> None:
+        self.server = LanguageServer(
+            "robosc", version, text_document_sync_kind=types.TextDocumentSyncKind.Full
+        )
+        self._desk = desk
+        self._given_path = tuple(desk.library_path)
+        self._derived: dict[str, Derived] = {}
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+        self._runs: dict[str, asyncio.Task[None]] = {}
+        self._register()
+
+    def _register(self) -> None:
+        handlers: dict[str, Callable[[Any], Any]] = {
+            types.INITIALIZE: self._initialize,
+            types.INITIALIZED: self._initialized,
+            types.SHUTDOWN: self._shutdown,
+            types.TEXT_DOCUMENT_DID_OPEN: self._opened,
+            types.TEXT_DOCUMENT_DID_CHANGE: self._changed,
+            types.TEXT_DOCUMENT_DID_SAVE: self._saved,
+            types.TEXT_DOCUMENT_DID_CLOSE: self._closed,
+            types.WORKSPACE_DID_CHANGE_WATCHED_FILES: self._files_changed,
+            types.WORKSPACE_DID_CHANGE_CONFIGURATION: self._configured,
+            types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: self._symbols,
+            types.TEXT_DOCUMENT_FOLDING_RANGE: self._folding,
+            types.TEXT_DOCUMENT_FORMATTING: self._formatting,
+            types.TEXT_DOCUMENT_HOVER: self._hover,
+            types.TEXT_DOCUMENT_DEFINITION: self._definition,
+            types.TEXT_DOCUMENT_REFERENCES: self._references,
+            types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: self._highlight,
+            types.TEXT_DOCUMENT_PREPARE_RENAME: self._prepare_rename,
+        }
+        for name, handler in handlers.items():
+            self._add(name, handler)
+        self._add(types.TEXT_DOCUMENT_RENAME, self._rename, types.RenameOptions(True))
+        self._add(
+            types.TEXT_DOCUMENT_COMPLETION,
+            self._completion,
+            types.CompletionOptions(trigger_characters=[".", ":", ">", "=", " ", "{"]),
+        )
+        self._add(
+            types.TEXT_DOCUMENT_CODE_ACTION,
+            self._actions,
+            types.CodeActionOptions([types.CodeActionKind.QuickFix]),
+        )
+        self._add(
+            types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL,
+            self._tokens,
+            wire.legend(tokens.TYPES, tokens.MODIFIERS),
+        )
+
+    def _add(self, name: str, handler: Callable[[Any], Any], options: Any = None) -> None:
+        def handle(params: Any) -> Any:  # pygls marks what it is given; methods cannot be marked
+            return handler(params)
+
+        self.server.feature(name, options)(handle)
+
+    # --- the client and its files ----------------------------------------------------------------
+
+    @property
+    def _encoding(self) -> Encoding:
+        chosen = self.server.server_capabilities.position_encoding
+        value = getattr(chosen, "value", chosen)
+        return "utf-8" if value == "utf-8" else "utf-32" if value == "utf-32" else "utf-16"
+
+    def _initialize(self, params: types.InitializeParams) -> None:
+        self._configure(params.initialization_options)
+
+    def _initialized(self, params: types.InitializedParams) -> None:
+        self._find_folders()
+        watching = self.server.client_capabilities.workspace
+        watching = watching.did_change_watched_files if watching is not None else None
+        if watching is None or not watching.dynamic_registration:
+            return
+        watchers = [types.FileSystemWatcher(pattern) for pattern in _WATCHED]
+        registration = types.Registration(
+            "files",
+            types.WORKSPACE_DID_CHANGE_WATCHED_FILES,
+            types.DidChangeWatchedFilesRegistrationOptions(watchers),
+        )
+        self.server.client_register_capability(types.RegistrationParams([registration]))
+
+    def _find_folders(self) -> None:
+        folders = self.server.workspace.folders
+        roots = [wire.path_of(uri) for uri in folders]
+        if not roots and self.server.workspace.root_path:
+            roots = [self.server.workspace.root_path]
+        self._desk.folders = roots
+
+    def _configured(self, params: types.DidChangeConfigurationParams) -> None:
+        settings = params.settings
+        if isinstance(settings, Mapping):
+            self._configure(settings.get("robosc", settings))
+            self._refresh()
+
+    def _configure(self, options: Any) -> None:
+        """``libraryPath`` and ``strict``; what is of another kind is as good as absent."""
+        if not isinstance(options, Mapping):
+            return
+        folders = options.get("libraryPath")
+        if isinstance(folders, list):
+            more = [folder for folder in folders if isinstance(folder, str)]
+            self._desk.library_path = [*self._given_path, *more]
+        if isinstance(options.get("strict"), bool):
+            self._desk.strict = options["strict"]
+
+    def _shutdown(self, params: None) -> None:
+        for timer in self._timers.values():
+            timer.cancel()
+        for run in self._runs.values():
+            run.cancel()
+
+    def _opened(self, params: types.DidOpenTextDocumentParams) -> None:
+        self._take(params.text_document.uri, 0.0)
+
+    def _changed(self, params: types.DidChangeTextDocumentParams) -> None:
+        self._take(params.text_document.uri, _REST)
+
+    def _saved(self, params: types.DidSaveTextDocumentParams) -> None:
+        self._refresh()
+
+    def _files_changed(self, params: types.DidChangeWatchedFilesParams) -> None:
+        self._refresh()
+
+    def _refresh(self) -> None:
+        self._find_folders()
+        self._desk.refresh()
+        for path in self._desk.open:
+            self._schedule(path, 0.0)
+
+    def _closed(self, params: types.DidCloseTextDocumentParams) -> None:
+        path = wire.path_of(params.text_document.uri)
+        self._stop(path)
+        self._derived.pop(path, None)
+        self._desk.close(path)
+        self.server.text_document_publish_diagnostics(
+            types.PublishDiagnosticsParams(params.text_document.uri, [])
+        )
+
+    def _take(self, uri: str, rest: float) -> None:
+        path = wire.path_of(uri)
+        self._desk.put(path, self.server.workspace.get_text_document(uri).source)
+        for other in self._desk.open:
+            self._schedule(other, rest if other == path else _REST)
+
+    # --- diagnostics -----------------------------------------------------------------------------
+
+    def _schedule(self, path: str, rest: float) -> None:
+        """Tell diagnostics soon, and what synthesis finds later."""
+        self._stop(path)
+        loop = asyncio.get_running_loop()
+        self._timers[path] = loop.call_later(_PAUSE, self._tell, path)
+        self._runs[path] = loop.create_task(self._derive(path, rest))
+
+    def _stop(self, path: str) -> None:
+        timer, run = self._timers.pop(path, None), self._runs.pop(path, None)
+        if timer is not None:
+            timer.cancel()
+        if run is not None:
+            run.cancel()
+
+    def _tell(self, path: str) -> None:
+        analysis = self._desk.analysis(path)
+        if analysis is None or path not in self._desk.open:
+            return
+        uri = self._uri(path)
+        self.server.text_document_publish_diagnostics(
+            types.PublishDiagnosticsParams(
+                uri,
+                wire.diagnostics_for(analysis.source, self._diagnostics(analysis), self._encoding),
+                version=self.server.workspace.get_text_document(uri).version,
+            )
+        )
+
+    def _uri(self, path: str) -> str:
+        """The URI as the client has written it."""
+        documents = self.server.workspace.text_documents
+        return next((uri for uri in documents if wire.path_of(uri) == path), wire.uri_of(path))
+
+    def _diagnostics(self, analysis: Analysis) -> list[Diagnostic]:
+        derived = self._derived.get(analysis.path)
+        if derived is None or analysis.reading.robot is None:
+            return sort_diagnostics(analysis.diagnostics)
+        return sort_diagnostics([*analysis.diagnostics, *moved(derived, analysis.source)])
+
+    async def _derive(self, path: str, rest: float) -> None:
+        """Ask a process of its own for what synthesis finds; cancelled when the text changes."""
+        await asyncio.sleep(rest)
+        analysis = self._desk.analysis(path)
+        if analysis is None or analysis.reading.robot is None:
+            return
+        source = analysis.source
+        texts = {p: self._text(p) for p in self._desk.open if p != path}
+        request = request_for(source, self._desk.library_path, texts)
+        answer = await _run(request)
+        derived = derived_from(source, answer) if answer is not None else None
+        if derived is None:
+            self._log(f"{path}: no answer from synthesis")
+            return
+        if derived.incomplete is not None:
+            self._log(f"{path}: checked without synthesis: {derived.incomplete}")
+        self._derived[path] = derived
+        self._tell(path)
+
+    def _text(self, path: str) -> str:
+        source = self._desk.source(path)
+        return source.text if source is not None else ""
+
+    def _log(self, message: str) -> None:
+        self.server.window_log_message(types.LogMessageParams(types.MessageType.Info, message))
+
+    # --- requests about a document ---------------------------------------------------------------
+
+    def _analysis(self, params: Any) -> Analysis | None:
+        return self._desk.analysis(wire.path_of(params.text_document.uri))
+
+    def _offset(self, source: Source, position: types.Position) -> int:
+        return offset_of(source, (position.line, position.character), self._encoding)
+
+    def _named(self, params: Any) -> tuple[Analysis, Occurrence] | None:
+        """The name at the position of a request."""
+        analysis = self._analysis(params)
+        if analysis is None:
+            return None
+        found = analysis.index.at(self._offset(analysis.source, params.position))
+        return (analysis, found) if found is not None else None
+
+    def _symbols(self, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+        analysis = self._analysis(params)
+        entries = outline(analysis) if analysis is not None else ()
+        return [wire.document_symbol(entry, self._encoding) for entry in entries]
+
+    def _folding(self, params: types.FoldingRangeParams) -> list[types.FoldingRange]:
+        analysis = self._analysis(params)
+        found = folds(analysis.source) if analysis is not None else []
+        return [wire.folding_range(fold) for fold in found]
+
+    def _formatting(self, params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
+        """None for a text with errors of syntax: it stays as it is."""
+        analysis = self._analysis(params)
+        if analysis is None:
+            return None
+        try:
+            text = format_text(analysis.source)
+        except ModelError:
+            return None
+        edit = _difference(analysis.source, text)
+        return [wire.text_edit(edit, self._encoding)] if edit is not None else []
+
+    def _hover(self, params: types.HoverParams) -> types.Hover | None:
+        named = self._named(params)
+        if named is None:
+            return None
+        analysis, found = named
+        derived = self._derived.get(analysis.path)
+        if derived is not None and derived.source.text != analysis.source.text:
+            derived = None
+        text = hover_text(analysis, found, derived)
+        return types.Hover(
+            types.MarkupContent(types.MarkupKind.Markdown, text),
+            wire.range_(found.span, self._encoding),
+        )
+
+    def _definition(self, params: types.DefinitionParams) -> types.Location | None:
+        named = self._named(params)
+        span = definition_of(*named) if named is not None else None
+        return wire.location(span, self._encoding) if span is not None else None
+
+    def _references(self, params: types.ReferenceParams) -> list[types.Location]:
+        named = self._named(params)
+        if named is None:
+            return []
+        analysis, found = named
+        by_file = references(
+            self._desk,
+            analysis.path,
+            found.symbol,
+            declaration=params.context.include_declaration,
+        )
+        return [wire.location(o.span, self._encoding) for here in by_file.values() for o in here]
+
+    def _highlight(self, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+        named = self._named(params)
+        if named is None:
+            return []
+        analysis, found = named
+        kinds = types.DocumentHighlightKind
+        return [
+            types.DocumentHighlight(
+                wire.range_(o.span, self._encoding),
+                kinds.Write if o.write or o.declaration else kinds.Read,
+            )
+            for o in analysis.index.of(found.symbol)
+        ]
+
+    def _prepare_rename(self, params: types.PrepareRenameParams) -> types.Range | None:
+        named = self._named(params)
+        if named is None or not may_be_renamed(named[1].symbol):
+            return None
+        return wire.range_(named[1].span, self._encoding)
+
+    def _rename(self, params: types.RenameParams) -> types.WorkspaceEdit | None:
+        from pygls.exceptions import JsonRpcInvalidParams
+
+        named = self._named(params)
+        if named is None:
+            return None
+        analysis, found = named
+        try:
+            edits = rename(self._desk, analysis.path, found.symbol, params.new_name)
+        except RenameError as error:
+            raise JsonRpcInvalidParams(str(error)) from error
+        return self._workspace_edit(edits)
+
+    def _workspace_edit(self, edits: Mapping[str, Sequence[Edit]]) -> types.WorkspaceEdit:
+        return types.WorkspaceEdit(
+            {
+                self._uri(path): [wire.text_edit(edit, self._encoding) for edit in here]
+                for path, here in edits.items()
+            }
+        )
+
+    def _completion(self, params: types.CompletionParams) -> types.CompletionList:
+        path = wire.path_of(params.text_document.uri)
+        source = self._desk.source(path)
+        if source is None:
+            return types.CompletionList(False, [])
+        offset = self._offset(source, params.position)
+        start = context_at(source, offset).start
+        place = wire.range_(Span(source, start, offset), self._encoding)
+        snippets = self._has_snippets()
+        return types.CompletionList(
+            False,
+            [wire.completion_item(c, place, snippets) for c in complete(self._desk, path, offset)],
+        )
+
+    def _has_snippets(self) -> bool:
+        document = self.server.client_capabilities.text_document
+        completion = document.completion if document is not None else None
+        item = completion.completion_item if completion is not None else None
+        return bool(item is not None and item.snippet_support)
+
+    def _actions(self, params: types.CodeActionParams) -> list[types.CodeAction]:
+        analysis = self._analysis(params)
+        if analysis is None:
+            return []
+        start = self._offset(analysis.source, params.range.start)
+        end = self._offset(analysis.source, params.range.end)
+        found = []
+        for diagnostic in self._diagnostics(analysis):
+            span = diagnostic.span
+            if span.source is not analysis.source or span.start > end or span.end < start:
+                continue
+            for action in actions_for(analysis, diagnostic):
+                shown = wire.diagnostics_for(analysis.source, [diagnostic], self._encoding)
+                found.append(
+                    types.CodeAction(
+                        title=action.title,
+                        kind=types.CodeActionKind.QuickFix,
+                        diagnostics=shown,
+                        edit=self._workspace_edit({analysis.path: action.edits}),
+                    )
+                )
+        return found
+
+    def _tokens(self, params: types.SemanticTokensParams) -> types.SemanticTokens:
+        analysis = self._analysis(params)
+        data = tokens.encoded(analysis, self._encoding) if analysis is not None else []
+        return types.SemanticTokens(data)
+
+
+async def _run(request: bytes) -> bytes | None:
+    """The answer of the process for synthesis; None if it fails or takes too long."""
+    process = await asyncio.create_subprocess_exec(
+        *command(),
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.DEVNULL,
+    )
+    try:
+        answer, _ = await asyncio.wait_for(process.communicate(request), _PATIENCE)
+    except (TimeoutError, OSError):
+        return None
+    finally:
+        if process.returncode is None:
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
+    return answer
+
+
+def _difference(source: Source, text: str) -> Edit | None:
+    """The lines that differ, as one edit; the cursor and folds elsewhere stay where they are."""
+    if source.text == text:
+        return None
+    old, new = source.text.splitlines(keepends=True), text.splitlines(keepends=True)
+    most = min(len(old), len(new))
+    head = next((i for i in range(most) if old[i] != new[i]), most)
+    most -= head
+    tail = next((i for i in range(most) if old[-1 - i] != new[-1 - i]), most)
+    start = sum(map(len, old[:head]))
+    end = len(source.text) - sum(map(len, old[len(old) - tail :]))
+    return Edit(Span(source, start, end), "".join(new[head : len(new) - tail]))

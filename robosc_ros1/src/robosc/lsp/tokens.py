@@ -1,0 +1,111 @@
+"""Semantic tokens: what each word is, for editors that colour by meaning."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from robosc.lsp.analysis import Analysis
+from robosc.lsp.positions import Encoding, position_of
+from robosc.lsp.symbols import SymbolKind
+from robosc.source import Source
+from robosc.syntax.scan import scan
+
+__all__ = ["MODIFIERS", "TYPES", "encoded"]
+
+TYPES = (
+    "namespace", "class", "struct", "enum", "enumMember", "interface", "property", "variable",
+    "event", "parameter", "type", "keyword", "comment", "string", "number", "operator",
+)  # fmt: skip
+MODIFIERS = ("declaration", "modification")
+
+_OF_SYMBOL = {
+    SymbolKind.ROBOT: "namespace",
+    SymbolKind.LIBRARY: "namespace",
+    SymbolKind.COMPONENT: "class",
+    SymbolKind.COMMUNICATION: "event",
+    SymbolKind.STATE: "enumMember",
+    SymbolKind.VARIABLE: "variable",
+    SymbolKind.OBJECT: "struct",
+    SymbolKind.PROPERTY: "property",
+    SymbolKind.ENUM: "enum",
+    SymbolKind.VALUE: "enumMember",
+    SymbolKind.INTERFACE: "interface",
+    SymbolKind.ROS_TYPE: "type",
+    SymbolKind.ROS_PACKAGE: "namespace",
+    SymbolKind.INCOMING: "parameter",
+}
+_KEYWORDS = frozenset({
+    "robot", "library", "component", "from", "import", "with", "prefix", "incoming", "outgoing",
+    "message", "service", "action", "identifier", "type", "request", "response", "feedback",
+    "links", "behaviour", "variable", "initial", "marked", "state", "on", "error", "cancel",
+    "to", "if", "do", "goto", "transition", "requirement", "needs", "disables", "never",
+    "always", "provide", "datatype", "object", "enum", "default", "interface", "use", "and",
+    "or", "true", "false",
+})  # fmt: skip
+_BASIC = frozenset({"string", "boolean", "integer", "double", "none", "array"})
+_LEXEME = re.compile(
+    r"(?P<string>\"[^\"\n]*\"?|'[^'\n]*'?)|(?P<word>\^?[A-Za-z_]\w*)|(?P<number>\d[\d.eE]*)",
+    re.ASCII,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    start: int
+    end: int
+    type: str
+    modifiers: int = 0
+
+
+def encoded(analysis: Analysis, encoding: Encoding = "utf-16") -> list[int]:
+    """Five numbers for each token: line and column from the one before, length, type, modifiers."""
+    source = analysis.source
+    data: list[int] = []
+    line = column = 0
+    for token in _tokens(analysis):
+        for start, end in _lines(source, token):
+            at, from_ = position_of(source, start, encoding)
+            _, to = position_of(source, end, encoding)
+            before = column if at == line else 0
+            data += [
+                at - line,
+                from_ - before,
+                to - from_,
+                TYPES.index(token.type),
+                token.modifiers,
+            ]
+            line, column = at, from_
+    return data
+
+
+def _lines(source: Source, token: _Token) -> Iterator[tuple[int, int]]:
+    """A token may not go over a line end."""
+    start = token.start
+    for part in source.text[token.start : token.end].split("\n"):
+        if part:
+            yield start, start + len(part)
+        start += len(part) + 1
+
+
+def _tokens(analysis: Analysis) -> list[_Token]:
+    names = {}
+    for occurrence in analysis.index.occurrences:
+        modifiers = occurrence.declaration | occurrence.write << 1
+        span = occurrence.span
+        names[span.start] = _Token(
+            span.start, span.end, _OF_SYMBOL[occurrence.symbol.kind], modifiers
+        )
+    found = list(names.values())
+    scanned = scan(analysis.source)
+    found += (_Token(c.start, c.end, "comment") for c in scanned.comments)
+    for match in _LEXEME.finditer(scanned.text):
+        if match.start() in names:
+            continue
+        kind, word = match.lastgroup or "", match.group()
+        if kind == "word":
+            kind = "keyword" if word in _KEYWORDS else "type" if word in _BASIC else ""
+        if kind:
+            found.append(_Token(match.start(), match.end(), kind))
+    return sorted(found, key=lambda token: token.start)

@@ -1,0 +1,158 @@
+"""Values of this package as the protocol's types."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from urllib.parse import unquote, urlparse
+
+from lsprotocol import types
+
+from robosc.errors import Diagnostic, Note, Severity
+from robosc.lsp.actions import Edit
+from robosc.lsp.completion import Candidate
+from robosc.lsp.outline import Entry, Fold
+from robosc.lsp.positions import Encoding, range_of
+from robosc.source import Source, Span
+
+__all__ = [
+    "completion_item", "diagnostics_for", "document_symbol", "folding_range", "legend", "location",
+    "path_of", "range_", "text_edit", "uri_of",
+]  # fmt: skip
+
+_SYMBOLS = {
+    "robot": types.SymbolKind.Module,
+    "library": types.SymbolKind.Module,
+    "component": types.SymbolKind.Class,
+    "requirement": types.SymbolKind.Boolean,
+    "provide": types.SymbolKind.Constructor,
+    "object": types.SymbolKind.Struct,
+    "property": types.SymbolKind.Property,
+    "enum": types.SymbolKind.Enum,
+    "enum value": types.SymbolKind.EnumMember,
+    "interface": types.SymbolKind.Interface,
+    "communication": types.SymbolKind.Event,
+    "variable": types.SymbolKind.Variable,
+    "state": types.SymbolKind.EnumMember,
+}
+_ITEMS = {
+    "keyword": types.CompletionItemKind.Keyword,
+    "component": types.CompletionItemKind.Class,
+    "library": types.CompletionItemKind.Module,
+    "communication": types.CompletionItemKind.Event,
+    "state": types.CompletionItemKind.EnumMember,
+    "enum value": types.CompletionItemKind.EnumMember,
+    "variable": types.CompletionItemKind.Variable,
+    "value": types.CompletionItemKind.Variable,
+    "object": types.CompletionItemKind.Struct,
+    "enum": types.CompletionItemKind.Enum,
+    "property": types.CompletionItemKind.Property,
+    "interface": types.CompletionItemKind.Interface,
+    "ROS type": types.CompletionItemKind.Interface,
+    "ROS package": types.CompletionItemKind.Module,
+}
+_SEVERITY = {
+    Severity.ERROR: types.DiagnosticSeverity.Error,
+    Severity.WARNING: types.DiagnosticSeverity.Warning,
+}
+
+
+def path_of(uri: str) -> str:
+    """The file of a URI; what is no file keeps its URI as its name."""
+    parts = urlparse(uri)
+    return unquote(parts.path) if parts.scheme == "file" else uri
+
+
+def uri_of(path: str) -> str:
+    return Path(path).as_uri() if path.startswith("/") else path
+
+
+def range_(span: Span, encoding: Encoding) -> types.Range:
+    (line, column), (end_line, end_column) = range_of(span, encoding)
+    return types.Range(types.Position(line, column), types.Position(end_line, end_column))
+
+
+def location(span: Span, encoding: Encoding) -> types.Location:
+    return types.Location(uri_of(span.source.path), range_(span, encoding))
+
+
+def text_edit(edit: Edit, encoding: Encoding) -> types.TextEdit:
+    return types.TextEdit(range_(edit.span, encoding), edit.text)
+
+
+# --- diagnostics ---------------------------------------------------------------------------------
+
+
+def diagnostics_for(
+    source: Source, found: Iterable[Diagnostic], encoding: Encoding
+) -> list[types.Diagnostic]:
+    """Those that concern a text; a library's stand where it is imported."""
+    return [_diagnostic(source, diagnostic, encoding) for diagnostic in found]
+
+
+def _diagnostic(source: Source, found: Diagnostic, encoding: Encoding) -> types.Diagnostic:
+    message, span, notes = found.message, found.span, found.notes
+    if found.hint is not None:
+        message += f"\n{found.hint}"
+    if span.source is not source:
+        here = [n.span for n in notes if n.span is not None and n.span.source is source]
+        notes = (Note("the fault is here", span), *notes)
+        name = Path(span.source.path).name
+        message = f"{name}:{span.line}: {message}"
+        span = here[0] if here else Span(source, 0, 0)
+    related = [
+        types.DiagnosticRelatedInformation(location(n.span, encoding), n.message)
+        for n in notes
+        if n.span is not None
+    ]
+    words = [message, *(n.message for n in notes if n.span is None)]
+    faded = found.code.startswith("unused") or found.code == "unreachable-state"
+    return types.Diagnostic(
+        range=range_(span, encoding),
+        message="\n".join(words),
+        severity=_SEVERITY[found.severity],
+        code=found.code,
+        source="robosc",
+        tags=[types.DiagnosticTag.Unnecessary] if faded else None,
+        related_information=related or None,
+    )
+
+
+# --- outline, folding, completion ----------------------------------------------------------------
+
+
+def document_symbol(entry: Entry, encoding: Encoding) -> types.DocumentSymbol:
+    return types.DocumentSymbol(
+        name=entry.label,
+        detail=entry.detail,
+        kind=_SYMBOLS[entry.kind],
+        range=range_(entry.whole, encoding),
+        selection_range=range_(entry.name, encoding),
+        children=[document_symbol(child, encoding) for child in entry.children],
+    )
+
+
+def folding_range(fold: Fold) -> types.FoldingRange:
+    kind = types.FoldingRangeKind.Comment if fold.comment else types.FoldingRangeKind.Region
+    return types.FoldingRange(fold.first - 1, fold.last - 1, kind=kind)
+
+
+def completion_item(
+    candidate: Candidate, place: types.Range, snippets: bool
+) -> types.CompletionItem:
+    text = candidate.text if candidate.text is not None else candidate.label
+    is_snippet = "$0" in text and snippets
+    return types.CompletionItem(
+        label=candidate.label,
+        kind=_ITEMS[candidate.kind],
+        detail=candidate.detail or None,
+        sort_text=f"{candidate.rank}{candidate.label.casefold()}",
+        text_edit=types.TextEdit(place, text if is_snippet else text.replace("$0", "")),
+        insert_text_format=(
+            types.InsertTextFormat.Snippet if is_snippet else types.InsertTextFormat.PlainText
+        ),
+    )
+
+
+def legend(token_types: Sequence[str], modifiers: Sequence[str]) -> types.SemanticTokensLegend:
+    return types.SemanticTokensLegend(list(token_types), list(modifiers))
