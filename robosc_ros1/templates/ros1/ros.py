@@ -122,6 +122,13 @@ class RosPort(Port):
     def silence(self, key):
         return self._actions[key].silence()
 
+    def finish(self, key, patience):
+        """At the end: wait until the calls of a service are over, but not for long."""
+        service = self._services.get(key)
+        end = time.monotonic() + patience
+        while service is not None and service.is_busy() and time.monotonic() < end:
+            time.sleep(0.01)
+
     def log(self, level, text):
         _LOGGERS[level]("%s", text)
 
@@ -166,6 +173,9 @@ class _Service:
         deadline = time.monotonic() + timeout
         work = threading.Thread(target=self._work, args=(request, token, deadline), daemon=True)
         work.start()
+
+    def is_busy(self):
+        return bool(self._proxies)
 
     def abandon(self, token):
         with self._lock:

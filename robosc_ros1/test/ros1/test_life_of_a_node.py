@@ -55,6 +55,15 @@ def test_shutdown_cancels_goals_and_sends_the_stop_command(
         assert "Traceback" not in node.log
 
 
+def test_the_stop_command_may_be_a_service(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    service = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}
+    puppet.do("service", **service, mode="answer", delay=0.2)
+    with stage.controller(ear, stop_command="ask") as node:
+        node.process.send_signal(signal.SIGINT)
+        puppet.wait(lambda line: line.get("asked") == "/ask", "the stop command")
+        assert node.process.wait(20) == 0
+
+
 def test_a_second_node_of_the_same_name_takes_over(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import signal
+
 import pytest
 from ros1.stage import Puppet, Stage, event
 
@@ -101,6 +104,23 @@ def test_a_server_that_dies_in_the_call(stage: Stage, puppet: Puppet, ear: Puppe
         puppet.do("service", **ASK, mode="answer")
         node.tells(event("response", "ask"))
         assert one_end_per_request(node.events())
+
+
+def test_a_server_that_stands_still(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    """It is there and takes connections, but the process does nothing: not even shake hands."""
+    with stage.puppet() as victim, stage.controller(ear, timeout__ask=0.2) as node:
+        victim.do("service", **ASK, mode="answer")
+        puppet.publish("/ask_wanted", BOOL, True)
+        node.tells(event("response", "ask"))
+        os.kill(victim.process.pid, signal.SIGSTOP)
+        try:
+            node.shows(lambda s: s["counters"]["errors"] >= 8 and s["counters"]["failed"] >= 2)
+            assert "earlier calls have not returned" in node.log
+            mark = ear.mark
+        finally:
+            os.kill(victim.process.pid, signal.SIGCONT)
+        node.tells(event("response", "ask"), since=mark)
+        assert one_end_per_request([e for e in node.events() if e["outcome"] == "applied"])
 
 
 def test_a_service_of_another_type(stage: Stage, puppet: Puppet, ear: Puppet) -> None:

@@ -63,8 +63,9 @@ def main():
 
     def shut_down():
         engine.close()
-        thread.join(0.8)
-        reporter.close(0.5)
+        thread.join(0.5)
+        port.finish(settings.stop_command, 0.7)
+        reporter.close(0.4)
         rospy.rostime.wallsleep(0.1)  # publishers have queues of their own
 
     rospy.on_shutdown(shut_down)
