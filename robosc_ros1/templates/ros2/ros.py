@@ -184,8 +184,8 @@ class _Service:
         self._courier.do(lambda: self._abandon(token))
 
     def is_busy(self):
-        """Whether something is still to be sent to a server that is there."""
-        return False
+        """Whether a server that is there has not answered yet."""
+        return self._future is not None
 
     def _begin(self, request, token):
         self._token = token

@@ -30,6 +30,19 @@ def test_shutdown_cancels_goals_and_sends_the_stop_command(
     assert "Traceback" not in node.output
 
 
+def test_the_stop_command_may_be_a_service(graph: Graph, controller: Start) -> None:
+    node = controller(stop_command="lock", rate=0.01)
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.serve("door/lock", "std_srvs/srv/SetBool", {"success": False})
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    robot.expect("request", name="door/lock")
+    robot.expect_state("guarded_arm", lambda s: s["counters"]["inputs"] == 2)
+    node.signal(signal.SIGINT)
+    assert robot.expect("request", name="door/lock")["data"] == {"data": True}
+    assert node.wait() == 0
+
+
 def test_shutdown_while_everything_is_absent(graph: Graph, controller: Start) -> None:
     node = controller(stop_command="lock")
     robot = graph.peer()
