@@ -3,14 +3,15 @@
 Definitions are read by genmsg from ``.msg``, ``.srv`` and ``.action`` files, so a package in a
 source workspace serves as well as an installed one. Where only generated Python bindings are
 installed, they serve too, and without genmsg (a Python that is not the one of ROS) only these do.
+Packages of ROS 2 are read by :mod:`robosc.model.rosidl`, for which nothing need be installed.
 
 Packages are looked for, the first find winning, in:
 
 1. the ROS package path (``ROS_PACKAGE_PATH``, as rospkg reads it) and ``share`` of each folder of
-   ``CMAKE_PREFIX_PATH``, as ROS itself does;
+   ``AMENT_PREFIX_PATH`` and ``CMAKE_PREFIX_PATH``, as ROS 2 and ROS 1 themselves do;
 2. the folder of the model and the one above it: packages that lie directly in them;
-3. ``src`` of every catkin workspace around the model, and the folder that holds the package which
-   the model is part of;
+3. ``src`` of every catkin or colcon workspace around the model, and the folder that holds the
+   package which the model is part of;
 4. ``/opt/ros/*/share`` and ``/usr/share``, where distributions and Debian install them.
 """
 
@@ -19,12 +20,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robosc.model import rosbindings
+from robosc.model import rosbindings, rosidl
 
 __all__ = [
     "BASIC", "Definition", "Field", "FieldType", "INTEGERS", "Interface", "MessageDefinitions",
@@ -261,6 +262,8 @@ class MessageDefinitions:
 
     def _read(self, package: str, type_: str, folder: str) -> Interface | Missing:
         home = self.package(package)
+        if home is not None and rosidl.is_package(home):
+            return self._read_ros2(home, package, type_, folder)
         file = home / folder / f"{type_}.{folder}" if home is not None else None
         if file is None or not file.is_file():
             return self._generated(package, type_, folder, home)
@@ -272,6 +275,20 @@ class MessageDefinitions:
             return Interface(package, type_, tuple(_parts(text, package, type_, folder)))
         except (OSError, ValueError) as error:
             return Missing("faulty", package, detail=f"{package}/{folder}/{file.name} {error}")
+
+    def _read_ros2(self, home: Path, package: str, type_: str, folder: str) -> Interface | Missing:
+        try:
+            parts = rosidl.read(home, package, type_, folder)
+        except (OSError, ValueError) as error:
+            return Missing("faulty", package, detail=f"{package}/{folder}/{type_} {error}")
+        if parts is None:
+            files = (*(home / folder).glob(f"*.{folder}"), *(home / folder).glob("*.idl"))
+            return Missing("file", package, tuple(sorted({file.stem for file in files})))
+        definitions = (
+            replace(_slotted(f"{package}/{type_}{name}", part.fields), constants=part.constants)
+            for part, name in zip(parts, _PARTS[folder], strict=True)
+        )
+        return Interface(package, type_, tuple(definitions))
 
     def _generated(
         self, package: str, type_: str, folder: str, home: Path | None
@@ -340,9 +357,10 @@ def _places(model: Path, env: Mapping[str, str]) -> Iterator[tuple[Path, bool]]:
     for entry in env.get("ROS_PACKAGE_PATH", "").split(os.pathsep):
         if entry:
             yield Path(entry), not _is_share(Path(entry))
-    for entry in env.get("CMAKE_PREFIX_PATH", "").split(os.pathsep):
-        if entry:
-            yield Path(entry) / "share", False
+    for variable in ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH"):
+        for entry in env.get(variable, "").split(os.pathsep):
+            if entry:
+                yield Path(entry) / "share", False
     folder = Path(os.path.abspath(model)).parent  # noqa: PTH100 (resolve() would follow links)
     yield folder, False
     yield folder.parent, False
@@ -356,7 +374,10 @@ def _places(model: Path, env: Mapping[str, str]) -> Iterator[tuple[Path, bool]]:
 
 
 def _is_workspace(folder: Path) -> bool:
-    marks = (".catkin_workspace", ".catkin_tools", "src/CMakeLists.txt", "src/.rosinstall")
+    marks = (
+        ".catkin_workspace", ".catkin_tools", "src/CMakeLists.txt", "src/.rosinstall",
+        "install/.colcon_install_layout",
+    )  # fmt: skip
     return any((folder / mark).exists() for mark in marks)
 
 

@@ -1,0 +1,173 @@
+"""Definitions as ROS 2 has them: ``.msg``, ``.srv``, ``.action``, or ``.idl`` where that is all.
+
+Compared with ROS 1, fields may have default values and bounds, which matter to nobody here; types of
+the same package always go by their bare name, and there is no ``Header``, ``time`` or ``duration``.
+IDL is a language of its own (https://design.ros2.org/articles/idl_interface_definition.html), of
+which this reads what ROS 2's own tools write.
+
+Types are spelled as in ROS 1: ``float64``, ``string[3]``, ``geometry_msgs/Point[]``; a byte or a char
+of ROS 2 is a ``uint8``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Part", "is_package", "read"]
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A message, or one part of a service or action: fields as (name, type), names of constants."""
+
+    fields: tuple[tuple[str, str], ...]
+    constants: tuple[str, ...] = ()
+
+
+_BUILD_TYPE = re.compile(r"<build_type[^>]*>\s*ament_")
+_PARTS = {
+    "msg": ("",),
+    "srv": ("_Request", "_Response"),
+    "action": ("_Goal", "_Result", "_Feedback"),
+}
+
+
+def is_package(folder: Path) -> bool:
+    """Whether the package that lies here is one of ROS 2."""
+    try:
+        return bool(_BUILD_TYPE.search((folder / "package.xml").read_text(errors="replace")))
+    except OSError:
+        return False
+
+
+def read(package: Path, name: str, type_: str, kind: str) -> tuple[Part, ...] | None:
+    """The parts of ``msg/type_.msg`` or the like in the package ``name``; None if it is not there.
+
+    Raises:
+        ValueError: the file is faulty, with the line and what is wrong there.
+        OSError: it cannot be read.
+    """
+    file = package / kind / f"{type_}.{kind}"
+    if file.is_file():
+        return tuple(_texts(file.read_text(encoding="utf-8", errors="replace"), name, kind))
+    idl = file.with_suffix(".idl")
+    if idl.is_file():
+        return _idl(idl.read_text(encoding="utf-8", errors="replace"), type_, kind)
+    return None
+
+
+# --- .msg, .srv, .action -------------------------------------------------------------------------
+
+_BUILT_IN = {
+    **{f"{sign}int{bits}": f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)},
+    **{"bool": "bool", "byte": "uint8", "char": "uint8", "float32": "float32"},
+    **{"float64": "float64", "string": "string", "wstring": "string"},
+}
+_LINE = re.compile(
+    r"(?P<base>[A-Za-z]\w*(?:/[A-Za-z]\w*)?)(?:<=\d+)?"
+    r"(?:\[(?P<length>\d*|<=\d+)\])?\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)"
+)
+
+
+def _texts(text: str, package: str, kind: str) -> Iterator[Part]:
+    texts: list[list[tuple[int, str]]] = [[]]
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.startswith("---"):
+            texts.append([])
+        else:
+            texts[-1].append((number, line))
+    if len(texts) != len(_PARTS[kind]):
+        raise ValueError(f"has {len(texts)} parts instead of {len(_PARTS[kind])}")
+    for lines in texts:
+        yield _part(lines, package)
+
+
+def _part(lines: list[tuple[int, str]], package: str) -> Part:
+    fields = []
+    constants = []
+    for number, line in lines:
+        code = line.strip()
+        if not code or code.startswith("#"):
+            continue
+        match = _LINE.fullmatch(code)
+        if match is None:
+            raise ValueError(f"line {number}: {code!r} is no field and no constant")
+        if match["rest"].startswith("="):
+            constants.append(match["name"])
+            continue
+        base = match["base"]
+        if "/" not in base:
+            base = _BUILT_IN.get(base, f"{package}/{base}")
+        fields.append((match["name"], _spelled(base, match["length"])))
+    return Part(tuple(fields), tuple(constants))
+
+
+def _spelled(base: str, length: str | None) -> str:
+    if length is None:
+        return base
+    return f"{base}[]" if length.startswith("<") else f"{base}[{length}]"
+
+
+# --- .idl ----------------------------------------------------------------------------------------
+
+_NOISE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\])*"', re.DOTALL)
+_ANNOTATION = re.compile(r"@\w+\s*(?:\([^()]*\))?")
+_STRUCT = re.compile(r"struct\s+(\w+)\s*\{([^{}]*)\}")
+_TYPEDEF = re.compile(r"typedef\s+([^;]+?)\s+(\w+)\s*\[\s*(\d+)\s*\]\s*;")
+_CONSTANTS = re.compile(r"module\s+(\w+)_Constants\s*\{([^{}]*)\}")
+_CONSTANT = re.compile(r"const\s+[^;=]+?(\w+)\s*=")
+_SEQUENCE = re.compile(r"sequence\s*<\s*([\w:]+(?:\s*<\s*\d+\s*>)?)\s*(?:,\s*\d+\s*)?>")
+_IDL_TYPES = {
+    "boolean": "bool", "octet": "uint8", "char": "uint8", "wchar": "uint16", "float": "float32",
+    "double": "float64", "string": "string", "wstring": "string", "short": "int16",
+    "unsigned short": "uint16", "long": "int32", "unsigned long": "uint32", "long long": "int64",
+    "unsigned long long": "uint64",
+}  # fmt: skip
+
+
+def _idl(text: str, type_: str, kind: str) -> tuple[Part, ...]:
+    def blank(match: re.Match[str]) -> str:
+        return '""' if match[0].startswith('"') else " "
+
+    text = _ANNOTATION.sub(" ", _NOISE.sub(blank, text))
+    arrays = {name: (base, length) for base, name, length in _TYPEDEF.findall(text)}
+    structs = dict(_STRUCT.findall(text))
+    constants = {name: tuple(_CONSTANT.findall(body)) for name, body in _CONSTANTS.findall(text)}
+    parts = []
+    for suffix in _PARTS[kind]:
+        name = type_ + suffix
+        if name not in structs:
+            raise ValueError(f"has no struct {name}")
+        members = [m.strip() for m in structs[name].split(";") if m.strip()]
+        parts.append(Part(tuple(_members(members, arrays)), constants.get(name, ())))
+    return tuple(parts)
+
+
+def _members(members: list[str], arrays: dict[str, tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    for member in members:
+        type_, _, name = " ".join(member.split()).rpartition(" ")
+        # An empty struct of IDL must have a member; ROS 2 gives it this one.
+        if name == "structure_needs_at_least_one_member":
+            continue
+        if type_ in arrays:
+            base, length = arrays[type_]
+            yield name, f"{_idl_type(base)}[{length}]"
+        elif match := _SEQUENCE.fullmatch(type_):
+            yield name, f"{_idl_type(match[1])}[]"
+        else:
+            yield name, _idl_type(type_)
+
+
+def _idl_type(text: str) -> str:
+    base = re.sub(r"\s*<.*", "", " ".join(text.split()))
+    if base in _IDL_TYPES:
+        return _IDL_TYPES[base]
+    if re.fullmatch(r"u?int(8|16|32|64)", base):
+        return base
+    scopes = base.strip(":").split("::")
+    if len(scopes) < 2:
+        raise ValueError(f"the type {text!r} is not known")
+    return f"{scopes[0]}/{scopes[-1]}"

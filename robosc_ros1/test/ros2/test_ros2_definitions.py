@@ -1,0 +1,167 @@
+"""Interface definitions as ROS 2 has them, and models checked against them."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from ros2.ros2_support import HERE, Bed
+from ros_support import Completed
+
+from robosc.model import rosidl
+from robosc.model.rosidl import Part
+
+PACKAGE = """
+<package format="3"><name>shapes</name><export><build_type>ament_cmake</build_type></export></package>
+"""
+
+
+@pytest.fixture
+def shapes(tmp_path: Path) -> Path:
+    """An empty ROS 2 package."""
+    folder = tmp_path / "shapes"
+    folder.mkdir()
+    (folder / "package.xml").write_text(PACKAGE)
+    return folder
+
+
+def write(package: Path, name: str, text: str) -> None:
+    file = package / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(text)
+
+
+def test_a_message_with_all_that_ros_1_has_not(shapes: Path) -> None:
+    write(shapes, "msg/Shape.msg", """
+# A shape.
+uint8 ROUND=1
+string NAME = "a # b"
+string<=10 name "round # thing"  # bounded, with a default
+int32[<=5] corners [1, 2]
+wstring[3] labels
+Point centre
+builtin_interfaces/Time stamp
+float64 area 1.5
+""")  # fmt: skip
+    assert rosidl.read(shapes, "shapes", "Shape", "msg") == (
+        Part(
+            (
+                ("name", "string"), ("corners", "int32[]"), ("labels", "string[3]"),
+                ("centre", "shapes/Point"), ("stamp", "builtin_interfaces/Time"),
+                ("area", "float64"),
+            ),
+            ("ROUND", "NAME"),
+        ),
+    )  # fmt: skip
+
+
+def test_services_and_actions_have_their_parts(shapes: Path) -> None:
+    write(shapes, "srv/Cut.srv", "bool now\n---\nint32 pieces\n")
+    write(shapes, "action/Turn.action", "float64 angle\n---\n---\nfloat64 done\n")
+    assert rosidl.read(shapes, "shapes", "Cut", "srv") == (
+        Part((("now", "bool"),)),
+        Part((("pieces", "int32"),)),
+    )
+    assert rosidl.read(shapes, "shapes", "Turn", "action") == (
+        Part((("angle", "float64"),)),
+        Part(()),
+        Part((("done", "float64"),)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [("bool", "line 1: 'bool' is no field"), ("bool a\n---\n", "has 2 parts instead of 1")],
+)
+def test_faulty_files_say_where(shapes: Path, text: str, fault: str) -> None:
+    write(shapes, "msg/Bad.msg", text)
+    with pytest.raises(ValueError, match=fault):
+        rosidl.read(shapes, "shapes", "Bad", "msg")
+
+
+def test_what_is_not_there_is_none(shapes: Path) -> None:
+    assert rosidl.read(shapes, "shapes", "Nothing", "msg") is None
+
+
+def test_idl_with_constants_typedefs_and_annotations(shapes: Path) -> None:
+    write(shapes, "msg/Shape.idl", """
+#include "shapes/msg/Point.idl"
+module shapes { module msg {
+  typedef shapes::msg::Point shapes__msg__Point__4[4];
+  module Shape_Constants {
+    const uint8 ROUND = 1;
+    const string NAME = "struct Shape { long no; };";
+  };
+  @verbatim (language="comment", text="A shape; " "with (braces) { }")
+  struct Shape {  // not a member;
+    @default (value=3)
+    long corners;
+    unsigned long long id;
+    string<10> name;
+    sequence<double, 5> sides;
+    shapes__msg__Point__4 box;
+    builtin_interfaces::msg::Time stamp;
+    @key octet flags;
+  };
+}; };
+""")  # fmt: skip
+    assert rosidl.read(shapes, "shapes", "Shape", "msg") == (
+        Part(
+            (
+                ("corners", "int32"), ("id", "uint64"), ("name", "string"),
+                ("sides", "float64[]"), ("box", "shapes/Point[4]"),
+                ("stamp", "builtin_interfaces/Time"), ("flags", "uint8"),
+            ),
+            ("ROUND", "NAME"),
+        ),
+    )  # fmt: skip
+
+
+def test_idl_says_the_same_as_what_it_was_made_from(bed: Bed, tmp_path: Path) -> None:
+    """For every interface of the bed: that written by hand, and the IDL that rosidl made of it."""
+    seen = 0
+    for share in (bed.prefix / "share", bed.interfaces / "share"):
+        for idl in sorted(share.glob("*/*/*.idl")):
+            package, kind, type_ = idl.parts[-3], idl.parts[-2], idl.stem
+            if not idl.with_suffix(f".{kind}").is_file():
+                continue
+            alone = tmp_path / package
+            write_copy(idl, alone / kind)
+            by_hand = rosidl.read(share / package, package, type_, kind)
+            assert by_hand == rosidl.read(alone, package, type_, kind), idl
+            assert rosidl.is_package(share / package)
+            seen += 1
+    assert seen > 90
+
+
+def write_copy(file: Path, folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copy(file, folder)
+
+
+@pytest.mark.parametrize("only_idl", [False, True])
+def test_a_model_is_checked_against_the_ament_index(
+    bed: Bed, tmp_path: Path, robosc: Callable[..., Completed], only_idl: bool
+) -> None:
+    prefix = tmp_path / "prefix"
+    shutil.copytree(bed.interfaces / "share" / "robosc_testing", prefix / "share/robosc_testing")
+    for file in (prefix / "share").rglob("*"):
+        if only_idl and file.suffix in (".msg", ".srv", ".action"):
+            file.unlink()
+    path = f"{prefix}:{bed.prefix}"
+    model = (HERE / "models" / "guarded_arm.rscd").read_text()
+    (tmp_path / "good.rscd").write_text(model)
+    bad = model.replace("distance: double", "distanc: double").replace(
+        "value.distance", "value.distanc"
+    )
+    (tmp_path / "bad.rscd").write_text(bad)
+
+    good = robosc("check", "good.rscd", AMENT_PREFIX_PATH=path)
+    assert good.returncode == 0
+    assert "package-not-found" not in good.stderr
+    faulty = robosc("check", "bad.rscd", AMENT_PREFIX_PATH=path)
+    assert faulty.returncode == 1
+    assert "error[unknown-field]" in faulty.stderr
+    assert "did you mean 'distance'?" in faulty.stderr
