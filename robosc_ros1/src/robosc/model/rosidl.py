@@ -1,12 +1,13 @@
 """Definitions as ROS 2 has them: ``.msg``, ``.srv``, ``.action``, or ``.idl`` where that is all.
 
-Compared with ROS 1, fields may have default values and bounds, which matter to nobody here; types of
-the same package always go by their bare name, and there is no ``Header``, ``time`` or ``duration``.
-IDL is a language of its own (https://design.ros2.org/articles/idl_interface_definition.html), of
-which this reads what ROS 2's own tools write.
+Compared with ROS 1, fields may have default values and bounds, which matter to nobody here; types
+of the same package always go by their bare name, and there is no ``Header``, ``time`` or
+``duration``. IDL is a language of its own
+(https://design.ros2.org/articles/idl_interface_definition.html), of which this reads what ROS 2's
+own tools write.
 
-Types are spelled as in ROS 1: ``float64``, ``string[3]``, ``geometry_msgs/Point[]``; a byte or a char
-of ROS 2 is a ``uint8``.
+Types are spelled as in ROS 1: ``float64``, ``string[3]``, ``geometry_msgs/Point[]``; a byte or a
+char of ROS 2 is a ``uint8``.
 """
 
 from __future__ import annotations
