@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 from emit.generated_code import supervisor_of
 from simulate.players import SEVERAL_TYPES, line_follower, play, sent, session
 
 from robosc.simulate.faults import Failed, Refused, Wrong
+from robosc.simulate.generated import make_controller
 from robosc.simulate.session import Session
+from robosc.simulate.values import complete
 from robosc.supervisor import Supervisor
+from robosc.synthesis.wording import path_text
 
 
 @pytest.fixture(scope="module")
@@ -111,6 +116,23 @@ def test_a_random_run_is_saved_with_its_parameters(supervisor: Supervisor, tmp_p
     again.do(f"play {file}")
     assert again.machine.state == player.machine.state
     assert again.machine.time == pytest.approx(player.machine.time)
+
+
+@pytest.mark.parametrize("side", [-3, 0, 7])
+@pytest.mark.parametrize("tags", [[], [2], [0, 1]])
+def test_values_are_converted_as_the_controller_converts_messages(
+    side: int, tags: list[int]
+) -> None:
+    supervisor = supervisor_of(SEVERAL_TYPES)
+    point = SimpleNamespace(x=2.5, side=side)
+    controller = make_controller(supervisor)
+    entry = next(i for i in controller.INPUTS if i.key == "Sensor.pose")
+    event = next(e for e in supervisor.plant.events if e.key == entry.key)
+    parts = {"position.x": 2.5, "position.side": side}
+    parts |= {f"tags[{n}]": tag for n, tag in enumerate(tags)}
+    given = complete(supervisor.plant.robot, event, parts, "pose")
+    read = getattr(controller, entry.read)(SimpleNamespace(position=point, tags=tags, label=""))
+    assert {path_text(path): value for path, value in given.items()} == read
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ from itertools import groupby
 from typing import Any
 
 from robosc.simulate.machine import Command, Happening, Machine, label
-from robosc.simulate.session import WORDS, Session
+from robosc.simulate.session import Session
 from robosc.simulate.values import literal_text
 
-__all__ = ["Style", "happening_text", "happenings_text", "help_text", "session_text"]
+__all__ = ["Style", "happening_text", "happenings_text", "session_text"]
 
 _MOST_SHOWN = 60
 
@@ -147,12 +147,3 @@ def happenings_text(happenings: Sequence[Happening], style: Style) -> str:
     if left_out > 0:
         lines = [f"… {left_out} lines before these", *lines[-_MOST_SHOWN:]]
     return "".join(f"{line}\n" for line in lines)
-
-
-def help_text(session: Session) -> str:
-    """What can be written."""
-    width = max(len(usage) for usage, _ in WORDS.values())
-    lines = ["An event by its number or name, with a value where it carries one; the beginning of"]
-    lines += ["a name does: distance 0.4, grab.error, pose x: 1.5, y: 2", ""]
-    lines += [f"  {usage:{width}}  {meaning}" for usage, meaning in WORDS.values()]
-    return "\n".join(lines) + "\n"

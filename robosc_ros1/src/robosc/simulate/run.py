@@ -7,7 +7,7 @@ from typing import TextIO
 
 from robosc.simulate.documents import do_document, done_document, dump, fault_document
 from robosc.simulate.faults import Failed, LineFault
-from robosc.simulate.render import Style, happenings_text, help_text, session_text
+from robosc.simulate.render import Style, happenings_text, session_text
 from robosc.simulate.session import Done, Session, code_of
 
 __all__ = ["follow_documents", "follow_script", "follow_typing", "told"]
@@ -102,8 +102,6 @@ def told(session: Session, done: Done, style: Style, quiet: bool = False) -> str
     text = "" if quiet else happenings_text(done.happenings, style)
     if done.text and not (quiet and done.changed):
         text += f"{done.text}\n"
-    if done.help:
-        text += help_text(session)
     if done.show or (done.changed and not quiet):
         text += session_text(session, style)
     return text

@@ -43,6 +43,15 @@ WORDS: Mapping[str, tuple[str, str]] = {
 }
 """Word to how it is used and what it does."""
 
+_USAGE = max(len(usage) for usage, _ in WORDS.values())
+_HELP = "\n".join(
+    [
+        "An event by its number or name, with a value where it carries one; the beginning of a",
+        "name does: distance 0.4, grab.error, pose x: 1.5, y: 2",
+        "",
+        *(f"  {usage:{_USAGE}}  {meaning}" for usage, meaning in WORDS.values()),
+    ]
+)
 _FIRE = re.compile(r"([\w.^]+)\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
 _MOST_STEPS = 100_000
 _DEEPEST_PLAY = 10
@@ -57,7 +66,6 @@ class Done:
     changed: bool = False
     show: bool = False
     quit: bool = False
-    help: bool = False
 
 
 class Session:
@@ -164,7 +172,8 @@ class Session:
         return Done(show=True)
 
     def _help(self, rest: str) -> Done:
-        return Done(help=True)
+        _nothing(rest, "help")
+        return Done(text=_HELP)
 
     def _quit(self, rest: str) -> Done:
         _nothing(rest, "quit")

@@ -33,7 +33,7 @@ def completions(session: Session, before: str) -> list[str]:
     """What the last word of a line can become."""
     match = _LAST_WORD.search(before)
     start = match.group() if match else ""
-    words = before[: len(before) - len(start)].split()
+    words = before[: len(before) - len(start)].replace("(", " ").split()
     return [word for word in dict.fromkeys(_words(session, words)) if word.startswith(start)]
 
 
