@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import random
+import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,12 +16,16 @@ from emit.generated_code import supervisor_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_models import random_model
-from ros_support import Completed
+from ros_support import Completed, await_condition
+from runtime.lamp_robot import PlayedPort
 from simulate.players import MODEL, SEVERAL_TYPES, line_follower, session
 
+from robosc.runtime.engine import Engine
 from robosc.runtime.eventlog import EventLog
 from robosc.runtime.journal import Entry
-from robosc.runtime.report import dump, event_document
+from robosc.runtime.report import Outlet, Reporter, dump, event_document
+from robosc.runtime.settings import Settings
+from robosc.simulate.generated import make_controller
 from robosc.simulate.machine import Happening
 from robosc.simulate.replay import replay
 from robosc.simulate.session import Session
@@ -192,6 +199,46 @@ def test_a_log_that_cannot_be_read(robosc: Robosc) -> None:
         done = robosc("replay", name, str(MODEL))
         assert done.returncode == 2
         assert f"cannot read {name}" in done.stderr
+
+
+class Silent(Outlet):
+    """Only the event log is wanted."""
+
+    def state(self, text: str) -> None: ...
+
+    def events(self, texts: list[str]) -> None: ...
+
+    def diagnostics(self, level: int, message: str, values: list[tuple[str, str]]) -> None: ...
+
+
+class Idle(PlayedPort):
+    """Answers nothing; its clock goes with each look at it."""
+
+    def now(self) -> float:
+        self.time += 0.001
+        return self.time
+
+
+def test_a_log_that_the_running_engine_wrote(tmp_path: Path, supervisor: Supervisor) -> None:
+    """Its own threads, messages as they come from topics, the reporter and its file."""
+    path = tmp_path / "events.log"
+    port = Idle()
+    engine = Engine(make_controller(supervisor), port, Settings(event_log=str(path)), port.now)
+    reporter = Reporter(engine, Silent())
+    thread = threading.Thread(target=engine.run)
+    reporter.start()
+    thread.start()
+    for number in range(200):
+        engine.post("DistanceSensor.distance", "response", SimpleNamespace(data=number % 7 / 10))
+        engine.post("LineDetector.correction", "response", SimpleNamespace(data=number / 3))
+        engine.post("LineDetector.correction", "response", SimpleNamespace(data=math.nan))
+    await_condition(lambda: engine.journal.counters["inputs"] >= 600, "all inputs")
+    engine.close()
+    thread.join()
+    reporter.close(10)
+    found = replay(supervisor, str(path))
+    assert (found.departures, found.missing) == ((), ())
+    assert found.events == engine.journal.number > 600
 
 
 @settings(derandomize=True, deadline=None, max_examples=25)
