@@ -6,7 +6,7 @@ import signal
 from collections.abc import Callable
 from typing import Any
 
-from ros2.ros2_support import Graph, Peer, Process
+from ros2.ros2_support import HERE, Graph, Peer, Process
 
 Start = Callable[..., Process]
 ACTION = "robosc_testing/action/Move"
@@ -111,11 +111,12 @@ def test_a_goal_over_its_deadline_is_cancelled(graph: Graph, controller: Start) 
 def test_a_server_that_leaves_the_graph_is_lost(graph: Graph, controller: Start) -> None:
     node = controller(server_lost_after=0.5)
     robot = ready(graph, serve=False)
-    server = graph.peer("server")
+    # How soon a killed process is noticed, is said by itself when it joins.
+    profile = str(HERE / "short_lease.xml")
+    server = graph.peer("server", FASTRTPS_DEFAULT_PROFILES_FILE=profile)
     server.act("reach", ACTION)
     server.expect("goal", name="reach")
     server.process.signal(signal.SIGKILL)
-    # The middleware itself takes some seconds to notice that a process was killed.
     arm(robot, "resting", lambda s: s["counters"]["errors"] >= 1)
     assert "reach failed: server lost" in node.output
 
