@@ -78,7 +78,8 @@ def test_two_thousand_messages_are_all_taken_in_order(
     with stage.controller(ear) as node:
         puppet.publish("/level", INT, 3, times=1000, rate=2000)
         puppet.publish("/level", INT, 4, times=1000, rate=2000)
-        node.shows(lambda s: s["counters"]["inputs"] == 2000)
+        state = node.shows(lambda s: s["counters"]["inputs"] == 2000)
+        node.tells(lambda e: e["number"] == state["number"])  # another topic, perhaps later
         values = [e["event"]["value"] for e in node.events(event("response", "level"))]
         assert values == [3] * 1000 + [4] * 1000
 
