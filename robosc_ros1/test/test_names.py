@@ -6,7 +6,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robosc.names import escape, is_identifier, package_name, ros_name_fault, snake_case
+from robosc.names import (
+    escape,
+    is_identifier,
+    package_name,
+    package_name_fault,
+    ros_name_fault,
+    snake_case,
+)
 
 
 @pytest.mark.parametrize(
@@ -75,3 +82,31 @@ def test_only_reserved_words_are_escaped() -> None:
 @pytest.mark.parametrize("text", ["", "1a", "a b", "a-b", "é", "^a", "a\n"])
 def test_no_identifiers(text: str) -> None:
     assert not is_identifier(text)
+
+
+@pytest.mark.parametrize("name", ["line_follower_controller", "r2_d2", "a"])
+def test_packages_may_be_called(name: str) -> None:
+    assert package_name_fault(name) is None
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        "1x",
+        "Upper",
+        "a-b",
+        "a b",
+        "a/b",
+        "../a",
+        "é",
+        "x.y",
+        "a__b",
+        "_a",
+        "a_",
+        "class",
+        "json",
+    ],
+)
+def test_packages_cannot_be_called(name: str) -> None:
+    assert package_name_fault(name) is not None

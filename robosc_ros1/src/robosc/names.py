@@ -7,11 +7,13 @@ REP 144.
 
 from __future__ import annotations
 
+import keyword
 import re
+import sys
 
 __all__ = [
     "BASIC_TYPES", "IDENTIFIER", "RESERVED", "escape", "is_identifier", "package_name",
-    "ros_name_fault", "snake_case",
+    "package_name_fault", "ros_name_fault", "snake_case",
 ]  # fmt: skip
 
 IDENTIFIER = r"[A-Za-z_][A-Za-z0-9_]*"
@@ -45,6 +47,19 @@ def package_name(name: str) -> str:
     """The name as a ROS package name (REP 144): lower case, begins with a letter, no ``__``."""
     snake = snake_case(name)
     return snake if snake[:1].isalpha() else f"robot_{snake}".rstrip("_")
+
+
+def package_name_fault(name: str) -> str | None:
+    """Why a generated package cannot be called so; None if it can.
+
+    The package is a ROS package (REP 144) and a Python package in one, and stands on the path of
+    everything that runs in its workspace: a name of Python's own library would take its place.
+    """
+    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name):
+        return "lower case, digits and single _, a letter first"
+    if keyword.iskeyword(name) or name in sys.stdlib_module_names:
+        return "Python has something of that name"
+    return None
 
 
 def ros_name_fault(name: str) -> str | None:

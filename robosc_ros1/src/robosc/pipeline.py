@@ -23,7 +23,7 @@ from robosc.errors import (
     UsageError,
     has_errors,
 )
-from robosc.names import package_name
+from robosc.names import package_name, package_name_fault
 
 if TYPE_CHECKING:
     from robosc.emit.config import Config
@@ -265,9 +265,11 @@ def generate(
     start = time.perf_counter()
     loaded = load(path, options)
     config = load_config(Path(path), output.config)
-    name = output.package or config.package or f"{package_name(loaded.robot.name)}_controller"
-    if package_name(name) != name:
-        raise UsageError(f"{name!r} is no name for a package: lower case, digits and single _")
+    name = config.package or f"{package_name(loaded.robot.name)}_controller"
+    if output.package is not None:
+        name = output.package
+    if fault := package_name_fault(name):
+        raise UsageError(f"{name!r} is no name for a package: {fault}")
     supervisor = synthesize(loaded.robot, progress=options.progress)
     _existing(supervisor, loaded.diagnostics)
     diagnostics = loaded.diagnostics + supervisor.diagnostics

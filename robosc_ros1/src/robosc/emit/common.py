@@ -9,6 +9,7 @@ from xml.sax.saxutils import escape
 
 from robosc.emit.context import ParameterView
 from robosc.emit.modeldata import model_document, plant_data
+from robosc.errors import UsageError
 from robosc.model.entities import Communication, Robot
 from robosc.supervisor import Supervisor
 
@@ -48,6 +49,12 @@ class PackageContext:
     services: tuple[TopicView, ...]
     actions: tuple[TopicView, ...]
     parameters: tuple[ParameterView, ...]
+
+    def __post_init__(self) -> None:
+        """Raises UsageError if the package would stand in the way of one that it needs."""
+        if self.package in self.dependencies:
+            name = repr(self.package)
+            raise UsageError(f"{name} is no name for a package: it needs the package of that name")
 
 
 def topics(
