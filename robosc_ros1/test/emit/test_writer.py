@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -95,3 +96,20 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match="cannot write"):
         write(package(a="1"), tmp_path / "file")
+
+
+class Interrupted(dict[str, File]):
+    """Files of a package during whose writing somebody presses Ctrl-C."""
+
+    def __getitem__(self, path: str) -> File:
+        signal.raise_signal(signal.SIGINT)
+        return super().__getitem__(path)
+
+
+def test_an_interrupted_package_is_whole(tmp_path: Path) -> None:
+    files = Interrupted(a=File(MARK + "1"), b=File(MARK + "2"))
+    with pytest.raises(KeyboardInterrupt):
+        write(Package("demo", files), tmp_path)
+    assert sorted(p.name for p in (tmp_path / "demo").iterdir()) == ["a", "b"]
+    assert [p.name for p in tmp_path.iterdir()] == ["demo"], "nothing is left behind"
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -9,7 +9,11 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,10 +45,31 @@ def write(package: Package, folder: Path, force: bool = False) -> Written:
     """
     target = folder / package.name
     try:
-        return _write(package, target, force)
+        with _undisturbed():
+            return _write(package, target, force)
     except OSError as error:
         reason = error.strerror or str(error)
         raise UsageError(f"cannot write {error.filename or target}: {reason}") from error
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Signals that end the program wait until the package is whole; it takes milliseconds."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread receives them
+        return
+    received: list[int] = []
+    before = {
+        number: signal.signal(number, lambda number, _: received.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for waiting in received:
+            signal.raise_signal(waiting)
 
 
 def _write(package: Package, target: Path, force: bool) -> Written:
