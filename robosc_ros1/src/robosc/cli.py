@@ -57,7 +57,15 @@ def _check(args: Arguments) -> int:
     from robosc import pipeline, report
 
     options = _options(args)
-    results = [pipeline.check(path, options) for path in args.models]
+    results: list[pipeline.Checked] = []
+    unreadable: list[UsageError] = []
+    for path in {os.path.realpath(path): path for path in args.models}.values():
+        try:
+            results.append(pipeline.check(path, options))
+        except UsageError as error:
+            unreadable.append(error)
+    if not results:
+        raise UsageError("\n".join(str(problem) for problem in unreadable))
     diagnostics = sort_diagnostics(d for result in results for d in result.diagnostics)
     if args.json:
         _print_json(report.diagnostics(diagnostics))
@@ -71,6 +79,10 @@ def _check(args: Arguments) -> int:
     for result in results:
         if result.incomplete is not None:
             print(f"note: {result.incomplete}", file=sys.stderr)
+    for problem in unreadable:
+        _complain(str(problem))
+    if unreadable:
+        return UsageError.exit_code
     return next((r.exit_code for r in results if r.exit_code), 0)
 
 
@@ -224,6 +236,29 @@ def _lsp(args: Arguments) -> int:
     return 0
 
 
+def _view(args: Arguments) -> int:
+    from robosc import pipeline
+    from robosc.view.start import Where, view_log, view_model, view_node
+
+    where = Where(args.host, args.port)
+    if args.ros is not None:
+        if args.model is not None:
+            raise UsageError("a running node tells its model itself: leave MODEL out")
+        view_node(args.ros, where)
+        return 0
+    if args.model is None:
+        raise UsageError("what is to be viewed? Give a MODEL, or a running node with --ros NODE")
+    loaded = pipeline.load(args.model, _options(args))
+    _report(loaded.diagnostics)
+    supervisor = pipeline.supervise(loaded.robot, args.progress)
+    args.progress.clear()
+    if args.log is not None:
+        view_log(supervisor, args.log, where, args.stop_command)
+    else:
+        view_model(supervisor, where, execute=args.execute, given=args.parameter)
+    return 0
+
+
 # --- their arguments -----------------------------------------------------------------------------
 
 
@@ -369,6 +404,42 @@ def _lsp_arguments(parser: argparse.ArgumentParser) -> None:
     _common(parser)
 
 
+def _view_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "model", metavar="MODEL", nargs="?", help="a .rscd file with a robot, to be played"
+    )
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument("--ros", metavar="NODE", help="watch a running controller of ROS 1")
+    source.add_argument("--log", metavar="FILE", help="look through an event log of MODEL's node")
+    source.add_argument(
+        "--execute",
+        action="store_true",
+        help="let the controller execute, as time passes; only the robot's events are played",
+    )
+    parser.add_argument(
+        "--parameter",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="a parameter of the controller's node, with --execute (may be repeated)",
+    )
+    parser.add_argument(
+        "--stop-command", metavar="NAME", help="the node's ~stop_command, with --log"
+    )
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to listen on (default: this machine only)"
+    )
+    parser.add_argument("--port", type=_port, default=None, help="port (default: 8642 if free)")
+    _common(parser)
+
+
+def _port(text: str) -> int:
+    number = int(text) if text.isdecimal() and text.isascii() and len(text) < 6 else -1
+    if not 0 <= number <= 65535:
+        raise argparse.ArgumentTypeError(f"{text!r} is no port: 0 to 65535, 0 for any")
+    return number
+
+
 def _positive(text: str) -> int:
     try:
         value = int(text)
@@ -435,6 +506,13 @@ VERBS = (
         "robosc simulate line_follower.rscd --execute",
         _simulate_arguments,
         _simulate,
+    ),
+    Verb(
+        "view",
+        "show a robot live in a browser: a model, a running node, an event log",
+        "robosc view --ros /line_follower_controller",
+        _view_arguments,
+        _view,
     ),
     Verb(
         "replay",

@@ -59,6 +59,16 @@ def test_missing_file(verb: str, robosc: Robosc) -> None:
     assert done.stdout == ""
 
 
+@pytest.mark.parametrize("name", ["", "with-dash", "../up", "json", "std_msgs"])
+def test_what_cannot_be_a_package(
+    name: str, robosc: Robosc, model: Callable[[str], str], tmp_path: Path
+) -> None:
+    done = robosc("generate", model(models.GOOD), "--package", name)
+    assert code(done) == 2
+    assert f"{name!r} is no name for a package" in done.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["model.rscd"]
+
+
 @pytest.mark.parametrize("verb", VERBS)
 def test_folder_instead_of_a_file(verb: str, robosc: Robosc, tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
@@ -117,6 +127,21 @@ def test_worst_of_several_files_counts(robosc: Robosc, tmp_path: Path) -> None:
     done = robosc("check", "good.rscd", "bad.rscd")
     assert code(done) == 1
     assert "2 files: 2 errors, 0 warnings" in done.stdout
+
+
+def test_a_file_that_cannot_be_read_hides_no_other(robosc: Robosc, tmp_path: Path) -> None:
+    (tmp_path / "bad.rscd").write_text(models.WITH_ERRORS, encoding="utf-8")
+    done = robosc("check", "nowhere.rscd", "bad.rscd")
+    assert code(done) == 2
+    assert "bad.rscd:5:" in done.stderr
+    assert "cannot read nowhere.rscd" in done.stderr
+
+
+def test_a_file_that_is_named_twice_is_checked_once(robosc: Robosc, tmp_path: Path) -> None:
+    (tmp_path / "bad.rscd").write_text(models.WITH_ERRORS, encoding="utf-8")
+    done = robosc("check", "bad.rscd", "./bad.rscd")
+    assert code(done) == 1
+    assert done.stdout.startswith("1 file: ")
 
 
 @pytest.mark.parametrize(
