@@ -165,3 +165,18 @@ def test_several_communications_without_braces() -> None:
     text = "robot R { requirement go, halt needs true }"
     _, found = load(Source("m.rscd", text), definitions=MessageDefinitions())
     assert [(d.span.text, d.hint) for d in found] == [(",", "several stand in braces: { …, … }")]
+
+
+def test_an_event_that_does_not_exist_may_bring_any_value() -> None:
+    sensor = """
+    component Sensor {
+        outgoing message seen with type: boolean
+        behaviour {
+            variable last: boolean
+            initial marked state on { on request from seen if value do last := value }
+        }
+    }
+    requirement always Sensor.last or !Sensor.last
+    """
+    assert ("event-not-available", "request") in faults(sensor)
+    assert "value-not-allowed" not in dict(faults(sensor))

@@ -39,8 +39,6 @@ from robosc.syntax.nodes import (
 
 __all__ = ["BehaviourResolver"]
 
-Transitions = tuple[tuple[ResultTransition, ...], tuple[Tau, ...]]
-
 
 class BehaviourResolver:
     """Resolves the behaviour of one component; ``whole`` turns False at the first error."""
@@ -178,15 +176,20 @@ class BehaviourResolver:
         info = resolve_communication(
             node.communication, self._names, self._instance.types.scope, self._report
         )
-        incoming = Incoming(None, known=False) if info is None else _incoming(node.event, info)
+        event = EventKind(node.event)
+        available = info is not None and event in EVENTS_OF[info.kind]
+        incoming = (
+            _incoming(node.event, info)
+            if info is not None and available
+            else Incoming(None, known=False)
+        )
         guard = self._guard(node.guard, incoming)
         assignments = self._assignments(node.assignments, incoming)
         goto = self._goto(node.goto)
         if info is None:
             self.whole = False
             return None
-        event = EventKind(node.event)
-        if event not in EVENTS_OF[info.kind]:
+        if not available:
             events = listing(e.value for e in EVENTS_OF[info.kind])
             article = "a" if info.kind is Kind.SERVICE else "an"
             self._report.add(

@@ -312,7 +312,7 @@ def _identifier(info: CommunicationInfo, report: Report) -> str | None:
     fault = ros_name_fault(name)
     if fault is not None:
         hint = None if written is not None else 'add: identifier: "a_name_that_ros_allows",'
-        report.add("ros-name", span, f"ROS does not allow the name '{name}': {fault}", hint)
+        report.add("ros-name", span, f"ROS does not allow the name {name!r}: {fault}", hint)
         return None
     return join(info.instance.prefix, name)
 
@@ -323,7 +323,7 @@ def check_prefix(node: StringNode, report: Report) -> str:
     stripped = text.rstrip("/")
     fault = None if text in ("", "/") else ros_name_fault(stripped)
     if fault is not None:
-        report.add("ros-name", node.span, f"ROS does not allow the prefix '{text}': {fault}")
+        report.add("ros-name", node.span, f"ROS does not allow the prefix {text!r}: {fault}")
         return ""
     return text
 
