@@ -107,6 +107,16 @@ def test_overflow() -> None:
     assert "level := level + 1" in why.diagnostic.notes[0].span.text
 
 
+def test_no_guard_is_suggested_that_never_holds() -> None:
+    found = supervisor_of(
+        "component A { service go with request: none, response: none links g behaviour {"
+        " variable x: integer(0..1) initial marked state s {"
+        " on request to go on response from go do x := x + 3 } } }"
+        " interface g use Go from no_msgs requirement always A.x >= 0"
+    )
+    assert explanation_of(found, "go.request").remedy == "widen the range of A.x"
+
+
 def test_state_requirement() -> None:
     found = supervisor_of(
         "component A { incoming message on with type: none incoming message off with type: none"

@@ -104,9 +104,11 @@ def _preventing(plant: Plant, axis: int, expr: Expr) -> Expr | None:
             operator="+" | "-" as op, left=VariableRef() as variable, right=Literal(value=int(by))
         ) if axis_of(plant, variable) == axis:
             shift = by if op == "+" else -by
-            if shift >= 0:
-                bound = int(values[-1]) - shift
-                return Binary("<=", variable, Literal(bound, variable.type), BooleanType())
-            bound = int(values[0]) - shift
-            return Binary(">=", variable, Literal(bound, variable.type), BooleanType())
+            low, high = int(values[0]), int(values[-1])
+            bound = (high if shift >= 0 else low) - shift
+            if not low <= bound <= high:
+                return None  # no value is far enough from the end: such a guard never holds
+            comparison = "<=" if shift >= 0 else ">="
+            literal = Literal(bound, variable.type)
+            return Binary(comparison, variable, literal, BooleanType())
     return None
