@@ -2,7 +2,7 @@
 
 What package.xml says is read from there. The templates go to ``share/robosc/templates`` of the
 prefix, which :mod:`robosc.resources` finds in every layout; package data would not do, because
-catkin refuses packages that lie in two folders.
+catkin refuses packages that lie in two folders. The page of ``robosc view`` lies in its package.
 """
 
 from pathlib import Path
@@ -50,6 +50,7 @@ setup(
     },
     packages=find_packages(str(ROOT / SOURCES)),
     package_dir={"": SOURCES},
+    package_data={"robosc.view": ["page/*"]},
     data_files=template_files(),
     scripts=["robosc_ros1/scripts/robosc"],
 )

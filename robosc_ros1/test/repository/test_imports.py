@@ -15,7 +15,7 @@ from ros_support import SOURCES
 
 ORDER = (
     "source", "errors", "codes", "names", "resources", "progress", "syntax", "model", "ir",
-    "supervisor", "synthesis", "runtime", "emit", "simulate", "pipeline", "report", "lsp",
+    "supervisor", "synthesis", "runtime", "emit", "simulate", "view", "pipeline", "report", "lsp",
     "cli", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
@@ -34,6 +34,10 @@ THIRD_PARTY = {
     "genmsg": ("model.rosmsg", "emit"),
     "genpy": ("model.rosmsg", "emit"),
     "catkin_pkg": ("model.rosmsg", "emit"),
+    # A node of ROS that only listens; whatever else is shown needs no ROS.
+    "rospy": ("view.listening",),
+    "rosgraph": ("view.listening",),
+    "std_msgs": ("view.listening",),
 }
 """Library to the modules that may import it."""
 

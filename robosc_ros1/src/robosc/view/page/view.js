@@ -1,0 +1,997 @@
+// The page of `robosc view`. Whatever the source, it follows the documents of a running controller
+// (docs/schemas). What arrives is gathered, and drawn once per frame of the screen.
+"use strict";
+
+const byId = (id) => document.getElementById(id);
+const SVG = "http://www.w3.org/2000/svg";
+const KEPT = 400; // events in memory
+const SHOWN = 120; // events in the list
+const MINUTE = 60;
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+function make(tag, properties = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name in element) element[name] = value;
+    else element.setAttribute(name, value);
+  }
+  element.append(...children);
+  return element;
+}
+
+function draw(tag, attributes = {}, ...children) {
+  const element = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
+/** Only what changes is written, so that the browser lays out no more than that. */
+function write(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+function toggle(element, name, on) {
+  if (element.classList.contains(name) !== on) element.classList.toggle(name, on);
+}
+
+function valueText(value) {
+  if (value === null || value === undefined) return "";
+  if (Array.isArray(value)) return `[${value.map(valueText).join(", ")}]`;
+  if (typeof value === "object") {
+    return `{${Object.entries(value).map(([k, v]) => `${k}: ${valueText(v)}`).join(", ")}}`;
+  }
+  if (typeof value === "number" && !Number.isInteger(value)) return String(+value.toPrecision(6));
+  return String(value);
+}
+
+const eventName = (event) =>
+  event.kind === "tau" ? `${event.name}.tau${event.index ?? ""}`
+  : event.name ? `${event.name}.${event.kind}` : event.kind;
+const isOwn = (event) => ["request", "cancel", "tau"].includes(event.kind);
+const shorten = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);
+
+// --- where the parts of an automaton lie ---------------------------------------------------------
+
+/**
+ * Places for a row of boxes as near as possible to where they want to be, in their order and
+ * without overlap: the least sum of squares, by pooling adjacent violators.
+ */
+function settle(boxes, wished, gap) {
+  const offsets = [0];
+  for (let i = 1; i < boxes.length; i++) {
+    offsets.push(offsets[i - 1] + boxes[i - 1].right + gap + boxes[i].left);
+  }
+  const pools = [];
+  boxes.forEach((_, i) => {
+    let pool = { sum: wished[i] - offsets[i], count: 1 };
+    while (pools.length && pools.at(-1).sum / pools.at(-1).count > pool.sum / pool.count) {
+      const before = pools.pop();
+      pool = { sum: pool.sum + before.sum, count: pool.count + before.count };
+    }
+    pools.push(pool);
+  });
+  const places = [];
+  for (const pool of pools) {
+    for (let i = 0; i < pool.count; i++) {
+      places.push(pool.sum / pool.count + offsets[places.length]);
+    }
+  }
+  return places;
+}
+
+/** Nodes in the order in which they are met from the first one. */
+function breadthFirst(nodes, links) {
+  const order = [];
+  const met = new Set();
+  for (const start of nodes) {
+    const queue = met.has(start) ? [] : [start];
+    met.add(start);
+    while (queue.length) {
+      const node = queue.shift();
+      order.push(node);
+      for (const link of links) {
+        if (link.from === node && !met.has(link.to)) {
+          met.add(link.to);
+          queue.push(link.to);
+        }
+      }
+    }
+  }
+  return order;
+}
+
+/** Layers by the longest way from above; each link leads over one layer for its label at least. */
+function giveRanks(order, links) {
+  order.forEach((node, i) => Object.assign(node, { turn: i, rank: 0 }));
+  for (const link of links) {
+    link.back = link.from.turn > link.to.turn;
+    [link.upper, link.lower] = link.back ? [link.to, link.from] : [link.from, link.to];
+  }
+  for (const node of order) {
+    for (const link of links) {
+      if (link.upper === node) link.lower.rank = Math.max(link.lower.rank, node.rank + 2);
+    }
+  }
+  for (const node of order.slice(1).reverse()) {
+    const below = links.filter((l) => l.upper === node).map((l) => l.lower.rank);
+    const above = links.some((l) => l.lower === node);
+    if (!above && below.length) node.rank = Math.max(0, Math.min(...below) - 2);
+  }
+}
+
+/** Rows of boxes: nodes, labels, and bends where a link passes a layer. */
+function makeRows(order, links) {
+  const rows = [];
+  const put = (box, rank) => (rows[rank] ??= []).push(Object.assign(box, { rank }));
+  for (const node of order) put(node, node.rank);
+  for (const link of links) {
+    link.way = [];
+    const labelled = link.back ? link.lower.rank - 1 : link.upper.rank + 1;
+    for (let rank = link.upper.rank + 1; rank < link.lower.rank; rank++) {
+      const half = rank === labelled ? link.width / 2 : 3;
+      const bend = { left: half, right: half, height: rank === labelled ? link.height : 0, bend: true };
+      if (rank === labelled) link.label = bend;
+      put(bend, rank);
+      link.way.push(bend);
+    }
+  }
+  const boxes = Array.from(rows, (row) => row ?? []);
+  for (const row of boxes) for (const box of row) Object.assign(box, { up: [], down: [] });
+  for (const link of links) {
+    const chain = [link.upper, ...link.way, link.lower];
+    for (let i = 1; i < chain.length; i++) {
+      chain[i - 1].down.push(chain[i]);
+      chain[i].up.push(chain[i - 1]);
+    }
+  }
+  return boxes;
+}
+
+function crossings(rows) {
+  let count = 0;
+  for (const row of rows) {
+    const ends = row.flatMap((box, i) => box.down.map((below) => [i, below.place]));
+    for (let a = 0; a < ends.length; a++) {
+      for (let b = a + 1; b < ends.length; b++) {
+        if ((ends[a][0] - ends[b][0]) * (ends[a][1] - ends[b][1]) < 0) count++;
+      }
+    }
+  }
+  return count;
+}
+
+/** Order each row by the mean place of its neighbours, downwards and upwards; keep the best. */
+function untangle(rows) {
+  const number = () => rows.forEach((row) => row.forEach((box, i) => (box.place = i)));
+  const mean = (list, other) => (list.length ? list.reduce((s, b) => s + b.place, 0) / list.length : other);
+  number();
+  let best = { count: crossings(rows), rows: rows.map((row) => [...row]) };
+  for (let sweep = 0; sweep < 10 && best.count; sweep++) {
+    const side = sweep % 2 ? "down" : "up";
+    for (const row of sweep % 2 ? [...rows].reverse() : rows) {
+      for (const box of row) box.wish = mean(box[side], box.place);
+      row.sort((a, b) => a.wish - b.wish);
+      row.forEach((box, i) => (box.place = i));
+    }
+    const count = crossings(rows);
+    if (count < best.count) best = { count, rows: rows.map((row) => [...row]) };
+  }
+  rows.forEach((row, i) => row.splice(0, row.length, ...best.rows[i]));
+  number();
+}
+
+/** Columns: each row is drawn to its neighbours, again and again. */
+function giveColumns(rows) {
+  for (const row of rows) {
+    const places = settle(row, row.map(() => 0), 16);
+    row.forEach((box, i) => (box.x = places[i]));
+  }
+  for (let sweep = 0; sweep < 24; sweep++) {
+    for (const row of sweep % 2 ? [...rows].reverse() : rows) {
+      const wished = row.map((box) => {
+        const near = sweep < 20 ? (sweep % 2 ? box.down : box.up) : [...box.up, ...box.down];
+        return near.length ? near.reduce((s, b) => s + b.x, 0) / near.length : box.x;
+      });
+      const places = settle(row, wished, 16);
+      row.forEach((box, i) => (box.x = places[i]));
+    }
+  }
+}
+
+/** Where links touch a node's upper or lower side: below their next bend, in its order. */
+function ports(node, links, side) {
+  const ends = links
+    .map((link) => {
+      if (side === "down" && link.upper === node) return { link, next: link.way[0] };
+      if (side === "up" && link.lower === node) return { link, next: link.way.at(-1) };
+      return null;
+    })
+    .filter(Boolean)
+    .sort((a, b) => a.next.x - b.next.x);
+  const reach = Math.max(0, node.half - 10);
+  const near = (x) => Math.min(node.x + reach, Math.max(node.x - reach, x));
+  const dots = ends.map(() => ({ left: 0, right: 0 }));
+  const gap = Math.min(14, (2 * reach) / Math.max(1, ends.length - 1));
+  settle(dots, ends.map((end) => near(end.next.x)), gap).forEach((x, i) => {
+    ends[i].link[side === "down" ? "leaves" : "enters"] = near(x);
+  });
+}
+
+/**
+ * A layered drawing after Sugiyama, Tagawa and Toda (1981): `nodes` have `left`, `right`, `height`
+ * and `half` (of the box itself); `links` join two of them and have the `width` and `height` of
+ * their labels. All get their places; the result is the size of the whole.
+ */
+function layOut(nodes, links) {
+  const order = breadthFirst(nodes, links);
+  giveRanks(order, links);
+  const rows = makeRows(order, links);
+  untangle(rows);
+  giveColumns(rows);
+  let y = 12;
+  for (const row of rows) {
+    const height = Math.max(4, ...row.map((box) => box.height));
+    for (const box of row) box.y = y + height / 2;
+    y += height + 11;
+  }
+  const boxes = rows.flat();
+  const shift = 14 - Math.min(...boxes.map((box) => box.x - box.left));
+  for (const box of boxes) box.x += shift;
+  for (const node of nodes) for (const side of ["up", "down"]) ports(node, links, side);
+  return { width: Math.max(...boxes.map((box) => box.x + box.right)) + 14, height: y };
+}
+
+/** A curve through the bends, upright at each, in the direction of the arrow. */
+function pathOf(link) {
+  const points = [[link.leaves, link.upper.y + link.upper.height / 2]];
+  for (const bend of link.way) {
+    if (bend.height) points.push([bend.x, bend.y - bend.height / 2], [bend.x, bend.y + bend.height / 2]);
+    else points.push([bend.x, bend.y]);
+  }
+  points.push([link.enters, link.lower.y - link.lower.height / 2]);
+  if (link.back) points.reverse();
+  let text = `M${points[0].map(round)}`;
+  for (let i = 1; i < points.length; i++) {
+    const [[x0, y0], [x1, y1]] = [points[i - 1], points[i]];
+    const middle = (y0 + y1) / 2;
+    text += `C${round(x0)},${round(middle)} ${round(x1)},${round(middle)} ${round(x1)},${round(y1)}`;
+  }
+  return text;
+}
+
+const round = (x) => Math.round(x * 10) / 10;
+
+// --- the diagram of a component ------------------------------------------------------------------
+
+const pen = document.createElement("canvas").getContext("2d");
+
+function widthOf(text, font) {
+  const family = getComputedStyle(document.body).fontFamily;
+  pen.font = `${font} ${family}`;
+  return pen.measureText(text).width;
+}
+
+/** The lines that stand at a transition: its event, then what it depends on and what it does. */
+function linesOf(transition) {
+  const lines = [{ text: eventName(transition.event), transition }];
+  if (transition.guard) lines.push({ text: `if ${shorten(transition.guard, 30)}`, more: true });
+  for (const assignment of transition.assignments.slice(0, 3)) {
+    lines.push({ text: shorten(assignment, 34), more: true });
+  }
+  if (transition.assignments.length > 3) lines.push({ text: "…", more: true });
+  return lines;
+}
+
+const LINE = 14;
+
+function sizeOf(transitions) {
+  const lines = transitions.flatMap(linesOf);
+  const widths = lines.map((l) => widthOf(l.text, l.more ? "italic 11px" : "11px"));
+  return { lines, width: Math.max(...widths) + 10, height: lines.length * LINE + 2 };
+}
+
+class Diagram {
+  constructor(component, fire) {
+    this.component = component;
+    this.states = new Map();
+    this.parts = new Map(); // event to its transitions, with what shows them
+    this.active = null;
+    this.fire = fire;
+    this.words = [];
+    this.element = this.build();
+  }
+
+  build() {
+    const nodes = this.nodes();
+    const links = this.links(nodes);
+    const size = layOut(nodes, links);
+    const name = `tip-${this.component.name}`;
+    const tip = draw("marker", {
+      id: name, viewBox: "0 0 10 10", refX: 9, refY: 5, markerWidth: 8, markerHeight: 8, orient: "auto",
+      markerUnits: "userSpaceOnUse",
+    }, draw("path", { d: "M0 1L10 5L0 9z" }));
+    const picture = draw("svg", {
+      viewBox: `0 0 ${round(size.width)} ${round(size.height)}`, width: round(size.width),
+      height: round(size.height), role: "img",
+      "aria-label": `Automaton of ${this.component.name}`,
+    }, draw("defs", {}, tip));
+    for (const link of links) picture.append(this.drawLink(link, name));
+    for (const node of nodes) picture.append(...this.drawNode(node, name));
+    return picture;
+  }
+
+  nodes() {
+    const { states, transitions } = this.component;
+    const nodes = states.map((state) => {
+      const loops = transitions.filter(
+        (t) => t.from === state.name && (t.to === null || t.to === state.name));
+      const half = Math.max(34, widthOf(state.name, "600 12.5px") / 2 + 14);
+      const label = loops.length ? sizeOf(loops) : null;
+      return {
+        state, half, label, left: half + (state.initial ? 28 : 0), right: half + (label ? label.width + 26 : 0),
+        height: Math.max(32, label ? label.height : 0), loops,
+      };
+    });
+    nodes.sort((a, b) => b.state.initial - a.state.initial);
+    if (transitions.some((t) => t.from === null && t.to !== null)) {
+      nodes.push({ any: true, half: 34, left: 34, right: 34, height: 24, loops: [] });
+    }
+    return nodes;
+  }
+
+  links(nodes) {
+    const groups = new Map();
+    for (const t of this.component.transitions) {
+      if (t.to === null || t.from === t.to) continue;
+      const key = `${t.from}\n${t.to}\n${isOwn(t.event)}`;
+      if (!groups.has(key)) groups.set(key, []);
+      groups.get(key).push(t);
+    }
+    return [...groups.values()].map((transitions) => {
+      const [{ from, to, event }] = transitions;
+      return {
+        from: nodes.find((n) => (from === null ? n.any : n.state?.name === from)),
+        to: nodes.find((n) => n.state?.name === to),
+        own: isOwn(event), transitions, ...sizeOf(transitions),
+      };
+    });
+  }
+
+  drawLink(link, tip) {
+    const group = draw("g", { class: `edge ${link.own ? "controllable" : "uncontrollable"}` });
+    const d = pathOf(link);
+    group.append(draw("path", { d, "marker-end": `url(#${tip})` }));
+    const flash = draw("path", { d, class: "flash" });
+    const x = link.label.x;
+    group.append(flash, this.drawWords(link.lines, x, link.label.y, "middle", flash));
+    return group;
+  }
+
+  drawWords(lines, x, y, anchor, flash) {
+    const words = draw("g");
+    const top = y - ((lines.length - 1) * LINE) / 2;
+    let text = null;
+    lines.forEach((line, i) => {
+      const at = { x: round(x), y: round(top + i * LINE), "text-anchor": anchor, "dominant-baseline": "central" };
+      if (line.transition) {
+        text = draw("text", { class: "words", ...at }, line.text);
+        text.append(draw("title", {}, wholeText(line.transition)));
+        this.remember(line.transition, text, flash);
+      } else {
+        text = draw("text", { class: "words", ...at }, draw("tspan", { class: "more" }, line.text));
+      }
+      words.append(text);
+    });
+    return words;
+  }
+
+  remember(transition, words, flash) {
+    const key = eventName(transition.event);
+    if (!this.parts.has(key)) this.parts.set(key, []);
+    this.parts.get(key).push({ transition, words, flash });
+    this.words.push({ key, words });
+    words.addEventListener("click", () => words.classList.contains("able") && this.fire(key));
+  }
+
+  drawNode(node, tip) {
+    const [x, y, h] = [node.x - node.half, node.y, node.any ? 24 : 32];
+    const box = { x: round(x), y: round(y - h / 2), width: round(2 * node.half), height: h, rx: 9 };
+    if (node.any) {
+      return [draw("g", { class: "any" }, draw("rect", box),
+        draw("text", { x: round(node.x), y: round(y) }, "any state"))];
+    }
+    const group = draw("g", { class: "state" }, draw("rect", box));
+    if (node.state.marked) {
+      group.append(draw("rect", {
+        class: "inner", x: round(x + 3), y: round(y - h / 2 + 3), width: round(2 * node.half - 6),
+        height: h - 6, rx: 6,
+      }));
+    }
+    group.append(draw("text", { x: round(node.x), y: round(y) }, node.state.name));
+    this.states.set(node.state.name, group);
+    const drawn = [group];
+    if (node.loops.length) drawn.unshift(this.drawLoop(node, tip));
+    if (node.state.initial) {
+      drawn.push(draw("circle", { class: "start", cx: round(x - 24), cy: round(y), r: 3.5 }),
+        draw("path", { class: "start", d: `M${round(x - 24)} ${round(y)}h24`, "marker-end": `url(#${tip})` }));
+    }
+    return drawn;
+  }
+
+  drawLoop(node, tip) {
+    const x = node.x + node.half;
+    const own = node.loops.every((t) => isOwn(t.event));
+    const d = `M${round(x)} ${round(node.y - 7)}c26 -8 26 22 0 14`;
+    const flash = draw("path", { d, class: "flash" });
+    return draw("g", { class: `edge ${own ? "controllable" : "uncontrollable"}` },
+      draw("path", { d, "marker-end": `url(#${tip})` }), flash,
+      this.drawWords(node.label.lines, x + 25, node.y, "start", flash));
+  }
+
+  show(state) {
+    if (state === this.active) return;
+    if (this.active !== null) toggle(this.states.get(this.active), "active", false);
+    this.active = this.states.has(state) ? state : null;
+    if (this.active !== null) toggle(this.states.get(state), "active", true);
+  }
+
+  /**
+   * The parts of the transition that an event took in a state, and where it led. Where guards
+   * decide, the state that is known to follow tells; `after` is that state, if known.
+   */
+  taken(event, state, after) {
+    const all = this.parts.get(eventName(event)) ?? [];
+    const path = event.kind === "tau" && typeof event.value === "string" ? event.value.split("->") : null;
+    let found = all.filter((p) => p.transition.from === state);
+    if (!found.length) found = all.filter((p) => p.transition.from === null);
+    if (path) found = found.filter((p) => (p.transition.to ?? state) === path.at(-1));
+    const sure = found.find((p) => p.transition.guard === null);
+    const fits = found.find((p) => (p.transition.to ?? state) === after);
+    return path ? found[0] : sure && found.length === 1 ? sure : fits;
+  }
+}
+
+function wholeText(t) {
+  const parts = [eventName(t.event)];
+  if (t.guard) parts.push(`if ${t.guard}`);
+  if (t.assignments.length) parts.push(`do ${t.assignments.join(", ")}`);
+  return `${parts.join("\n")}\n${t.place}`;
+}
+
+// --- cards, commands, events ---------------------------------------------------------------------
+
+class Card {
+  constructor(component, fire) {
+    this.diagram = new Diagram(component, fire);
+    this.now = make("span", { className: "now" });
+    this.values = new Map();
+    const title = make("h2", {}, component.name, make("small", {}, component.place));
+    this.element = make("article", { className: "card" }, title, this.now,
+      make("div", { className: "drawing" }, this.diagram.element));
+    this.element.dataset.component = component.name;
+    this.addEverywhere(component);
+    this.addVariables(component);
+  }
+
+  addEverywhere(component) {
+    const inAny = component.transitions.filter((t) => t.from === null && t.to === null);
+    if (!inAny.length) return;
+    const list = make("ul", { className: "anywhere" });
+    for (const t of inAny) {
+      const more = [t.guard && `if ${t.guard}`, ...t.assignments].filter(Boolean).join(", ");
+      const name = make("b", {}, eventName(t.event));
+      const item = make("li", { title: wholeText(t) }, "in any state ", name, more && ` ${more}`);
+      this.diagram.remember(t, name, item);
+      list.append(item);
+    }
+    this.element.append(list);
+  }
+
+  addVariables(component) {
+    if (!component.variables.length) return;
+    const body = make("tbody");
+    for (const variable of component.variables) {
+      const value = make("td");
+      this.values.set(`${component.name}.${variable.name}`, value);
+      body.append(make("tr", {}, make("td", {}, `${variable.name} `, make("small", {}, variable.type)), value));
+    }
+    this.element.append(make("table", { className: "variables" }, body));
+  }
+
+  show(state, variables) {
+    if (state !== undefined) {
+      this.diagram.show(state);
+      write(this.now, `is ${state}`);
+      this.element.dataset.state = state;
+    }
+    for (const [name, cell] of this.values) {
+      const text = valueText(variables[name]);
+      if (cell.textContent !== text) {
+        if (cell.textContent) light(cell);
+        cell.textContent = text;
+      }
+    }
+  }
+}
+
+const FLASH = [{ opacity: 1 }, { opacity: 1, offset: 0.3 }, { opacity: 0 }];
+
+function flashPath(element) {
+  if (element instanceof SVGElement) {
+    element.dataset.flashed = Number(element.dataset.flashed ?? 0) + 1;
+    element.animate(FLASH, { duration: calm.matches ? 1500 : 900 });
+  } else light(element);
+}
+
+function light(element) {
+  const colour = getComputedStyle(document.documentElement).getPropertyValue("--flash");
+  element.animate([{ background: colour }, { background: "transparent" }], 700);
+}
+
+class CommandRow {
+  constructor(command, fire) {
+    this.lamp = make("span", { className: "lamp", role: "img" });
+    this.tally = make("span", { className: "tally" });
+    this.below = make("div", { className: "below" });
+    this.sent = make("div", { className: "below sent" });
+    this.rate = [];
+    const { name, kind } = command.event;
+    this.key = eventName(command.event);
+    this.element = make("li", {}, this.lamp,
+      make("span", { className: "command-name" }, name, make("small", {}, ` ${kind}`)), this.tally,
+      this.sent, this.below);
+    this.element.dataset.command = this.key;
+    this.told = "";
+  }
+
+  show(command) {
+    const waits = command.blocked_by.length > 0 &&
+      command.blocked_by.every((r) => r.kind === "phase" || r.kind === "consent");
+    const word = command.enabled ? "enabled" : waits ? "waiting" : "forbidden";
+    if (this.element.dataset.is !== word) {
+      this.element.dataset.is = word;
+      this.lamp.className = `lamp ${command.enabled ? "on" : waits ? "wait" : "off"}`;
+      this.lamp.setAttribute("aria-label", word);
+      this.lamp.title = word;
+    }
+    write(this.tally, command.count ? `${command.count}×` : "");
+    if (!this.last && command.data) {
+      write(this.sent, command.enabled ? `would send ${valueText(command.data)}` : "");
+    }
+    const told = JSON.stringify(command.blocked_by);
+    if (told === this.told) return;
+    this.told = told;
+    this.below.replaceChildren(...command.blocked_by.map(reasonLine));
+  }
+
+  send(value) {
+    this.last = true;
+    write(this.sent, valueText(value) ? `sent ${valueText(value)}` : "sent");
+    this.lit = true;
+  }
+}
+
+function reasonLine(reason) {
+  const waits = reason.kind === "phase" || reason.kind === "consent";
+  const line = make("div", { className: waits ? "why wait" : "why" }, reason.text);
+  if (reason.place) line.append(" ", make("span", { className: "place" }, reason.place));
+  return line;
+}
+
+function eventRow(document) {
+  const { event, outcome, detail, time } = document;
+  const kind = outcome !== "applied" ? "bad" : event.kind === "tau" ? "step" : isOwn(event) ? "own" : "robot";
+  const text = make("span", {}, eventName(event));
+  const value = valueText(event.value);
+  if (value) text.append(" ", make("span", { className: "value" }, value));
+  const more = [outcome === "applied" ? null : outcome, detail].filter(Boolean).join(": ");
+  if (more) text.append(` · ${more}`);
+  return make("li", { className: kind }, make("time", {}, clock(time)), text);
+}
+
+function clock(seconds) {
+  const date = new Date(seconds * 1000);
+  const two = (n, width = 2) => String(n).padStart(width, "0");
+  return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${two(date.getMilliseconds(), 3)}`;
+}
+
+/** Events per second of the last minute, by what they are. */
+class Rates {
+  constructor() { this.clear(); }
+
+  clear() { this.seconds = new Map(); this.latest = 0; }
+
+  add(document) {
+    const second = Math.floor(document.time);
+    this.latest = Math.max(this.latest, second);
+    if (!this.seconds.has(second)) this.seconds.set(second, { robot: 0, own: 0, bad: 0 });
+    const kind = document.outcome !== "applied" ? "bad" : isOwn(document.event) ? "own" : "robot";
+    this.seconds.get(second)[kind]++;
+    if (this.seconds.size > 3 * MINUTE) {
+      for (const old of this.seconds.keys()) if (old < this.latest - MINUTE) this.seconds.delete(old);
+    }
+  }
+
+  /** Mean of the last whole seconds. */
+  mean(now, over = 3) {
+    let sum = 0;
+    for (let s = now - over; s < now; s++) {
+      const at = this.seconds.get(s);
+      if (at) sum += at.robot + at.own + at.bad;
+    }
+    return sum / over;
+  }
+
+  draw(canvas, now) {
+    const ratio = devicePixelRatio || 1;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
+    if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
+    const context = canvas.getContext("2d");
+    const style = getComputedStyle(document.documentElement);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    const sums = Array.from({ length: MINUTE }, (_, i) => this.seconds.get(now - MINUTE + 1 + i));
+    const most = Math.max(5, ...sums.map((s) => (s ? s.robot + s.own + s.bad : 0)));
+    const step = width / MINUTE;
+    sums.forEach((second, i) => {
+      let y = height - 1;
+      for (const [kind, colour] of [["robot", "--robot"], ["own", "--accent"], ["bad", "--halt"]]) {
+        const part = second ? (second[kind] / most) * (height - 14) : 0;
+        context.fillStyle = style.getPropertyValue(colour);
+        context.fillRect(i * step, y - part, Math.max(1, step - 1), part);
+        y -= part;
+      }
+    });
+    context.fillStyle = style.getPropertyValue("--quiet");
+    context.fillRect(0, height - 1, width, 1);
+    context.font = "10px system-ui, sans-serif";
+    context.fillText(`${most}/s`, 0, 9);
+    context.textAlign = "right";
+    context.fillText("last minute", width, 9);
+    context.textAlign = "left";
+  }
+}
+
+// --- the whole page ------------------------------------------------------------------------------
+
+const page = {
+  hello: null, state: null, status: null,
+  cards: new Map(), rows: new Map(),
+  followed: {}, // component to the state that the events led to so far
+  events: [], fresh: [], number: 0, dropped: 0,
+  rates: new Rates(),
+  held: false, waiting: false, redrawList: true,
+  choices: [],
+};
+
+function schedule() {
+  if (page.waiting || page.held) return;
+  page.waiting = true;
+  requestAnimationFrame(() => {
+    page.waiting = false;
+    render();
+  });
+}
+
+/** Everything that a piece of the stream can hold. */
+function receive(news) {
+  if (news.hello) greet(news.hello);
+  if (news.model) build(news.model);
+  if ("run" in news) forget();
+  if (news.status) page.status = news.status;
+  if (news.dropped) page.dropped += news.dropped;
+  for (const document of news.events ?? []) note(document);
+  if (news.state) {
+    page.state = news.state;
+    for (const document of news.state.latest ?? []) note(document);
+  }
+  schedule();
+}
+
+function note(document) {
+  if (document.number <= page.number) {
+    if (document.number !== 1 || page.number === 1) return; // told twice: by events and by state
+    forget(); // the node has begun again
+  }
+  page.number = document.number;
+  page.events.push(document);
+  page.fresh.push(document);
+  page.rates.add(document);
+  if (page.events.length > 2 * KEPT) page.events.splice(0, page.events.length - KEPT);
+  if (page.fresh.length > KEPT) page.fresh.splice(0, page.fresh.length - KEPT);
+}
+
+function forget() {
+  Object.assign(page, { events: [], fresh: [], number: 0, dropped: 0, followed: {}, redrawList: true });
+  page.rates.clear();
+  for (const row of page.rows.values()) row.last = false;
+}
+
+function greet(hello) {
+  page.hello = hello;
+  write(byId("source"), hello.title);
+  byId("playing").hidden = hello.source !== "model";
+  byId("undo").hidden = Boolean(hello.clock);
+  byId("scrub").hidden = hello.source !== "log";
+  byId("freeze").hidden = hello.source === "log";
+  if (hello.source === "model" && !hello.clock) write(byId("playing-title"), "What can happen");
+  if (hello.source === "log") recording.begin(hello);
+}
+
+function build(model) {
+  document.title = `${model.robot} · robosc`;
+  write(byId("robot"), model.robot);
+  page.cards.clear();
+  page.rows.clear();
+  page.followed = {};
+  const drawn = model.components.filter((c) => c.states.length);
+  for (const component of drawn) page.cards.set(component.name, new Card(component, fireByName));
+  const rest = model.components.filter((c) => !c.states.length).map((c) => c.name);
+  const note = rest.length ? [make("p", { className: "others" }, `Without behaviour: ${rest.join(", ")}`)] : [];
+  byId("components").replaceChildren(...[...page.cards.values()].map((c) => c.element), ...note);
+  const commands = model.commands.filter((c) => c.event.kind !== "tau");
+  for (const command of commands) page.rows.set(eventName(command.event), new CommandRow(command));
+  byId("command-list").replaceChildren(...[...page.rows.values()].map((r) => r.element));
+}
+
+function render() {
+  const fresh = page.fresh;
+  page.fresh = [];
+  if (page.state && page.cards.size) {
+    flash(fresh);
+    showState(page.state);
+  }
+  showEvents(fresh);
+  showStatus();
+}
+
+/** Follow the events through the automata, and flash each transition at most once per frame. */
+function flash(fresh) {
+  const lit = new Set();
+  const sent = new Map();
+  for (const { event, outcome } of fresh.slice(-200)) {
+    if (outcome !== "applied") continue;
+    if (event.kind === "request" || event.kind === "cancel") sent.set(eventName(event), event.value);
+    for (const [name, card] of page.cards) {
+      const state = page.followed[name] ?? page.state.components[name];
+      const part = card.diagram.taken(event, state, page.state.components[name]);
+      if (!part) continue;
+      lit.add(part.flash);
+      page.followed[name] = part.transition.to ?? state;
+    }
+  }
+  lit.forEach(flashPath);
+  for (const [key, value] of sent) {
+    const row = page.rows.get(key);
+    if (!row) continue;
+    row.send(value);
+    light(row.lamp.parentElement.querySelector(".command-name"));
+  }
+}
+
+function showState(state) {
+  page.followed = { ...state.components };
+  for (const [name, card] of page.cards) card.show(state.components[name], state.variables);
+  for (const command of state.commands) page.rows.get(eventName(command.event))?.show(command);
+  showPhases(state.communications);
+  byId("marked").hidden = !state.marked;
+  if (state.choices) showChoices(state.choices, state.undo);
+}
+
+const phases = new Map();
+
+function showPhases(communications) {
+  const names = Object.keys(communications);
+  if (names.length !== phases.size || names.some((name) => !phases.has(name))) {
+    phases.clear();
+    for (const name of names) phases.set(name, make("li"));
+    byId("phases").replaceChildren(...phases.values());
+    byId("calls").hidden = !names.length;
+  }
+  for (const [name, item] of phases) {
+    const phase = communications[name];
+    write(item, `${name} ${phase}`);
+    toggle(item, "busy", phase === "busy");
+    item.dataset.phase = phase;
+  }
+}
+
+const gauges = new Map();
+
+function gauge(name, text, trouble = false) {
+  if (!gauges.has(name)) {
+    const value = make("dd");
+    const whole = make("div", {}, make("dt", {}, name), value);
+    gauges.set(name, { whole, value });
+    byId("gauges").append(whole);
+  }
+  const { whole, value } = gauges.get(name);
+  write(value, text);
+  toggle(whole, "trouble", trouble);
+  value.dataset.gauge = name;
+}
+
+function now() {
+  return page.hello?.source === "log" ? page.rates.latest : Math.floor(Date.now() / 1000);
+}
+
+function showStatus() {
+  const live = page.hello?.source !== "log";
+  if (live) gauge("events/s", page.rates.mean(now()).toFixed(1));
+  const counters = page.state?.counters ?? {};
+  for (const name of ["inputs", "commands"]) {
+    if (name in counters) gauge(name, String(counters[name]));
+  }
+  for (const name of ["mismatches", "errors", "failed", "undefined", "late"]) {
+    if (counters[name] || gauges.has(name) || name === "mismatches") {
+      gauge(name, String(counters[name] ?? 0), counters[name] > 0);
+    }
+  }
+  const told = page.state?.stopped;
+  const alert = byId("alert");
+  alert.hidden = !told;
+  if (told) write(alert, `Safe stop: ${told}`);
+  const status = page.status ?? { good: true, text: page.hello?.source === "log" ? "recording" : "playing" };
+  const pill = byId("link");
+  write(pill, link.open ? (page.held ? "held" : status.text) : "the server is gone");
+  toggle(pill, "good", link.open && status.good && !page.held);
+  toggle(pill, "bad", !link.open || status.good === false);
+}
+
+function showEvents(fresh) {
+  const list = byId("events");
+  const wanted = byId("filter").value.trim().toLowerCase();
+  const fits = (d) => !wanted || `${eventName(d.event)} ${valueText(d.event.value)} ${d.outcome}`.toLowerCase().includes(wanted);
+  if (page.redrawList) {
+    const rows = page.events.filter(fits).slice(-SHOWN).reverse().map(eventRow);
+    list.replaceChildren(...rows);
+    page.redrawList = false;
+  } else if (fresh.length) {
+    const rows = fresh.filter(fits).slice(-SHOWN).reverse().map(eventRow);
+    const gap = fresh.length >= KEPT ? [make("li", { className: "gap" }, "…")] : [];
+    list.prepend(...rows, ...gap);
+    while (list.childElementCount > SHOWN) list.lastElementChild.remove();
+  }
+  page.rates.draw(byId("rates"), now());
+}
+
+// --- playing the model ---------------------------------------------------------------------------
+
+let shownChoices = "";
+
+function showChoices(choices, undo) {
+  byId("undo").disabled = !undo;
+  const text = JSON.stringify(choices);
+  if (text === shownChoices) return;
+  shownChoices = text;
+  page.choices = [...choices].sort((a, b) => a.controllable - b.controllable);
+  const able = new Set(choices.map((c) => eventName(c.event)));
+  for (const { diagram } of page.cards.values()) {
+    for (const { key, words } of diagram.words) toggle(words, "able", able.has(key));
+  }
+  const focused = document.activeElement?.dataset?.choice;
+  const typed = new Map([...byId("choices").querySelectorAll("input")].map((i) => [i.dataset.choice, i.value]));
+  byId("choices").replaceChildren(...page.choices.map((choice, i) => choiceRow(choice, i, typed)));
+  if (focused) byId("choices").querySelector(`[data-choice="${CSS.escape(focused)}"]`)?.focus();
+}
+
+function choiceRow(choice, index, typed) {
+  const button = make("button", { type: "button" }, choice.text);
+  const row = make("form", { className: `choice ${choice.controllable ? "own" : "robot"}` },
+    make("kbd", {}, index < 9 ? String(index + 1) : ""), button);
+  button.type = "submit";
+  let input = null;
+  if (choice.needs) {
+    input = make("input", { placeholder: choice.needs, value: typed.get(choice.text) ?? "" });
+    input.setAttribute("aria-label", `Value of ${choice.text}`);
+    input.dataset.choice = choice.text;
+    row.append(input);
+  } else button.dataset.choice = choice.text;
+  row.addEventListener("submit", (event) => {
+    event.preventDefault();
+    play(input ? { event: choice.event, text: input.value } : { event: choice.event });
+  });
+  return row;
+}
+
+function fireByName(key) {
+  const index = page.choices.findIndex((c) => eventName(c.event) === key);
+  const several = page.choices.filter((c) => eventName(c.event) === key).length > 1;
+  fireChoice(index, several);
+}
+
+/** Fire a choice, or lead to where its value is given. */
+function fireChoice(index, several = false) {
+  const row = byId("choices").children[index];
+  if (!row) return;
+  const target = row.querySelector("input") ?? row.querySelector("button");
+  if (several || row.querySelector("input")) {
+    row.scrollIntoView({ block: "center" });
+    target.focus();
+  } else row.requestSubmit();
+}
+
+async function post(path, body) {
+  const answer = await fetch(path, {
+    method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body),
+  });
+  const document = await answer.json();
+  if (!answer.ok) throw new Error(document.message);
+  return document;
+}
+
+async function play(body) {
+  try {
+    await post("do", body);
+    write(byId("refused"), "");
+  } catch (fault) {
+    write(byId("refused"), fault.message);
+  }
+}
+
+// --- recordings ----------------------------------------------------------------------------------
+
+const recording = { begin() {} };
+
+// --- the link to the server, keys ----------------------------------------------------------------
+
+const link = {
+  open: false, stream: null,
+
+  /** A browser opens few streams to one server: a page that nobody sees leaves its to others. */
+  follow() {
+    if (document.hidden) {
+      this.stream?.close();
+      this.stream = null;
+      return;
+    }
+    if (this.stream) return;
+    this.stream = new EventSource("stream");
+    this.stream.onopen = () => { this.open = true; schedule(); };
+    this.stream.onmessage = (message) => receive(JSON.parse(message.data));
+    this.stream.onerror = () => { this.open = false; schedule(); };
+  },
+};
+
+function hold(on) {
+  page.held = on;
+  byId("freeze").setAttribute("aria-pressed", String(on));
+  page.redrawList = true;
+  if (on) showStatus();
+  else schedule();
+}
+
+function onKey(event) {
+  const typing = event.target.matches("input:not([type=range]), select, textarea");
+  if (typing) {
+    if (event.key === "Escape") event.target.blur();
+    return;
+  }
+  if (event.ctrlKey || event.metaKey || event.altKey || byId("help-box").open) return;
+  const log = page.hello?.source === "log";
+  const pressing = event.target.matches("button");
+  if (event.key === " " && !pressing) log ? recording.toggle() : hold(!page.held);
+  else if (event.key === "/") byId("filter").focus();
+  else if (event.key === "?") byId("help-box").showModal();
+  else if (log && event.key === "ArrowLeft") recording.step(event.shiftKey ? -100 : -1);
+  else if (log && event.key === "ArrowRight") recording.step(event.shiftKey ? 100 : 1);
+  else if (page.choices.length && /^[1-9]$/.test(event.key)) fireChoice(Number(event.key) - 1);
+  else if (page.choices.length && event.key === "u") play({ undo: 1 });
+  else if (page.choices.length && event.key === "r") play({ random: 1 });
+  else return;
+  event.preventDefault();
+}
+
+byId("freeze").addEventListener("click", () => hold(!page.held));
+byId("help").addEventListener("click", () => byId("help-box").showModal());
+byId("filter").addEventListener("input", () => { page.redrawList = true; schedule(); });
+byId("undo").addEventListener("click", () => play({ undo: 1 }));
+byId("random").addEventListener("click", () => play({ random: 1 }));
+byId("restart").addEventListener("click", () => play({ restart: true }));
+document.addEventListener("keydown", onKey);
+document.addEventListener("visibilitychange", () => link.follow());
+addEventListener("resize", schedule);
+setInterval(() => { if (!document.hidden) schedule(); }, 1000);
+link.follow();

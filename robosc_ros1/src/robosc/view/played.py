@@ -1,0 +1,219 @@
+"""The model itself as a source: whoever looks plays the robot.
+
+The machine is one of ``robosc simulate``: single events of the supervised system, or the controller
+as it executes, whose clock then follows the one on the wall.
+"""
+
+from __future__ import annotations
+
+import random
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+from robosc.emit.modeldata import model_document
+from robosc.emit.naming import file_of
+from robosc.model.entities import EventKind
+from robosc.runtime.report import dump
+from robosc.simulate.faults import LineFault
+from robosc.simulate.machine import Choice, Command, Happening, Machine, find_events, label
+from robosc.simulate.values import complete, given_json, parse_raw
+from robosc.synthesis.documents import event_document
+from robosc.view.hub import Hub
+from robosc.view.server import Answers, Unable
+
+__all__ = ["Played"]
+
+_TICK = 0.05
+_LONGEST_WALK = 1000
+
+Json = dict[str, Any]
+
+
+class Played:
+    """A machine that is played by all browsers together."""
+
+    def __init__(self, machine: Machine, hub: Hub) -> None:
+        self._machine = machine
+        self._hub = hub
+        self._lock = threading.Lock()
+        self._random = random.Random()
+        self._number = 0
+        self._begin(getattr(machine, "beginning", ()))
+        supervisor = machine.supervisor
+        source = file_of(machine.plant.robot.span)
+        hub.put("model", dump(model_document(supervisor, source)))
+        hub.put("hello", dump({"source": "model", "title": source, "clock": self._has_clock}))
+
+    @property
+    def answers(self) -> Answers:
+        return {"/do": self.do}
+
+    @property
+    def _has_clock(self) -> bool:
+        return self._machine.time is not None
+
+    def start(self) -> None:
+        """Let the clock go, if there is one."""
+        if self._has_clock:
+            threading.Thread(target=self._run, name="clock", daemon=True).start()
+
+    def do(self, document: Any) -> Json:
+        """``{"event": {…}}`` with a ``value``, or a ``text`` as it is typed; ``{"undo": 1}``,
+        ``{"restart": true}``, ``{"random": 10}``. Raises Unable."""
+        with self._lock:
+            try:
+                match document:
+                    case {"event": {"kind": str(kind), "name": str(name)} as event, **more}:
+                        index = event.get("index", 1)
+                        text = more.get("text")
+                        raw = parse_raw(text) if isinstance(text, str) else event.get("value")
+                        wanted = f"{name}.{kind}{index if kind == 'tau' else ''}"
+                        self._fire(wanted, raw)
+                    case {"random": int(count)} if 0 < count <= _LONGEST_WALK:
+                        self._walk(count)
+                    case {"undo": int(count)} if 0 < count <= self._undoable:
+                        self._machine.undo(count)
+                        self._undoable -= count
+                    case {"undo": int()}:
+                        raise Unable("there is nothing to take back")
+                    case {"restart": _}:
+                        self._machine.restart()
+                        self._begin(getattr(self._machine, "beginning", ()))
+                    case _:
+                        raise Unable("this cannot be done")
+            except LineFault as fault:
+                raise Unable(str(fault)) from None
+            self._show()
+        return {}
+
+    def _begin(self, happenings: Iterable[Happening]) -> None:
+        self._counts: Counter[tuple[str, str]] = Counter()
+        self._counters = dict.fromkeys(
+            ("inputs", "commands", "taus", "errors", "mismatches", "undefined", "failed", "late"), 0
+        )
+        self._undoable = 0
+        self._number = 0
+        self._epoch = time.time()
+        self._hub.clear()
+        self._tell(happenings)
+        self._show()
+
+    def _fire(self, wanted: str, raw: Any) -> None:
+        event = find_events(self._machine, wanted)[0]
+        if event.kind is EventKind.TAU:
+            raw = None
+        given = complete(self._machine.plant.robot, event, raw, label(event))
+        self._tell(self._machine.fire(event, given))
+        self._undoable += not self._has_clock
+
+    def _walk(self, count: int) -> None:
+        for _ in range(count):
+            step = self._machine.draw(self._random)
+            if step is None:
+                raise Unable("nothing can happen any more")
+            if isinstance(step, float):
+                continue  # the clock goes by itself
+            self._tell(self._machine.fire(*step))
+            self._undoable += not self._has_clock
+
+    def _run(self) -> None:
+        """Turn the machine's clock on as time passes."""
+        while True:
+            time.sleep(_TICK)
+            with self._lock:
+                behind = time.time() - self._epoch - (self._machine.time or 0.0)
+                if behind > 1.0:  # this machine slept, or its clock was set
+                    self._epoch += behind - _TICK
+                    behind = _TICK
+                if behind <= 0.0:
+                    continue
+                happenings = self._machine.wait(behind)
+                if happenings:
+                    self._tell(happenings)
+                    self._show()
+
+    # --- what the page is told -------------------------------------------------------------------
+
+    def _tell(self, happenings: Iterable[Happening]) -> None:
+        texts = []
+        for happening in happenings:
+            self._number += 1
+            self._count(happening)
+            at = time.time() if happening.time is None else self._epoch + happening.time
+            document = {
+                "version": 1,
+                "number": self._number,
+                **happening.document(),
+                "time": round(at, 6),
+            }
+            texts.append(dump(document))
+        self._hub.add(texts)
+
+    def _count(self, happening: Happening) -> None:
+        if happening.outcome == "applied":
+            self._counts[happening.name, happening.kind] += 1
+        if happening.outcome in ("mismatch", "failed"):
+            self._counters["mismatches" if happening.outcome == "mismatch" else "failed"] += 1
+        elif happening.kind == "tau":
+            self._counters["taus"] += 1
+        elif happening.kind in ("request", "cancel"):
+            self._counters["commands"] += 1
+        elif happening.kind != "stop":
+            self._counters["inputs"] += 1
+            self._counters["errors"] += happening.kind == "error"
+
+    def _show(self) -> None:
+        machine = self._machine
+        state = machine.state
+        robot = machine.plant.robot
+        names = robot.display_names
+        self._hub.put(
+            "state",
+            dump(
+                {
+                    "version": 1,
+                    "robot": robot.name,
+                    "time": round(time.time(), 6),
+                    "number": self._number,
+                    "components": dict(state.components),
+                    "variables": dict(state.variables),
+                    "communications": {
+                        names[key]: "busy" if busy else "idle" for key, busy in state.phases.items()
+                    },
+                    "commands": [self._command(c) for c in machine.commands()
+                                 if c.event.kind is not EventKind.TAU],
+                    "stopped": machine.stopped,
+                    "counters": self._counters,
+                    "latest": [],
+                    "marked": state.marked(robot),
+                    "choices": [_choice(choice) for choice in machine.choices()],
+                    "undo": self._undoable,
+                }
+            ),
+        )  # fmt: skip
+
+    def _command(self, command: Command) -> Json:
+        event = command.event
+        count = command.count
+        return {
+            "event": {**event_document(event), "value": None},
+            "enabled": command.enabled,
+            "blocked_by": [
+                {"kind": r.kind, "text": r.text} | ({"place": r.place} if r.place else {})
+                for r in command.reasons
+            ],
+            "count": self._counts[event.name, event.kind.value] if count is None else count,
+            "data": command.data,
+        }
+
+
+def _choice(choice: Choice) -> Json:
+    return {
+        "event": {**event_document(choice.event), "value": given_json(choice.given or {})},
+        "text": choice.text,
+        "controllable": choice.event.controllable,
+        "needs": choice.hint or None,
+    }

@@ -1,0 +1,58 @@
+"""From a command line to a page that is served."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from robosc.errors import UsageError
+from robosc.simulate.faults import Wrong
+from robosc.simulate.start import machine_maker, parameters
+from robosc.supervisor import Supervisor
+from robosc.view.hub import Hub
+from robosc.view.played import Played
+from robosc.view.server import PageServer
+
+__all__ = ["Where", "view_log", "view_model", "view_node"]
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where to listen; ``port`` None is any that is free, the usual one if possible."""
+
+    host: str = "127.0.0.1"
+    port: int | None = None
+
+
+def view_model(
+    supervisor: Supervisor, where: Where, *, execute: bool, given: Sequence[str] = ()
+) -> None:
+    """Have the model played in browsers, until interrupted.
+
+    Raises:
+        UsageError: it cannot listen there, or a parameter is none.
+    """
+    hub = Hub()
+    try:
+        machine = machine_maker(supervisor, execute=execute)(parameters(given))
+    except Wrong as fault:
+        raise UsageError(str(fault)) from None
+    played = Played(machine, hub)
+    _serve(PageServer(where.host, where.port, hub, played.answers), played.start)
+
+
+def _serve(server: PageServer, start: Callable[[], None]) -> None:
+    with server:
+        start()
+        print(server.url, flush=True)
+        print("Ctrl-C ends it", file=sys.stderr, flush=True)
+        server.serve_forever(poll_interval=0.2)
+
+
+def view_log(supervisor: Supervisor, log: str, where: Where, stop_command: str | None) -> None:
+    raise UsageError("not yet")
+
+
+def view_node(node: str, where: Where) -> None:
+    raise UsageError("not yet")
