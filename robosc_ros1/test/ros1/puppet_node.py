@@ -169,13 +169,16 @@ class Puppet:
         goal = type(self.servers[name].type().action_goal.goal)()
         self.foreign = [client.send_goal(goal) for _ in range(count)]
 
-    def clock(self, seconds):
+    def clock(self, seconds, to):
         from rosgraph_msgs.msg import Clock
 
         if "/clock" not in self.publishers:
             self.publishers["/clock"] = rospy.Publisher("/clock", Clock, queue_size=100)
-        while not self.publishers["/clock"].get_num_connections():
+        # Every node of a simulated system listens to the clock, whoever comes first.
+        connections = self.publishers["/clock"].impl.connections
+        while not any(connection.endpoint_id == to for connection in connections):
             time.sleep(0.005)
+            connections = self.publishers["/clock"].impl.connections
         self.publishers["/clock"].publish(Clock(rospy.Time.from_sec(seconds)))
 
 

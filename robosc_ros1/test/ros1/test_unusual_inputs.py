@@ -102,7 +102,7 @@ def test_simulated_time_stops_starts_and_jumps(stage: Stage, puppet: Puppet, ear
         def step(seconds: float, at_least: int) -> None:
             """Set the clock until the controller has sent its command again."""
             mark = ear.mark
-            puppet.do("clock", seconds=seconds)
+            puppet.do("clock", seconds=seconds, to=node.name)
             for _ in range(at_least):
                 node.tells(event("request", "blow"), since=mark)
 
@@ -118,7 +118,7 @@ def test_simulated_time_stops_starts_and_jumps(stage: Stage, puppet: Puppet, ear
         # It jumps back, and goes on.
         step(500.0, 1)
         before = commands()
-        puppet.do("clock", seconds=1.0)
+        puppet.do("clock", seconds=1.0, to=node.name)
         puppet.publish("/reading", "std_msgs/Float32", 9.0)
         node.tells(event("response", "reading", value="cool"))
         assert commands() == before
