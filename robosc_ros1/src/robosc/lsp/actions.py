@@ -140,7 +140,9 @@ def _remove(place: _Place, hint: str) -> Iterator[Action]:
 def _close(place: _Place, hint: str) -> Iterator[Action]:
     found = re.fullmatch(r"close it with (\S+)", hint)
     if found:
-        end = len(place.source.text) if found[1] == "*/" else place.span.end
+        # A forgotten quote swallows the line; what was meant to be quoted has no blanks or commas.
+        meant = re.match(r"[\"'][^\s,]*", place.span.text)
+        end = place.span.start + meant.end() if meant else place.span.end
         if place.diagnostic.code == "unterminated-comment":
             line, _ = place.source.position(place.span.start)
             end = place.source.line_start(line) + len(place.source.line(line))

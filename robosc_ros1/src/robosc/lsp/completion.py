@@ -107,7 +107,7 @@ class _Completer:
     # --- robots and libraries --------------------------------------------------------------------
 
     def _statement(self) -> Iterator[Candidate]:
-        match self._context.words[0]:
+        match self._context.word(0):
             case "component":
                 yield from self._import()
             case "requirement":
@@ -125,12 +125,12 @@ class _Completer:
             for name in self._desk.libraries(self._path):
                 yield Candidate(name, "library")
         elif last == "import":
-            yield from self._library_components(words[words.index("from") + 1])
+            yield from self._library_components(self._context.behind("from"))
         elif len(words) == 2:
             yield from _keywords(("from",))
-        elif words[-2] == "from":
+        elif self._context.word(-2) == "from":
             yield from _keywords(("import",))
-        elif words[-2] == "import":
+        elif self._context.word(-2) == "import":
             yield Candidate("with prefix:", "keyword", text='with prefix: "')
             yield from self._next()
         elif last == "with":
@@ -153,7 +153,11 @@ class _Completer:
             yield from _keywords(("never", "always"))
             yield from self._expression(None)
             return
-        if "needs" not in words and "disables" not in words and words[1] not in ("never", "always"):
+        if (
+            "needs" not in words
+            and "disables" not in words
+            and self._context.word(1) not in ("never", "always")
+        ):
             if _ends_operand(last):
                 yield from _keywords(("needs", "disables"), rank=0)
             if len(words) == 2:
@@ -169,10 +173,10 @@ class _Completer:
             yield from self._communications((EventKind.REQUEST,))
         elif "with" not in words:
             yield from _keywords(("with",))
-        elif words[-1] == "with":
+        elif self._context.word(-1) == "with":
             yield Candidate("{ }", "keyword", text="{ $0 }")
             yield from self._expression(self._request(words[1 : words.index("with")]))
-        elif "if" not in words and _ends_operand(words[-1]):
+        elif "if" not in words and _ends_operand(self._context.word(-1)):
             yield from _keywords(("if",))
             yield from self._next()
         else:
@@ -182,8 +186,8 @@ class _Completer:
         words = self._context.words
         if len(words) == 1:
             yield from _keywords(("object", "enum"))
-        elif words[1] == "enum" and len(words) > 2:
-            if words[-1] == "from":
+        elif self._context.word(1) == "enum" and len(words) > 2:
+            if self._context.word(-1) == "from":
                 yield from self._types(sources=True)
             else:
                 yield from _keywords(("to",) if "from" in words else ("from",))
@@ -198,7 +202,7 @@ class _Completer:
                 )
         elif last == "from" and len(words) > 3:
             for package, type_, folder in offered_types(definitions):
-                if type_ in (words[3], words[3].removesuffix("Action")):
+                if type_ in (self._context.word(3), self._context.word(3).removesuffix("Action")):
                     yield Candidate(package, "ROS package", f"{type_}.{folder}", rank=0)
                 else:
                     yield Candidate(package, "ROS package", rank=2)
@@ -217,14 +221,14 @@ class _Completer:
 
     def _communication(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
-        first = words[0]
+        first = self._context.word(0)
         if first in ("incoming", "outgoing") and len(words) == 1:
             yield from _keywords(("message",))
         elif first == "behaviour":
             return
         elif last == "links":
             yield from self._interfaces()
-        elif last == ":" and words[-2] in ("type", "request", "response", "feedback"):
+        elif last == ":" and self._context.word(-2) in ("type", "request", "response", "feedback"):
             yield from self._types()
         elif last in ("with", ","):
             wanted = _LABELS.get(first, ("type",))
@@ -243,7 +247,7 @@ class _Completer:
 
     def _behaviour(self) -> Iterator[Candidate]:
         words = self._context.words
-        match words[0]:
+        match self._context.word(0):
             case "variable":
                 yield from self._variable()
             case "initial" if len(words) == 1:
@@ -260,9 +264,9 @@ class _Completer:
         if last == ":":
             yield from self._types(variable=True)
         elif last == "=":
-            type_ = self._type_named(words[words.index(":") + 1])
+            type_ = self._type_named(self._context.behind(":"))
             yield from self._values(type_)
-            if words[words.index(":") + 1] == "boolean":
+            if self._context.behind(":") == "boolean":
                 yield from _keywords(("false", "true"), rank=0)
         elif ":" in words:
             yield Candidate("=", "keyword")
@@ -277,7 +281,9 @@ class _Completer:
         elif len(words) == 2:
             yield from _keywords(("to",) if last == "request" else ("from", "to"))
         elif len(words) == 3:
-            yield from self._communications((EventKind(words[1]),) if words[1] in _EVENTS else ())
+            yield from self._communications(
+                (EventKind(self._context.word(1)),) if self._context.word(1) in _EVENTS else ()
+            )
         else:
             yield from self._clauses(("if", "do", "goto"))
 
@@ -296,7 +302,7 @@ class _Completer:
                     text = f"{name} := "
                     yield Candidate(name, "variable", node.type.span.text, text, rank=0)
         elif clause == "do" and len(words) > 1 and last == ":=":
-            yield from self._expression(self._variable_type(words[-2]))
+            yield from self._expression(self._variable_type(self._context.word(-2)))
         elif clause in ("if", "do") and not _ends_operand(last):
             yield from self._expression(self._expected())
         else:
@@ -311,7 +317,7 @@ class _Completer:
     def _object(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
         if last == ":" or (len(words) > 2 and last in ("(", "array")):
-            field = self._field_type(words[0])
+            field = self._field_type(self._context.word(0))
             if field and last == ":":
                 yield Candidate(field, "object", "the type of the real field", rank=0)
             yield from self._types(none=False)
@@ -477,14 +483,14 @@ class _Completer:
     def _expected(self) -> Type | None:
         """The type on the other side of a comparison that is being typed."""
         words = self._context.words
-        if len(words) < 2 or words[-1] not in ("=", "!="):
+        if len(words) < 2 or self._context.word(-1) not in ("=", "!="):
             return None
-        if len(words) > 3 and words[-3] == ".":
-            for owner in self._owners(words[-4].lstrip("^")):
-                return owner.variables.get(words[-2].lstrip("^"))
-        if words[-2] == "value":
+        if len(words) > 3 and self._context.word(-3) == ".":
+            for owner in self._owners(self._context.word(-4).lstrip("^")):
+                return owner.variables.get(self._context.word(-2).lstrip("^"))
+        if self._context.word(-2) == "value":
             return self._incoming()
-        return self._variable_type(words[-2])
+        return self._variable_type(self._context.word(-2))
 
     def _expression(self, expected: Type | None) -> Iterator[Candidate]:
         """What an expression can begin with."""
@@ -520,13 +526,17 @@ class _Completer:
                 known = declared.types.known(self._context.block.name)
                 if isinstance(known, EnumType):
                     return known.source
-        if len(words) < 4 or words[0] != "on" or words[1] not in ("response", "feedback"):
+        if (
+            len(words) < 4
+            or self._context.word(0) != "on"
+            or self._context.word(1) not in ("response", "feedback")
+        ):
             return None
         end = next((i for i, w in enumerate(words) if w in ("if", "do", "goto")), len(words))
         info = self._communication_of(words[3:end])
         if info is None:
             return None
-        return info.response if words[1] == "response" else info.feedback
+        return info.response if self._context.word(1) == "response" else info.feedback
 
     def _members(self) -> Iterator[Candidate]:
         """Behind a dot."""
@@ -536,7 +546,7 @@ class _Completer:
             return
         if len(chain) != 1:
             return
-        statement = self._context.words[0]
+        statement = self._context.word(0)
         before = self._context.words[-3:-2]
         commands = before and before[0] in ("to", "from", "provide", "requirement", "disables")
         for owner in self._owners(chain[0]):

@@ -68,7 +68,15 @@ class Context:
 
     @property
     def last(self) -> str:
-        return self.words[-1] if self.words else ""
+        return self.word(-1)
+
+    def word(self, place: int) -> str:
+        """One of the words, from the end if negative; empty if there are not so many."""
+        return self.words[place] if -len(self.words) <= place < len(self.words) else ""
+
+    def behind(self, word: str) -> str:
+        """The word behind the first of these; empty if there is none."""
+        return self.word(self.words.index(word) + 1) if word in self.words else ""
 
     def around(self, kind: str) -> Block | None:
         return next((b for b in reversed(self.blocks) if b.kind == kind), None)

@@ -53,6 +53,8 @@ def rename(desk: Desk, path: str, symbol: Symbol, name: str) -> Mapping[str, lis
         edits = {file: [Edit(o.span, spelling) for o in here] for file, here in found.items()}
         if _is_harmless(desk, edits, {file: len(here) for file, here in found.items()}):
             return edits
+    if symbol.kind is SymbolKind.PROPERTY:
+        raise RenameError(f"'{symbol.name}' is named by the ROS definition, or '{name}' is taken")
     raise RenameError(f"'{name}' would clash with another name, or change what a name means")
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -46,7 +48,11 @@ _WATCHED = ("**/*.{rscd,rsc,msg,srv,action}", "**/package.xml")
 
 def serve(version: str, library_path: Sequence[str] = (), strict: bool = False) -> None:
     """Serve one client on standard input and output until it says that it has ended."""
-    _Session(version, Desk(list(library_path), strict)).server.start_io()
+    session = _Session(version, Desk(list(library_path), strict))
+    # pygls closes what it writes to; and whatever else might be printed must not get in between.
+    output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    with contextlib.redirect_stdout(sys.stderr):
+        session.server.start_io(stdout=output)
 
 
 class _Session:

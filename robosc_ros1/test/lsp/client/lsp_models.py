@@ -1,0 +1,62 @@
+"""A model with every construct, to be typed, and helpers to find places in it."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+__all__ = ["LIBRARY", "MODEL", "place"]
+
+LIBRARY = """\
+library Arms {
+    component Arm {
+        service grip with identifier: "/grip", request: none, response: none links empty
+        behaviour {
+            initial marked state open { on request to grip goto closing }
+            state closing { on response from grip goto open on error from grip goto open }
+        }
+    }
+    interface empty use Empty from std_srvs
+}
+"""
+
+MODEL = """\
+// Ein Hüter 🤖 /* of */
+robot Keeper {
+    component Eye {
+        outgoing message seen with identifier: "/seen", type: Sight
+        behaviour {
+            variable last: Sight = nothing
+            variable count: integer(0..3) = 0
+            initial marked state open {
+                on response from seen if value != nothing do last := value, count := 1
+                on response from seen if value = nothing do last := nothing
+            }
+        }
+    }
+    component Wheel {
+        incoming message drive with type: Twist links twist
+        behaviour {
+            initial marked state still { on request to drive goto moving }
+            marked state moving { transition if Eye.last = nothing goto still }
+        }
+    }
+    component Hand from Arms import Arm with prefix: "/left"
+    requirement drive needs Eye.last = far and !(Eye.count > 2)
+    requirement Wheel.moving disables { grip }
+    never Wheel.moving => Hand.closing
+    requirement never Hand.closing and Wheel.moving
+    provide drive with { linear: { x: 0.5e-1 }, angular: { z: -Eye.count / 2 } } if Eye.open
+    datatype object Twist { linear: Vector angular: Vector }
+    datatype object Vector { x: double y: double z: double }
+    datatype enum Sight from double to { value > 1.5 -> far value > 0 -> near default -> nothing }
+    interface twist use Twist from geometry_msgs
+}
+"""
+"""One line of it is wrong."""
+
+
+def place(text: str, words: str, inside: int = 0) -> types.Position:
+    """Where some words begin, in the units of the protocol."""
+    before = text[: text.index(words) + inside]
+    line = before.rpartition("\n")[2]
+    return types.Position(before.count("\n"), len(line.encode("utf-16-le")) // 2)

@@ -1,0 +1,86 @@
+"""Code actions do what the hints say, and the fault is gone."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from lsp_support import open_text
+from ros_support import EXAMPLES
+
+from robosc import pipeline
+from robosc.lsp.actions import actions_for
+from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.rename import applied
+
+FAULTY = Path(__file__).parents[1] / "faulty"
+MODELS = sorted(f for f in FAULTY.glob("*.rscd") if not f.name.startswith("_"))
+
+
+def analysed(file: Path) -> Analysis | None:
+    return Desk().analysis(str(file))
+
+
+def faults(analysis: Analysis) -> list[tuple[str, str]]:
+    return [(d.code, d.message) for d in analysis.diagnostics]
+
+
+@pytest.mark.parametrize("file", MODELS, ids=lambda file: file.stem)
+def test_action_mends(file: Path) -> None:
+    """Each action that is offered for a faulty model ends the fault, and breaks nothing else."""
+    analysis = analysed(file)
+    if analysis is None:  # no UTF-8
+        return
+    for diagnostic in analysis.diagnostics:
+        for action in actions_for(analysis, diagnostic):
+            text = applied(analysis.source, list(action.edits))
+            after = open_text(Desk(), file, text)
+            told = (diagnostic.code, diagnostic.message)
+            assert faults(after).count(told) < faults(analysis).count(told), action.title
+            # A fault can hide others, but what is written must be read.
+            unreadable = [c for c, _ in faults(after) if c in ("syntax", "missing-brace")]
+            before = [c for c, _ in faults(analysis) if c in ("syntax", "missing-brace")]
+            assert len(unreadable) <= len(before), action.title
+
+
+EXPECTED = {
+    "ambiguous-name": "Write 'Speed.fast'",
+    "empty-range": "Write 'integer(1..5)'",
+    "import-incomplete": "Add 'component Hand from Arms import Hand with prefix: \"/left\"'",
+    "missing-default": "Add 'default -> free'",
+    "missing-links": "Link 'speed'",
+    "no-initial-state": "Add an initial state",
+    "reserved-name": "Write '^value'",
+    "several-defaults": "Remove this default",
+    "several-initial-states": "Remove 'initial' from 'cold'",
+    "unknown-communication": "Write 'move'",
+    "unknown-member": "Write 'current'",
+    "unknown-type": "Write 'Distance'",
+    "unterminated-comment": "Close it with */",
+    "unterminated-string": 'Close it with "',
+}
+
+
+@pytest.mark.parametrize("code", EXPECTED)
+def test_action_is_offered(code: str) -> None:
+    analysis = analysed(FAULTY / f"{code}.rscd")
+    assert analysis is not None
+    titles = [a.title for d in analysis.diagnostics for a in actions_for(analysis, d)]
+    assert EXPECTED[code] in titles
+
+
+def test_remedy_of_synthesis(tmp_path: Path) -> None:
+    """The example that forgets errors is mended by the actions alone."""
+    file = tmp_path / "model.rscd"
+    shutil.copy(EXAMPLES / "line_follower_unhandled" / "line_follower_unhandled.rscd", file)
+    for _ in range(5):
+        analysis = analysed(file)
+        assert analysis is not None and analysis.reading.robot is not None
+        supervisor = pipeline.synthesize(analysis.reading.robot)
+        actions = [a for d in supervisor.diagnostics for a in actions_for(analysis, d)]
+        if not actions:
+            break
+        file.write_text(applied(analysis.source, list(actions[0].edits)))
+    assert "on error from grab" in file.read_text()
+    assert "never-allowed" not in {d.code for d in supervisor.diagnostics}

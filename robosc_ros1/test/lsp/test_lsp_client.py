@@ -1,0 +1,59 @@
+"""The server through a real client: the tests in ``client/``, each file in a pytest of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+from lsp_support import HERE, Unavailable, client_python
+from ros_support import SOURCES, run_robosc
+
+FILES = sorted((HERE / "client").glob("client_*.py"))
+
+
+@pytest.fixture(scope="module")
+def python() -> str:
+    try:
+        return client_python()
+    except Unavailable as reason:
+        pytest.skip(f"no client of the language server: {reason}")
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_through_a_client(python: str, file: Path, tmp_path: Path) -> None:
+    environment = os.environ | {
+        "PYTHONPATH": str(SOURCES),
+        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+    command = [python, "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", str(tmp_path)]
+    command += ["--confcutdir", str(file.parent), "-p", "no:cacheprovider"]
+    command += ["-o", "asyncio_default_fixture_loop_scope=function"]
+    command += [
+        "-p",
+        "pytest_asyncio.plugin",
+        "-p",
+        "pytest_lsp",
+        "--basetemp",
+        str(tmp_path / "tests"),
+    ]
+    done = subprocess.run(
+        [*command, str(file)],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=250,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_missing_library_is_named(tmp_path: Path) -> None:
+    """Debian has no pygls: who starts the server there is told what to install."""
+    try:
+        import pygls.lsp.server  # noqa: F401
+    except ModuleNotFoundError:
+        done = run_robosc(["lsp"], tmp_path, {})
+        assert done.returncode == 2
+        assert "pip install 'pygls>=2,<3'" in done.stderr
+        assert "Traceback" not in done.stderr
+    else:
+        pytest.skip("pygls is installed")

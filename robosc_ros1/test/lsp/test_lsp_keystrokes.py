@@ -1,0 +1,109 @@
+"""Nothing fails on text that is broken, whichever way."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lsp_support import open_text
+from ros_support import EXAMPLES
+
+from robosc.lsp.actions import actions_for
+from robosc.lsp.analysis import Desk
+from robosc.lsp.completion import complete
+from robosc.lsp.definition import definition_of
+from robosc.lsp.hover import hover_text
+from robosc.lsp.outline import folds, outline
+from robosc.lsp.rename import applied, references
+from robosc.lsp.tokens import TYPES, encoded
+
+PATH = str(EXAMPLES / "line_follower" / "line_follower.rscd")
+TEXT = Path(PATH).read_text(encoding="utf-8")
+_INSERTED = (
+    "{",
+    "}",
+    '"',
+    "'",
+    "/*",
+    "//",
+    "🤖",
+    ".",
+    "on ",
+    "robot ",
+    "^",
+    "\t",
+    "value.",
+    ":=",
+    "(",
+)
+
+
+def everything(desk: Desk, text: str, offset: int) -> None:
+    """What an editor may ask for at a place; the answers hang together."""
+    analysis = open_text(desk, PATH, text)
+    complete(desk, PATH, offset)
+    data = encoded(analysis)
+    assert len(data) % 5 == 0 and all(number >= 0 for number in data)
+    assert all(kind < len(TYPES) for kind in data[3::5])
+    for entry in outline(analysis):
+        assert entry.whole.start <= entry.name.start <= entry.name.end <= entry.whole.end
+    for fold in folds(analysis.source):
+        assert 1 <= fold.first < fold.last
+    for diagnostic in analysis.diagnostics:
+        for action in actions_for(analysis, diagnostic):
+            applied(analysis.source, list(action.edits))
+    here = analysis.index.at(offset)
+    for occurrence in (*analysis.index.occurrences[-2:], *([here] if here else [])):
+        hover_text(analysis, occurrence, None)
+        definition_of(analysis, occurrence)
+        found = [o for here in references(desk, PATH, occurrence.symbol).values() for o in here]
+        assert occurrence in found
+
+
+def test_typing_at_the_end() -> None:
+    desk = Desk()
+    for end in range(0, len(TEXT) + 1, 5):
+        everything(desk, TEXT[:end], end)
+
+
+def test_typing_in_the_middle() -> None:
+    """What stands behind the cursor is whole."""
+    desk = Desk()
+    start, end = TEXT.index("service set_light_state"), TEXT.index("// What must hold")
+    for place in range(start, end, 4):
+        everything(desk, TEXT[:place] + TEXT[end:], place)
+
+
+def test_random_edits() -> None:
+    chance = random.Random(7)
+    desk = Desk()
+    text = TEXT
+    for step in range(150):
+        if step % 15 == 0:
+            text = TEXT
+        place = chance.randrange(len(text) + 1)
+        if chance.random() < 0.5:
+            text = text[:place] + text[place + chance.randrange(1, 30) :]
+        else:
+            text = text[:place] + chance.choice(_INSERTED) + text[place:]
+        everything(desk, text, min(place, len(text)))
+
+
+@settings(derandomize=True, deadline=None, max_examples=150)
+@given(
+    st.lists(
+        st.sampled_from(
+            ("robot", "library", "{", "}", "component", "requirement", "provide", "with", "on",
+             "response", "from", "if", "do", ":=", "goto", "a", "value", ".", ":", "->", "default",
+             "datatype", "enum", "object", "needs", "=", "[", "]", "(", ",", "interface", "use",
+             "import", "state", "behaviour", "variable", "and", "links", "message", "\n", '"'),
+        ),
+        max_size=30,
+    )
+)  # fmt: skip
+def test_any_words(words: list[str]) -> None:
+    text = " ".join(words)
+    everything(Desk(), text, len(text))
+    everything(Desk(), "robot R { " + text, len(text) + 10)

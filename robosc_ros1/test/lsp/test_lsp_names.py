@@ -1,0 +1,178 @@
+"""What each name in a file means: definitions, references, renaming."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from lsp_support import open_text
+from ros_support import EXAMPLES
+
+from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.definition import definition_of
+from robosc.lsp.hover import hover_text
+from robosc.lsp.rename import RenameError, applied, references, rename
+from robosc.lsp.symbols import Occurrence, SymbolKind
+from robosc.model.rosmsg import Interface
+
+LIBRARY = """\
+library Base {
+    component Wheel {
+        incoming message turn with type: none
+        outgoing message speed with type: Speed
+        behaviour {
+            variable v: Speed = slow
+            initial marked state on {
+                on response from speed do v := value
+            }
+        }
+    }
+    datatype enum Speed from double to { value > 1 -> fast default -> slow }
+}
+"""
+ROBOT = """\
+robot R {
+    component Left from Base import Wheel with prefix: "/left"
+    component Right from Base import Wheel with prefix: "/right"
+    component Gear {
+        outgoing message gear with type: Gear
+        behaviour {
+            variable g: Gear = slow
+            initial marked state slow { on response from gear do g := value }
+        }
+    }
+    requirement Left.turn needs Left.v = slow and Gear.g = slow
+    requirement Right.turn needs Right.v = fast or Gear.slow
+    datatype enum Gear from integer to { value > 3 -> quick default -> slow }
+}
+"""
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Desk:
+    (tmp_path / "base.rscd").write_text(LIBRARY)
+    return Desk(folders=[str(tmp_path)])
+
+
+def named(analysis: Analysis, words: str, inside: int = 0) -> Occurrence:
+    found = analysis.index.at(analysis.source.text.index(words) + inside)
+    assert found is not None, words
+    return found
+
+
+def line_of(text: str, words: str) -> int:
+    return text[: text.index(words)].count("\n") + 1
+
+
+@pytest.mark.parametrize(
+    ("words", "inside", "file", "line"),
+    [
+        ("slow and", 0, "base.rscd", "value > 1"),  # the other side of '=' decides
+        ("slow\n    requirement R", 0, "robot.rscd", "value > 3"),
+        ("Gear.slow", 5, "robot.rscd", "initial marked"),
+        ("Gear = slow", 7, "robot.rscd", "value > 3"),
+        ("fast or", 0, "base.rscd", "value > 1"),
+        ("Left.turn", 0, "robot.rscd", "component Left"),
+        ("Left.turn", 5, "base.rscd", "message turn"),
+        ("Right.v", 6, "base.rscd", "variable v"),
+        ("gear do", 0, "robot.rscd", "message gear"),
+        ("Left from", 0, "base.rscd", "component Wheel"),
+        ("Base import Wheel with prefix: \"/right", 0, "base.rscd", "library Base"),
+        ("Wheel with", 0, "base.rscd", "component Wheel"),
+    ],
+)  # fmt: skip
+def test_definition(
+    desk: Desk, tmp_path: Path, words: str, inside: int, file: str, line: str
+) -> None:
+    analysis = open_text(desk, tmp_path / "robot.rscd", ROBOT)
+    assert not [d for d in analysis.diagnostics if d.severity.value == "error"]
+    found = definition_of(analysis, named(analysis, words, inside))
+    assert found is not None
+    text = LIBRARY if file == "base.rscd" else ROBOT
+    assert (Path(found.source.path).name, found.line) == (file, line_of(text, line))
+
+
+def test_references_count_imports_as_one(desk: Desk, tmp_path: Path) -> None:
+    """Both imports of a library's component have its variable."""
+    robot = tmp_path / "robot.rscd"
+    analysis = open_text(desk, robot, ROBOT)
+    found = references(desk, str(robot), named(analysis, "Left.v", 5).symbol)
+    counts = {Path(file).name: len(here) for file, here in found.items()}
+    assert counts == {"base.rscd": 2, "robot.rscd": 2}
+
+
+def test_rename_changes_every_file_and_nothing_else(desk: Desk, tmp_path: Path) -> None:
+    robot = tmp_path / "robot.rscd"
+    analysis = open_text(desk, robot, ROBOT)
+    edits = rename(desk, str(robot), named(analysis, "slow and").symbol, "crawling")
+    changed = {Path(f).name: applied(e[0].span.source, list(e)) for f, e in edits.items()}
+    assert changed["base.rscd"] == LIBRARY.replace("slow", "crawling")
+    assert changed["robot.rscd"] == ROBOT.replace("Left.v = slow", "Left.v = crawling")
+
+
+@pytest.mark.parametrize("name", ["Gear", "2nd", "", "a b", "é"])
+def test_names_that_cannot_be(desk: Desk, tmp_path: Path, name: str) -> None:
+    robot = tmp_path / "robot.rscd"
+    analysis = open_text(desk, robot, ROBOT)
+    with pytest.raises(RenameError):
+        rename(desk, str(robot), named(analysis, "Left from").symbol, name)
+
+
+def test_keywords_are_escaped_only_where_they_must_be(desk: Desk, tmp_path: Path) -> None:
+    robot = tmp_path / "robot.rscd"
+    analysis = open_text(desk, robot, ROBOT)
+    symbol = named(analysis, "g: Gear").symbol
+    edits = rename(desk, str(robot), symbol, "value")
+    assert {edit.text for edit in edits[str(robot)]} == {"^value"}
+    edits = rename(desk, str(robot), symbol, "state")
+    assert {edit.text for edit in edits[str(robot)]} == {"state"}
+
+
+def test_every_renaming_of_an_example_keeps_its_meaning() -> None:
+    """Each name of the line follower, to a name that is free."""
+    path = str(EXAMPLES / "line_follower" / "line_follower.rscd")
+    desk = Desk()
+    text = Path(path).read_text(encoding="utf-8")
+    analysis = open_text(desk, path, text)
+    declared = [o for o in analysis.index.occurrences if o.declaration]
+    # Properties have the names that the real messages give them, where these are installed.
+    free = [o for o in declared if o.symbol.kind is not SymbolKind.PROPERTY]
+    assert len(free) > 30
+    for occurrence in free[::3]:
+        edits = rename(desk, path, occurrence.symbol, "brand_new_name")
+        assert len(edits[path]) == len(list(analysis.index.of(occurrence.symbol)))
+
+
+def test_names_in_broken_text_are_still_found(desk: Desk, tmp_path: Path) -> None:
+    text = ROBOT.replace("Left.v = slow and", "Left.v = slow and and")
+    analysis = open_text(desk, tmp_path / "robot.rscd", text)
+    assert definition_of(analysis, named(analysis, "Right.v", 6)) is not None
+
+
+MESSAGES = """\
+robot R {
+    component Motor {
+        incoming message go with type: Twist links twist
+    }
+    provide go with { linear: { x: 1.0 } }
+    datatype object Twist { linear: Vector }
+    datatype object Vector { x: double }
+    interface twist use Twist from geometry_msgs
+}
+"""
+
+
+def test_messages_are_shown_as_they_are(desk: Desk, tmp_path: Path) -> None:
+    analysis = open_text(desk, tmp_path / "motor.rscd", MESSAGES)
+    if not isinstance(analysis.definitions.message("geometry_msgs", "Twist"), Interface):
+        pytest.skip("geometry_msgs is not installed")
+    text = hover_text(analysis, named(analysis, "Twist from"), None)
+    assert "Vector3  linear" in text
+    text = hover_text(analysis, named(analysis, "go with"), None)
+    assert "geometry_msgs/Vector3 angular" in text
+    assert "float64 x" in hover_text(analysis, named(analysis, "x: 1.0"), None)
+    found = definition_of(analysis, named(analysis, "x: double"))
+    assert found is not None
+    assert Path(found.source.path).name == "Vector3.msg" and found.text == "x"
+    found = definition_of(analysis, named(analysis, "geometry_msgs"))
+    assert found is not None and Path(found.source.path).name == "package.xml"

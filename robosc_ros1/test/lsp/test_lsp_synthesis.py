@@ -1,0 +1,64 @@
+"""What synthesis finds, asked of a process of its own, and where that stands after a change."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+from lsp_support import open_text
+from ros_support import EXAMPLES
+
+from robosc import pipeline
+from robosc.lsp.analysis import Desk
+from robosc.lsp.derived import Derived, command, derived_from, moved, request_for
+from robosc.source import Source
+
+MODEL = EXAMPLES / "line_follower_unhandled" / "line_follower_unhandled.rscd"
+TEXT = MODEL.read_text(encoding="utf-8")
+
+
+def asked(source: Source) -> Derived:
+    done = subprocess.run(
+        command(), input=request_for(source, [], {}), capture_output=True, timeout=60
+    )
+    found = derived_from(source, done.stdout)
+    assert found is not None, done.stderr.decode()
+    return found
+
+
+def test_answer_is_what_check_says() -> None:
+    source = Source(str(MODEL), TEXT)
+    found = asked(source)
+    robot = open_text(Desk(), MODEL, TEXT).reading.robot
+    assert robot is not None
+    supervisor = pipeline.synthesize(robot)
+    assert [(d.code, d.message, d.span.start, d.hint) for d in found.diagnostics] == [
+        (d.code, d.message, d.span.start, d.hint) for d in supervisor.diagnostics
+    ]
+    grab = next(g for g in found.guards if g.communication.endswith(".grab"))
+    assert grab.status == "never" and "on error from grab" in str(grab.reasons[0][1])
+
+
+def test_broken_models_have_no_answer() -> None:
+    assert asked(Source(str(MODEL), TEXT[:500])).diagnostics == ()
+
+
+def test_no_answer_from_a_process_that_failed() -> None:
+    assert derived_from(Source("x", ""), b"Traceback") is None
+
+
+def test_diagnostics_move_with_the_text() -> None:
+    source = Source(str(MODEL), TEXT)
+    found = asked(source)
+    (first, *_) = found.diagnostics
+    longer = Source(str(MODEL), "// one line more\n" + TEXT)
+    assert moved(found, longer)[0].span.line == first.span.line + 1
+    changed = TEXT[: first.span.start] + "x" + TEXT[first.span.start :]
+    assert first.code not in {d.code for d in moved(found, Source(str(MODEL), changed))}
+
+
+def test_command_finds_robosc_by_itself(tmp_path: Path) -> None:
+    done = subprocess.run(
+        command(), input=b"", capture_output=True, cwd=tmp_path, env={}, timeout=60
+    )
+    assert b"No module named 'robosc'" not in done.stderr
