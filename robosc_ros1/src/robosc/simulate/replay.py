@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,10 @@ from robosc.runtime.values import Mismatch, jsonable
 from robosc.simulate.generated import make_controller
 from robosc.supervisor import Supervisor
 
-__all__ = ["Departure", "Replayed", "replay", "replay_document", "replay_text"]
+__all__ = [
+    "Departure", "Entry", "Follower", "Replayed", "read_log", "replay", "replay_document",
+    "replay_text",
+]  # fmt: skip
 
 _KINDS = ("request", "response", "feedback", "error", "cancel", "tau", "stop")
 _OUTCOMES = ("applied", "mismatch", "failed", "stopped")
@@ -56,7 +60,10 @@ class Replayed:
 
 
 @dataclass(frozen=True)
-class _Entry:
+class Entry:
+    """A line of a log; ``document`` is all of it."""
+
+    document: dict[str, Any]
     file: str
     line: int
     number: int
@@ -81,8 +88,8 @@ def replay(supervisor: Supervisor, log: str, stop_command: str | None = None) ->
     Raises:
         UsageError: a file cannot be read, or is no event log.
     """
-    follower = _Follower(supervisor, stop_command)
-    for entry in _entries(log):
+    follower = Follower(supervisor, stop_command)
+    for entry in read_log(log):
         follower.take(entry)
     if not follower.runs:
         raise UsageError(f"{log} holds no events")
@@ -96,7 +103,7 @@ def replay(supervisor: Supervisor, log: str, stop_command: str | None = None) ->
     )
 
 
-class _Follower:
+class Follower:
     """Follows one run after the other; each begins with event 1."""
 
     def __init__(self, supervisor: Supervisor, stop_command: str | None) -> None:
@@ -114,7 +121,20 @@ class _Follower:
         self.departures: list[Departure] = []
         self.missing: list[str] = []
 
-    def take(self, entry: _Entry) -> None:
+    @property
+    def controller(self) -> Controller | None:
+        """In the state after the last event; None where that is not known (any more)."""
+        return self._controller
+
+    def fork(self) -> Follower:
+        """Another one that goes on from here by itself."""
+        other = copy(self)
+        other._controller = None if self._controller is None else self._controller.copy()
+        other.departures = list(self.departures)
+        other.missing = list(self.missing)
+        return other
+
+    def take(self, entry: Entry) -> None:
         self.events += 1
         self.mismatches += entry.outcome == "mismatch"
         if entry.number == 1 or not self.runs:
@@ -137,7 +157,7 @@ class _Follower:
             self.departures.append(departure)
             self._controller = None  # what follows is not known any more
 
-    def _leaves(self, controller: Controller, entry: _Entry) -> str | None:
+    def _leaves(self, controller: Controller, entry: Entry) -> str | None:
         """Apply an event; why it cannot be, if so."""
         if entry.kind == "tau":
             tau = self._taus.get((entry.name, entry.index))
@@ -207,7 +227,8 @@ def _restored(value: Any) -> Any:
 # --- reading -------------------------------------------------------------------------------------
 
 
-def _entries(log: str) -> Iterator[_Entry]:
+def read_log(log: str) -> Iterator[Entry]:
+    """All events of a log and its older parts, oldest first. Raises UsageError."""
     for path in _files(Path(log)):
         try:
             with path.open(encoding="utf-8") as file:
@@ -238,7 +259,7 @@ def _files(log: Path) -> list[Path]:
     return [path for _, path in sorted(older, reverse=True)] + [log]
 
 
-def _entry(file: str, line: int, text: str) -> _Entry:
+def _entry(file: str, line: int, text: str) -> Entry:
     try:
         document = json.loads(text)
     except (ValueError, RecursionError):
@@ -252,7 +273,8 @@ def _entry(file: str, line: int, text: str) -> _Entry:
         } if kind in _KINDS and outcome in _OUTCOMES:
             index = event.get("index", 0)
             if isinstance(index, int):
-                return _Entry(file, line, number, kind, name, index, event.get("value"), outcome)
+                value = event.get("value")
+                return Entry(document, file, line, number, kind, name, index, value, outcome)
     raise UsageError(f"{file}:{line}: this is no event of a log, version 1")
 
 

@@ -1,8 +1,8 @@
 """What there is to see now, for any number of followers, each at its own pace.
 
 States replace one another: a follower that is slow sees fewer of them. Events are kept for a while
-and counted, so that a follower which falls behind is told how many it missed. Nobody who follows can
-hold up the one who puts.
+and counted, so that a follower which falls behind is told how many it missed. Nobody who follows
+can hold up the one who puts.
 """
 
 from __future__ import annotations

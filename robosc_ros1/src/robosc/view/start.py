@@ -11,7 +11,9 @@ from robosc.simulate.faults import Wrong
 from robosc.simulate.start import machine_maker, parameters
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
+from robosc.view.listening import Listener
 from robosc.view.played import Played
+from robosc.view.recorded import Recording
 from robosc.view.server import PageServer
 
 __all__ = ["Where", "view_log", "view_model", "view_node"]
@@ -42,17 +44,32 @@ def view_model(
     _serve(PageServer(where.host, where.port, hub, played.answers), played.start)
 
 
+def view_log(supervisor: Supervisor, log: str, where: Where, stop_command: str | None) -> None:
+    """Show an event log of the model's node, until interrupted.
+
+    Raises:
+        UsageError: it cannot listen there, or the log cannot be read.
+    """
+    hub = Hub()
+    recording = Recording(supervisor, log, hub, stop_command)
+    _serve(PageServer(where.host, where.port, hub, recording.answers), lambda: None)
+
+
+def view_node(node: str, where: Where) -> None:
+    """Show a running node of ROS 1, until interrupted.
+
+    Raises:
+        UsageError: it cannot listen there, or the node's name is none.
+        ModuleNotFoundError: this Python has no rospy.
+    """
+    hub = Hub()
+    listener = Listener(node, hub)
+    _serve(PageServer(where.host, where.port, hub, {}), listener.start)
+
+
 def _serve(server: PageServer, start: Callable[[], None]) -> None:
     with server:
         start()
         print(server.url, flush=True)
         print("Ctrl-C ends it", file=sys.stderr, flush=True)
         server.serve_forever(poll_interval=0.2)
-
-
-def view_log(supervisor: Supervisor, log: str, where: Where, stop_command: str | None) -> None:
-    raise UsageError("not yet")
-
-
-def view_node(node: str, where: Where) -> None:
-    raise UsageError("not yet")

@@ -447,7 +447,7 @@ class Diagram {
     if (!found.length) found = all.filter((p) => p.transition.from === null);
     if (path) found = found.filter((p) => (p.transition.to ?? state) === path.at(-1));
     const sure = found.find((p) => p.transition.guard === null);
-    const fits = found.find((p) => (p.transition.to ?? state) === after);
+    const fits = found.find((p) => after === undefined || (p.transition.to ?? state) === after);
     return path ? found[0] : sure && found.length === 1 ? sure : fits;
   }
 }
@@ -603,10 +603,13 @@ class Rates {
   clear() { this.seconds = new Map(); this.latest = 0; }
 
   add(document) {
-    const second = Math.floor(document.time);
+    const kind = document.outcome !== "applied" ? "bad" : isOwn(document.event) ? "own" : "robot";
+    this.count(Math.floor(document.time), kind);
+  }
+
+  count(second, kind) {
     this.latest = Math.max(this.latest, second);
     if (!this.seconds.has(second)) this.seconds.set(second, { robot: 0, own: 0, bad: 0 });
-    const kind = document.outcome !== "applied" ? "bad" : isOwn(document.event) ? "own" : "robot";
     this.seconds.get(second)[kind]++;
     if (this.seconds.size > 3 * MINUTE) {
       for (const old of this.seconds.keys()) if (old < this.latest - MINUTE) this.seconds.delete(old);
@@ -751,12 +754,13 @@ function render() {
 function flash(fresh) {
   const lit = new Set();
   const sent = new Map();
-  for (const { event, outcome } of fresh.slice(-200)) {
+  for (const { event, outcome, number } of fresh.slice(-200)) {
     if (outcome !== "applied") continue;
     if (event.kind === "request" || event.kind === "cancel") sent.set(eventName(event), event.value);
     for (const [name, card] of page.cards) {
       const state = page.followed[name] ?? page.state.components[name];
-      const part = card.diagram.taken(event, state, page.state.components[name]);
+      const after = page.state.number >= number ? page.state.components[name] : undefined;
+      const part = card.diagram.taken(event, state, after);
       if (!part) continue;
       lit.add(part.flash);
       page.followed[name] = part.transition.to ?? state;
@@ -772,7 +776,8 @@ function flash(fresh) {
 }
 
 function showState(state) {
-  page.followed = { ...state.components };
+  // Events may be ahead of the state, which comes less often.
+  if (state.number >= page.number) page.followed = { ...state.components };
   for (const [name, card] of page.cards) card.show(state.components[name], state.variables);
   for (const command of state.commands) page.rows.get(eventName(command.event))?.show(command);
   showPhases(state.communications);
@@ -933,7 +938,102 @@ async function play(body) {
 
 // --- recordings ----------------------------------------------------------------------------------
 
-const recording = { begin() {} };
+const LONGEST_PAUSE = 2; // seconds without events that are played
+
+const recording = {
+  count: 0, at: 0, wanted: 0, asking: false, playing: false, times: [], sorts: "",
+
+  async begin(hello) {
+    if (this.count) return; // the stream was opened again
+    this.count = hello.count;
+    Object.assign(byId("moment"), { min: 1, max: hello.count, value: 1 });
+    Object.assign(this, await post("overview", {}));
+    this.go(1);
+  },
+
+  /** Show a moment; of those asked for while one is on its way, the last. */
+  async go(at) {
+    this.wanted = Math.max(1, Math.min(this.count, at));
+    if (this.asking) return;
+    this.asking = true;
+    try {
+      while (this.at !== this.wanted) {
+        const next = this.wanted;
+        this.show(next, await post("moment", { at: next }));
+      }
+    } catch (fault) {
+      this.pause();
+    } finally {
+      this.asking = false;
+    }
+  },
+
+  show(at, { state, events, lost }) {
+    const steps = at - this.at;
+    this.at = at;
+    page.events = events;
+    page.fresh = steps > 0 ? events.slice(-steps) : [];
+    page.redrawList = true;
+    // The transitions of what was skipped are not known to have followed one another.
+    page.followed = steps > 0 && steps <= events.length ? page.followed : {};
+    page.state = state ?? page.state;
+    page.status = lost ? { good: false, text: `leaves the model: ${lost}` } : { good: true, text: "recording" };
+    this.countRates();
+    byId("moment").value = at;
+    write(byId("where"), `${at} of ${this.count} · ${dayAndClock(this.times[at - 1])}`);
+    schedule();
+  },
+
+  countRates() {
+    page.rates.clear();
+    const names = { x: "bad", c: "own", r: "robot" };
+    const now = Math.floor(this.times[this.at - 1]);
+    for (let i = this.at - 1; i >= 0 && this.times[i] > now - MINUTE; i--) {
+      page.rates.count(Math.floor(this.times[i]), names[this.sorts[i]]);
+    }
+  },
+
+  step(by) {
+    this.pause();
+    this.go(this.wanted + by);
+  },
+
+  toggle() {
+    if (this.playing) return this.pause();
+    if (this.wanted >= this.count) this.wanted = 1;
+    this.playing = true;
+    this.label();
+    this.time = this.times[this.wanted - 1];
+    let before = performance.now();
+    const tick = (moment) => {
+      if (!this.playing) return;
+      this.time += ((moment - before) / 1000) * Number(byId("speed").value);
+      before = moment;
+      let at = this.wanted;
+      this.time = Math.max(this.time, (this.times[at] ?? 0) - LONGEST_PAUSE);
+      if (this.times[at] < this.times[at - 1]) this.time = this.times[at]; // the clock was set
+      while (at < this.count && this.times[at] <= this.time) at++;
+      if (at !== this.wanted) this.go(at);
+      if (at >= this.count) this.pause();
+      else requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+  },
+
+  pause() {
+    this.playing = false;
+    this.label();
+  },
+
+  label() {
+    byId("play").setAttribute("aria-pressed", String(this.playing));
+    write(byId("play"), this.playing ? "Pause" : "Play");
+  },
+};
+
+function dayAndClock(seconds) {
+  return `${new Date(seconds * 1000).toLocaleDateString()} ${clock(seconds)}`;
+}
 
 // --- the link to the server, keys ----------------------------------------------------------------
 
@@ -990,6 +1090,13 @@ byId("filter").addEventListener("input", () => { page.redrawList = true; schedul
 byId("undo").addEventListener("click", () => play({ undo: 1 }));
 byId("random").addEventListener("click", () => play({ random: 1 }));
 byId("restart").addEventListener("click", () => play({ restart: true }));
+byId("play").addEventListener("click", () => recording.toggle());
+byId("back").addEventListener("click", () => recording.step(-1));
+byId("onward").addEventListener("click", () => recording.step(1));
+byId("moment").addEventListener("input", (event) => {
+  recording.pause();
+  recording.go(Number(event.target.value));
+});
 document.addEventListener("keydown", onKey);
 document.addEventListener("visibilitychange", () => link.follow());
 addEventListener("resize", schedule);

@@ -1,0 +1,163 @@
+"""An event log as a source: any moment of it, for each browser another one.
+
+The log holds events only. The states come from the model: a controller that is generated from it
+follows the log as in ``robosc replay``.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+from robosc.emit.modeldata import model_document
+from robosc.emit.naming import file_of
+from robosc.errors import UsageError
+from robosc.runtime.model import Controller
+from robosc.runtime.report import dump, state_document
+from robosc.runtime.values import jsonable
+from robosc.simulate.replay import Entry, Follower, read_log
+from robosc.supervisor import Supervisor
+from robosc.view.hub import Hub
+from robosc.view.server import Answers, Unable
+
+__all__ = ["Recording"]
+
+_STRIDE = 256
+"""Events between two moments that are kept; from one of them all others are found."""
+_SHOWN = 200
+
+_COUNTERS = (
+    "inputs", "commands", "taus", "errors", "mismatches", "undefined", "failed", "late",
+)  # fmt: skip
+
+Json = dict[str, Any]
+
+
+class _Moment:
+    """A follower of the log, and what it counts on its way."""
+
+    def __init__(self, follower: Follower) -> None:
+        self.follower = follower
+        self.shown: Controller | None = None
+        self.counts: Counter[tuple[str, str]] = Counter()
+        self.counters: Counter[str] = Counter()
+        self.stopped: str | None = None
+        self.lost: str | None = None
+
+    def fork(self) -> _Moment:
+        other = _Moment(self.follower.fork())
+        # Where the state is not known any more, the last one that was is not changed any more.
+        other.shown = other.follower.controller or self.shown
+        other.counts = self.counts.copy()
+        other.counters = self.counters.copy()
+        other.stopped = self.stopped
+        other.lost = self.lost
+        return other
+
+    def take(self, entry: Entry) -> None:
+        if entry.number == 1:
+            self.counts.clear()
+            self.counters.clear()
+            self.stopped = self.lost = None
+        told = len(self.follower.departures) + len(self.follower.missing)
+        self.follower.take(entry)
+        if self.follower.controller is not None:
+            self.shown = self.follower.controller
+        elif len(self.follower.departures) + len(self.follower.missing) > told:
+            departed = self.follower.departures[-1:]
+            self.lost = departed[0].reason if departed else self.follower.missing[-1]
+        self._count(entry)
+
+    def _count(self, entry: Entry) -> None:
+        if entry.outcome == "stopped":
+            self.stopped = str(entry.document.get("detail") or "no reason is given")
+        elif entry.outcome in ("mismatch", "failed"):
+            self.counters["mismatches" if entry.outcome == "mismatch" else "failed"] += 1
+        elif entry.kind == "tau":
+            self.counters["taus"] += 1
+        elif entry.kind in ("request", "cancel"):
+            self.counters["commands"] += 1
+            self.counts[entry.name, entry.kind] += 1
+        else:
+            self.counters["inputs"] += 1
+            self.counters["errors"] += entry.kind == "error"
+
+
+class Recording:
+    """A log that was read as a whole, with the state after each event.
+
+    Raises UsageError: it cannot be read, or holds no events.
+    """
+
+    def __init__(
+        self, supervisor: Supervisor, log: str, hub: Hub, stop_command: str | None = None
+    ) -> None:
+        self._entries = list(read_log(log))
+        if not self._entries:
+            raise UsageError(f"{log} holds no events")
+        moment = _Moment(Follower(supervisor, stop_command))
+        self._moments = []
+        for place, entry in enumerate(self._entries):
+            if place % _STRIDE == 0:
+                self._moments.append(moment.fork())
+            moment.take(entry)
+        source = file_of(supervisor.plant.robot.span)
+        hub.put("model", dump(model_document(supervisor, source)))
+        hub.put("hello", dump({"source": "log", "title": log, "count": len(self._entries)}))
+
+    @property
+    def answers(self) -> Answers:
+        return {"/moment": self.moment, "/overview": self.overview}
+
+    def overview(self, _: Any) -> Json:
+        """When each event was, in seconds since 1970, and of what sort: a letter for each."""
+        return {
+            "times": [_time(entry) for entry in self._entries],
+            "sorts": "".join(map(_sort, self._entries)),
+        }
+
+    def moment(self, document: Any) -> Json:
+        """The state after the first ``at`` events, and the last of these. Raises Unable."""
+        match document:
+            case {"at": int(at)} if 1 <= at <= len(self._entries):
+                pass
+            case _:
+                raise Unable(f"the log has events 1 to {len(self._entries)}")
+        moment = self._moments[(at - 1) // _STRIDE].fork()
+        for entry in self._entries[(at - 1) // _STRIDE * _STRIDE : at]:
+            moment.take(entry)
+        shown = self._entries[max(0, at - _SHOWN) : at]
+        return {
+            "state": self._state(moment, shown[-1]),
+            "events": [entry.document for entry in shown],
+            "lost": moment.lost,
+        }
+
+    def _state(self, moment: _Moment, last: Entry) -> Json | None:
+        controller = moment.shown
+        if controller is None:
+            return None
+        names = {c.key: c.name for c in controller.COMMUNICATIONS}
+        snapshot = {
+            "controller": controller,
+            "counts": {
+                (c.key, c.kind): moment.counts[names[c.key], c.kind] for c in controller.COMMANDS
+            },
+            "number": last.number,
+            "stopped": moment.stopped,
+            "counters": {name: moment.counters[name] for name in _COUNTERS},
+        }
+        state: Json = jsonable({**state_document(snapshot, []), "time": _time(last)})
+        return state
+
+
+def _time(entry: Entry) -> float:
+    time = entry.document.get("time")
+    return float(time) if isinstance(time, (int, float)) else 0.0
+
+
+def _sort(entry: Entry) -> str:
+    """``x`` for what did not go well, ``c`` for the controller, ``r`` for the robot."""
+    if entry.outcome != "applied":
+        return "x"
+    return "c" if entry.kind in ("request", "cancel", "tau") else "r"
