@@ -39,7 +39,8 @@ from robosc.model.types import (
 )
 from robosc.model.unknown import NameFaults, last_name
 from robosc.model.values import accepts, comparable, describe
-from robosc.model.world import Names
+from robosc.model.world import Instance, Names
+from robosc.source import Span
 from robosc.syntax.nodes import Access, BinaryNode, ExprNode, LiteralNode, Name, UnaryNode
 
 __all__ = ["ANY", "BOOLEAN", "RULE", "Incoming", "Typer", "Want", "is_value", "no_value", "wants"]
@@ -292,32 +293,19 @@ class Typer:
 
     def _bare(self, access: Access) -> list[Expr] | None:
         name = access.root.text
-        found: list[Expr] = []
         own = self._names.own if self._names else None
-        if own is not None:
-            if name in own.variables:
-                type_ = own.variables[name]
-                if type_ is None:
-                    return None
-                found.append(VariableRef(own.name, name, type_, access.span))
-            if name in own.states:
-                found.append(StateRef(own.name, name, access.span))
-        found.extend(Literal(name, e, access.span) for e in self._types.enums_with(name))
-        return found
+        found = _members(own, name, access.span) if own is not None else []
+        if found is None:
+            return None
+        return [*found, *(Literal(name, e, access.span) for e in self._types.enums_with(name))]
 
     def _qualified(self, access: Access, member: Name) -> list[Expr] | None:
         root, name = access.root.text, member.text
-        found: list[Expr] = []
         names = self._names
         component = names.component(root) if names else None
-        if component is not None:
-            if name in component.variables:
-                type_ = component.variables[name]
-                if type_ is None:
-                    return None
-                found.append(VariableRef(component.name, name, type_, access.span))
-            if name in component.states:
-                found.append(StateRef(component.name, name, access.span))
+        found = _members(component, name, access.span) if component is not None else []
+        if found is None:
+            return None
         enum = self._types.enum(root)
         if enum is not None and name in enum.values:
             found.append(Literal(name, enum, access.span))
@@ -401,6 +389,20 @@ class Typer:
 
 
 _VALUE_PLACES = "'value' may stand in enum rules and after 'on response' and 'on feedback'"
+
+
+def _members(component: Instance, name: str, span: Span) -> list[Expr] | None:
+    """The variable and the state of that name; None if the variable's type is not known."""
+    found: list[Expr] = []
+    if name in component.variables:
+        type_ = component.variables[name]
+        if type_ is None:
+            return None
+        found.append(VariableRef(component.name, name, type_, span))
+    clash = bool(found) and isinstance(found[0].type, BooleanType)  # told at the declaration
+    if name in component.states and not clash:
+        found.append(StateRef(component.name, name, span))
+    return found
 
 
 def _literal(node: LiteralNode) -> Literal:
