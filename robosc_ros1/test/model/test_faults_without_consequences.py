@@ -180,3 +180,24 @@ def test_an_event_that_does_not_exist_may_bring_any_value() -> None:
     """
     assert ("event-not-available", "request") in faults(sensor)
     assert "value-not-allowed" not in dict(faults(sensor))
+
+
+def test_a_state_called_like_a_boolean_variable_is_told_once() -> None:
+    lamp = """
+    component Lamp {
+        incoming message light with type: none
+        behaviour {
+            variable on: boolean
+            initial marked state on { transition if on goto off }
+            marked state off { on request to light }
+        }
+    }
+    requirement light needs Lamp.on
+    """
+    assert faults(lamp) == [("duplicate-name", "on")]
+
+
+def test_booleans_of_other_languages() -> None:
+    text = "robot R { requirement always True => B.c }"
+    _, diagnostics = load(Source("model.rscd", text))
+    assert diagnostics[0].hint == "did you mean 'true'?"

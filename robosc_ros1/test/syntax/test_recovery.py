@@ -316,6 +316,30 @@ model.rscd:7:25: error[syntax]: expected a condition after 'needs'
       |                         ^^
 """,
     ),
+    "habits of other languages": (
+        """\
+robot R {
+    component A { }
+    # a comment: it isn't one
+    component B {
+        incoming message go with identifier: "/go"
+        incoming message halt with type: none
+        behaviour { variable ok: boolean := true }
+    }
+}
+""",
+        """\
+model.rscd:3:5: error[bad-character]: '#' means nothing here
+    3 |     # a comment: it isn't one
+      |     ^ a comment begins with '//'
+model.rscd:6:9: error[syntax]: expected ',' and 'type:'
+    6 |         incoming message halt with type: none
+      |         ^^^^^^^^
+model.rscd:7:42: error[syntax]: expected '=', 'variable', 'state', 'on', 'transition' or '}'
+    7 |         behaviour { variable ok: boolean := true }
+      |                                          ^^ write '=' for an initial value
+""",
+    ),
     "a string without end spoils only its declaration": (
         """\
 robot R {

@@ -47,6 +47,8 @@ class NameFaults:
             own = names.own if names else None
             message = f"nothing here is called '{name}'"
             candidates = [*(own.members if own else ()), *self._types.enum_values()]
+            if name.lower() in ("true", "false"):
+                candidates.append(name.lower())
             known_text = "there are"
         hint = None
         if names is not None:

@@ -141,7 +141,8 @@ def _interface() -> Rule:
 def _identifier(first: str) -> ParserElement:
     """``with``, an optional identifier, and the label of the first type."""
     label = t.label(first)
-    given = t.label("identifier") - t.string("a string after 'identifier:'") - t.symbol(",") - label
+    comma = t.symbol(",", f"',' and '{first}:'")
+    given = t.label("identifier") - t.string("a string after 'identifier:'") - comma - label
     return t.keyword("with", f"'with' and '{first}:'") - MatchFirst(
         [label + t.nothing(), given]
     ).set_name(f"'identifier:' or '{first}:' after 'with'")
@@ -289,6 +290,7 @@ def _behaviour_block() -> Block:
     advice = (
         (r"if\b", "'if' stands before 'do' and 'goto'"),
         (r"do\b", "'do' stands before 'goto', and only after 'on'"),
+        (r":=", "write '=' for an initial value"),
     )
     state_block = Block(Items(("'on'", "'transition'"), transitions, advice=advice))
     rules = {

@@ -19,6 +19,7 @@ _INTERESTING = re.compile(
       (?P<line>//[^\n]*)
     | (?P<block>/\*.*?(?:\*/|\Z))
     | (?P<string>"[^"\\\n]*(?:\\[^\n][^"\\\n]*)*\\?"?|'[^'\\\n]*(?:\\[^\n][^'\\\n]*)*\\?'?)
+    | (?P<hash>\#[^\n]*)
     | (?P<bad>[^ \t\r\n\w"'(){}\[\].,:=<>!+\-*/^]+)
     """,
     re.VERBOSE | re.DOTALL | re.ASCII,
@@ -93,7 +94,7 @@ def scan(source: Source) -> Scan:
         if kind in ("line", "block"):
             comments.append(Comment(found, start, end))
             open_end = kind == "block" and (len(found) < 4 or not found.endswith("*/"))
-        if kind in ("string", "bad") or open_end:
+        if kind in ("string", "hash", "bad") or open_end:
             faults.append(start)
             if len(faults) <= MAX_FAULTS + 1:
                 diagnostics.append(_fault(source, kind or "", start, end))
@@ -104,6 +105,8 @@ def scan(source: Source) -> Scan:
 
 
 def _fault(source: Source, kind: str, start: int, end: int) -> Diagnostic:
+    if kind == "hash":  # what follows is meant as a comment
+        return _bad_character(source, start, start + 1)
     if kind == "bad":
         return _bad_character(source, start, end)
     if kind == "string":

@@ -24,7 +24,7 @@ MAX_NESTING = 20
 
 _STRING = r"\"[^\"\\\n]*(?:\\.[^\"\\\n]*)*\"|'[^'\\\n]*(?:\\.[^'\\\n]*)*'"
 # What has a colon behind it is the name of the next property: the type before it is missing.
-_NO_COLON = r"(?!\w|\s*:)"
+_NO_COLON = r"(?!\w|\s*:(?!=))"
 
 
 def keyword(word: str, expected: str = "") -> ParserElement:
