@@ -28,8 +28,8 @@ from robosc.model.expr import (
 from robosc.model.types import BooleanType, StringType, Value
 
 __all__ = [
-    "Leaf", "Undefined", "conjunction", "disjunction", "divide", "evaluate", "negation", "to_dsl",
-    "to_python",
+    "OPERATIONS", "Leaf", "Undefined", "conjunction", "disjunction", "divide", "evaluate",
+    "negation", "to_dsl", "to_python",
 ]  # fmt: skip
 
 Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef
@@ -89,7 +89,7 @@ def divide(left: float, right: float) -> float:
     return math.copysign(math.inf, numerator) * math.copysign(1.0, denominator)
 
 
-_OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
+OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
     "=": operator.eq,
     "!=": operator.ne,
     "<": operator.lt,
@@ -101,6 +101,7 @@ _OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
     "*": operator.mul,
     "/": divide,
 }
+"""What the operators mean for any two values; ``and``, ``or`` and ``=>`` are evaluated in part."""
 
 
 def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
@@ -122,7 +123,7 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
         case Binary(operator="=>", left=left, right=right):
             return (not evaluate(left, lookup)) or evaluate(right, lookup)
         case Binary(operator=op, left=left, right=right):
-            result: Value = _OPERATIONS[op](evaluate(left, lookup), evaluate(right, lookup))
+            result: Value = OPERATIONS[op](evaluate(left, lookup), evaluate(right, lookup))
             return result
         case _:
             found = lookup(expr)

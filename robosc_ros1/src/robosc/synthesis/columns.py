@@ -9,15 +9,14 @@ and division is that of IEEE 754.
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robosc.ir.automaton import Axis, AxisKind, Plant
-from robosc.ir.expr import divide
+from robosc.ir.expr import OPERATIONS
 from robosc.model.expr import (
     Binary,
     Expr,
@@ -40,18 +39,6 @@ Columns: TypeAlias = Mapping[int, Indexes]
 
 _EXACT_IN_DOUBLE = 2**53
 _EXACT_IN_INT64 = 2**62
-_OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
-    "=": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": divide,
-}
 _COMPARISONS = frozenset({"=", "!=", "<", "<=", ">", ">="})
 
 
@@ -131,13 +118,13 @@ def _apply(op: str, left: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
         case "=>":
             return np.asarray(np.logical_or(np.logical_not(left), right))
     if not _exact(op, left, right):
-        outcome = np.frompyfunc(_OPERATIONS[op], 2, 1)(left.astype(object), right.astype(object))
+        outcome = np.frompyfunc(OPERATIONS[op], 2, 1)(left.astype(object), right.astype(object))
         return np.asarray(outcome, dtype=np.bool_ if op in _COMPARISONS else object)
     if op == "/":
         with np.errstate(all="ignore"):
             return np.asarray(np.true_divide(left, right))
     with np.errstate(all="ignore"):
-        return np.asarray(_OPERATIONS[op](left, right))
+        return np.asarray(OPERATIONS[op](left, right))
 
 
 def _exact(op: str, left: NDArray[Any], right: NDArray[Any]) -> bool:
