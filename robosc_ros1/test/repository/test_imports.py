@@ -6,12 +6,13 @@ The imports are read from the source, those inside functions included.
 from __future__ import annotations
 
 import ast
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from ros_support import SOURCES
+from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
     "source", "errors", "codes", "names", "resources", "progress", "syntax", "model", "ir",
@@ -142,3 +143,17 @@ def test_runtime_needs_nothing_but_python() -> None:
 )
 def test_the_rules_tell_right_from_wrong(importer: str, imported: str, verdict: bool) -> None:
     assert allowed(importer, imported) is verdict
+
+
+def test_a_small_check_loads_no_library_that_it_can_do_without() -> None:
+    """Loading networkx would take longer than everything else that such a check does."""
+    model = EXAMPLES / "line_follower" / "line_follower.rscd"
+    code = (
+        f"import sys; sys.path.insert(0, {str(SOURCES)!r}); from robosc.cli import main\n"
+        f"main(['check', {str(model)!r}]); print(sorted({{*sys.modules}} & {{*{[*THIRD_PARTY]!r}}}))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    loaded = set(ast.literal_eval(done.stdout.splitlines()[-1]))
+    assert loaded <= {"pyparsing", "numpy", "rospkg", "genmsg", "genpy", "catkin_pkg"}

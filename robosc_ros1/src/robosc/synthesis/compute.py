@@ -9,7 +9,7 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.model.expr import FALSE, TRUE
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.bdd import available, install_hint, synthesize_bdd
+from robosc.synthesis.bdd_diagrams import available, install_hint
 from robosc.synthesis.conclude import Sizes, conclude
 from robosc.synthesis.dense import DenseEngine, DenseSolution, Progress
 from robosc.synthesis.folding import fold
@@ -43,7 +43,7 @@ def synthesize(
         StateSpaceError: the product is larger than ``max_states``, and no other engine may be used.
     """
     if engine == "bdd":
-        return synthesize_bdd(plant, progress)
+        return _symbolic(plant, progress)
     start = time.perf_counter()
     compiler = Compiler(plant)
     moves = [compiler.event(event) for event in plant.events]
@@ -52,7 +52,7 @@ def synthesize(
         layout = fold(plant, moves)
     if layout.size > max_states:
         if engine == "auto" and available():
-            return synthesize_bdd(plant, progress)
+            return _symbolic(plant, progress)
         raise _too_large(layout, max_states, engine)
     dense = DenseEngine(compiler, moves, layout, progress)
     solution = dense.solve()
@@ -64,6 +64,13 @@ def synthesize(
         sizes = Sizes(dense.plant_states, states, transitions)
     seconds = time.perf_counter() - start
     return conclude(DenseSystem(solution), "dense", seconds, sizes, guards)
+
+
+def _symbolic(plant: Plant, progress: Progress | None) -> Supervisor:
+    # Loaded when it is needed: with networkx, it takes longer to load than most syntheses take.
+    from robosc.synthesis.bdd import synthesize_bdd
+
+    return synthesize_bdd(plant, progress)
 
 
 def _measure(

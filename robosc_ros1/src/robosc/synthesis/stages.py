@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import prod
 
-import networkx as nx
-
 from robosc.ir.automaton import Event, Participant, Plant
 from robosc.model.expr import Expr, ValueRef, walk
 from robosc.synthesis.columns import support
@@ -42,6 +40,8 @@ def _choices(participant: Participant) -> int:
 def _ordered_groups(
     plant: Plant, participants: Sequence[Participant]
 ) -> list[tuple[Participant, ...]]:
+    import networkx as nx  # loaded when it is needed: it costs more than most syntheses
+
     graph = nx.DiGraph()
     graph.add_nodes_from(range(len(participants)))
     reads = [_reads(plant, p) for p in participants]
