@@ -28,6 +28,7 @@ THIRD_PARTY = {
     "oxidd": ("synthesis",),
     "networkx": ("synthesis", "report"),
     "jinja2": ("emit.engine",),
+    "yaml": ("emit.config",),
     "lsprotocol": ("lsp.server", "lsp.wire"),
     "pygls": ("lsp.server", "cli"),  # cli tells what to install
     "prompt_toolkit": ("simulate.terminal",),
