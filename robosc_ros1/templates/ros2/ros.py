@@ -81,6 +81,16 @@ class RosPort(Port):
             self._node.create_subscription(Clock, "/clock", lambda _: wake(), profile)
         self.courier.start()
 
+    def await_subscribers(self, patience=0.5):
+        """Wait until each topic has a subscriber, so that the first commands are not lost.
+
+        Only at the start, and not for long: a subscriber that comes later gets what is sent then.
+        """
+        end = time.monotonic() + patience
+        for publisher, _ in self._publishers.values():
+            while not publisher.get_subscription_count() and time.monotonic() < end:
+                time.sleep(0.005)
+
     def close(self, timeout):
         """Let what is to be sent leave, goals be cancelled, and the executor's thread end."""
         end = time.monotonic() + timeout

@@ -125,3 +125,5 @@ def test_the_launch_file_takes_parameters_as_arguments(
     node = launch(ns="left", rate="5", timeout_lock="0.5", stop_command="warn", respawn="true")
     assert (node["namespace"], node["respawn"]) == ("left", True)
     assert node["parameters"][1] == {"rate": 5, "timeout.lock": 0.5, "stop_command": "warn"}
+    node = launch(remap="beacon=/lamp ~state=told")
+    assert node["remappings"] == [("beacon", "/lamp"), ("~/state", "told")]

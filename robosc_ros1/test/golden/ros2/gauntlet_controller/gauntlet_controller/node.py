@@ -81,6 +81,7 @@ def run(node, ended):
     engine = Engine(controller, port, settings)
     reporter = Reporter(engine, outlet)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
+    port.await_subscribers()
     port.connect(engine, SUBSCRIPTIONS)
     thread.start()
     reporter.start()

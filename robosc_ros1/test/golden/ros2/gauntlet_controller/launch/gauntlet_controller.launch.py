@@ -76,6 +76,7 @@ def start(context):
         text = argument(name)
         if text != "":
             given[parameter] = yaml.safe_load(text)
+    pairs = (pair.split("=", 1) for pair in argument("remap").split())
     return [
         Node(
             package="gauntlet_controller",
@@ -85,8 +86,14 @@ def start(context):
             output=argument("output"),
             respawn=argument("respawn").lower() == "true",
             parameters=[argument("config"), given],
+            remappings=[(ros_name(name), ros_name(other)) for name, other in pairs],
         )
     ]
+
+
+def ros_name(name):
+    """A private name as ROS 2 spells it: ``~stop`` is ``~/stop``."""
+    return "~/" + name[1:] if name.startswith("~") and not name.startswith("~/") else name
 
 
 def generate_launch_description():
@@ -100,6 +107,7 @@ def generate_launch_description():
                 ("ns", "", "namespace of the node"),
                 ("output", "screen", "screen or log"),
                 ("respawn", "false", "start the node again when it ends"),
+                ("remap", "", "names to remap, like: /old=/new ~own=other"),
                 ("config", config, "parameter file"),
             )
         ]
