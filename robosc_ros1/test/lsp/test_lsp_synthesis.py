@@ -53,7 +53,7 @@ def test_diagnostics_move_with_the_text() -> None:
     (first, *_) = found.diagnostics
     longer = Source(str(MODEL), "// one line more\n" + TEXT)
     assert moved(found, longer)[0].span.line == first.span.line + 1
-    changed = TEXT[: first.span.start] + "x" + TEXT[first.span.start :]
+    changed = TEXT[: first.span.start + 1] + "x" + TEXT[first.span.start + 1 :]
     assert first.code not in {d.code for d in moved(found, Source(str(MODEL), changed))}
 
 

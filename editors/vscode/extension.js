@@ -1,0 +1,118 @@
+// The client of "robosc lsp", and commands that run robosc in a terminal.
+"use strict";
+
+const { commands, window, workspace } = require("vscode");
+const { LanguageClient } = require("vscode-languageclient/node");
+
+let client;
+
+function settings(resource) {
+  return workspace.getConfiguration("robosc", resource);
+}
+
+function libraryArguments(resource) {
+  const found = settings(resource).get("libraryPath", []).flatMap((folder) => ["--library-path", folder]);
+  return settings(resource).get("strict", false) ? [...found, "--strict"] : found;
+}
+
+async function start() {
+  const [program, ...first] = settings().get("command", ["robosc"]);
+  client = new LanguageClient(
+    "robosc",
+    "RoboSC",
+    { command: program, args: [...first, "lsp"] },
+    {
+      documentSelector: [{ language: "rscd" }],
+      initializationOptions: {
+        libraryPath: settings().get("libraryPath", []),
+        strict: settings().get("strict", false),
+      },
+      synchronize: { configurationSection: "robosc" },
+    },
+  );
+  try {
+    await client.start();
+  } catch (error) {
+    const answer = await window.showErrorMessage(
+      `The RoboSC language server does not start: ${error.message}. Is robosc installed with its extra (robosc[lsp])?`,
+      "Settings",
+    );
+    if (answer === "Settings") {
+      commands.executeCommand("workbench.action.openSettings", "robosc.command");
+    }
+  }
+}
+
+async function stop() {
+  const running = client;
+  client = undefined;
+  if (running && running.needsStop()) {
+    await running.stop();
+  }
+}
+
+// A word as every common shell takes it. PowerShell ends a quote with two, others with \'.
+function quoted(word) {
+  if (/^[\w@%+=:,./-]+$/.test(word)) {
+    return word;
+  }
+  return process.platform === "win32" ? `'${word.replaceAll("'", "''")}'` : `'${word.replaceAll("'", `'\\''`)}'`;
+}
+
+// Run a verb on the model in the editor, saved, in a terminal of its own.
+async function run(verb, more) {
+  const editor = window.activeTextEditor;
+  if (!editor || editor.document.languageId !== "rscd") {
+    window.showInformationMessage("Open a RoboSC model first.");
+    return;
+  }
+  const document = editor.document;
+  if (document.isUntitled || !(await document.save())) {
+    window.showInformationMessage("Save the model first.");
+    return;
+  }
+  const words = [...settings(document.uri).get("command", ["robosc"]), verb, document.uri.fsPath];
+  words.push(...libraryArguments(document.uri), ...more(document.uri));
+  const name = `robosc ${verb}`;
+  window.terminals.find((terminal) => terminal.name === name)?.dispose();
+  const folder = workspace.getWorkspaceFolder(document.uri);
+  const terminal = window.createTerminal({ name, cwd: folder?.uri });
+  terminal.show(verb !== "simulate");
+  const call = process.platform === "win32" && quoted(words[0]) !== words[0] ? "& " : "";
+  terminal.sendText(call + words.map(quoted).join(" "));
+}
+
+async function generate() {
+  const folders = await window.showOpenDialog({
+    canSelectFiles: false,
+    canSelectFolders: true,
+    openLabel: "Generate here",
+    title: "The folder that gets the package",
+  });
+  if (folders) {
+    const target = (resource) => ["--target", settings(resource).get("target", "ros1")];
+    await run("generate", (resource) => ["--output", folders[0].fsPath, ...target(resource)]);
+  }
+}
+
+async function activate(context) {
+  context.subscriptions.push(
+    commands.registerCommand("robosc.check", () => run("check", () => [])),
+    commands.registerCommand("robosc.generate", generate),
+    commands.registerCommand("robosc.simulate", () => run("simulate", () => [])),
+    commands.registerCommand("robosc.view", () => run("view", () => [])),
+    commands.registerCommand("robosc.restart", async () => {
+      await stop();
+      await start();
+    }),
+    workspace.onDidChangeConfiguration(async (event) => {
+      if (event.affectsConfiguration("robosc.command")) {
+        await stop();
+        await start();
+      }
+    }),
+  );
+  await start();
+}
+
+module.exports = { activate, deactivate: stop };
