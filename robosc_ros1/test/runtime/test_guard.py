@@ -1,0 +1,203 @@
+"""The guard: what another controller does passes or is blocked, and the state follows both sides."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
+
+from robosc.runtime.guard import Choice, Guard
+from robosc.runtime.settings import Settings
+
+GO_ONLY = (Choice(GO),)
+DRIVE = (Choice(HALT, lambda message: message == 0), Choice(GO))
+
+
+class GuardedPort(PlayedPort):
+    def __init__(self) -> None:
+        super().__init__()
+        self.blocks: list[tuple[str, str, list[str]]] = []
+
+    def blocked(self, name: str, kind: str, reasons: list[dict[str, str]]) -> None:
+        self.blocks.append((name, kind, [reason["text"] for reason in reasons]))
+
+
+class Bench:
+    """A guard whose inputs are played one by one."""
+
+    def __init__(self, **settings: Any) -> None:
+        self.port = GuardedPort()
+        self.controller = LampController()
+        self.forwarded: list[Any] = []
+        self.answers: list[tuple[str, Any]] = []
+        self.time = 0.0
+        settings = Settings(**settings)
+        self.guard = Guard(self.controller, self.port, settings, lambda: self.time)
+        self.guard.begin()
+
+    def sense(self, distance: Any) -> None:
+        self.guard.follow([SENSOR], distance, lambda: self.forwarded.append(distance))
+        self.guard.cycle()
+
+    def offer(self, payload: Any, choices: Any = GO_ONLY) -> list[tuple[str, Any]]:
+        self.guard.offer("/drive", choices, payload, payload)
+        self.guard.cycle()
+        sent, self.port.sent = self.port.sent, []
+        return sent
+
+    def request(self, key: str, payload: Any = None) -> None:
+        self.guard.request(key, payload, lambda kind, what: self.answers.append((kind, what)))
+        self.guard.cycle()
+
+    def report(self, key: str, kind: str, what: Any = None) -> None:
+        self.guard.report(key, self.port.tokens[key], kind, what)
+        self.guard.cycle()
+
+
+def test_what_is_allowed_passes_untouched() -> None:
+    bench = Bench()
+    bench.sense(50)
+    payload = b"as it came"
+    assert bench.offer(payload) == [(GO, payload)]
+    assert bench.port.blocks == []
+
+
+def test_what_is_forbidden_is_blocked_with_the_requirements() -> None:
+    bench = Bench()
+    assert bench.offer(b"x") == []
+    assert bench.port.blocks == [("go", "request", ["go needs clear"])]
+
+
+def test_inputs_update_the_state_and_are_forwarded() -> None:
+    bench = Bench()
+    bench.sense(50)
+    assert bench.controller.clear
+    bench.sense("nonsense")
+    assert bench.forwarded == [50, "nonsense"]
+    assert bench.guard.journal.counters["mismatches"] == 1
+
+
+def test_nothing_is_sent_unasked() -> None:
+    bench = Bench()
+    bench.sense(50)
+    bench.port.time = 100.0
+    bench.guard.cycle()
+    assert bench.port.sent == []
+    assert bench.guard.patience() is None
+
+
+def test_messages_of_one_topic_are_told_apart() -> None:
+    bench = Bench()
+    assert bench.offer(0, DRIVE) == [(HALT, 0)]
+    assert bench.offer(3, DRIVE) == []
+    bench.sense(50)
+    assert bench.offer(3, DRIVE) == [(GO, 3)]
+    assert bench.offer(0, DRIVE) == []
+
+
+def test_a_message_that_means_nothing_is_blocked() -> None:
+    bench = Bench()
+    bench.sense(50)
+    assert bench.offer(7, (Choice(GO, lambda message: message == 1),)) == []
+    assert bench.port.blocks == [("", "request", ["its data are those of none of go"])]
+
+
+def test_a_service_call_is_passed_on_and_answered() -> None:
+    bench = Bench()
+    bench.request(LAMP, "on")
+    assert bench.port.sent == [(LAMP, "on")]
+    assert bench.controller.lamp_busy
+    bench.report(LAMP, "response", "done")
+    assert bench.answers == [("passed", None), ("response", "done")]
+    assert not bench.controller.lamp_busy
+
+
+def test_a_blocked_call_is_answered_at_once() -> None:
+    bench = Bench()
+    bench.controller.lamp_allowed = False
+    bench.request(LAMP)
+    assert [kind for kind, _ in bench.answers] == ["blocked"]
+    assert bench.port.sent == []
+
+
+def test_a_second_call_is_blocked_while_the_first_is_under_way() -> None:
+    bench = Bench()
+    bench.request(LAMP)
+    bench.request(LAMP)
+    assert [kind for kind, _ in bench.answers] == ["passed", "blocked"]
+    assert bench.port.blocks == [("light", "request", ["it is busy"])]
+
+
+def test_a_call_that_the_robot_does_not_answer_ends_as_an_error() -> None:
+    bench = Bench()
+    bench.request(LAMP)
+    assert bench.guard.patience() == 5.0
+    bench.time = 5.0
+    bench.guard.cycle()
+    assert bench.answers[-1] == ("error", "no answer in time")
+    assert not bench.controller.lamp_busy
+
+
+def test_a_call_that_cannot_be_sent_is_answered() -> None:
+    bench = Bench()
+    bench.port.broken.add(LAMP)
+    bench.request(LAMP)
+    assert [kind for kind, _ in bench.answers] == ["blocked"]
+    assert not bench.controller.lamp_busy
+
+
+def test_the_controller_cancels_where_the_model_has_it() -> None:
+    bench = Bench()
+    bench.request(ARM)
+    bench.sense(50)
+    bench.guard.withdraw(ARM)
+    bench.guard.cycle()
+    assert bench.port.cancelled == [(ARM, 1)]
+    assert not bench.controller.arm_busy
+
+
+def test_any_other_cancel_goes_on_to_the_robot_and_ends_there() -> None:
+    bench = Bench()
+    bench.request(ARM)
+    bench.guard.withdraw(ARM)
+    bench.guard.cycle()
+    assert bench.port.cancelled == [(ARM, 1)]
+    assert bench.controller.arm_busy
+    bench.report(ARM, "error", "cancelled")
+    assert not bench.controller.arm_busy
+
+
+def test_a_message_in_effect_is_stopped_when_it_becomes_forbidden() -> None:
+    bench = Bench(stop_command=HALT)
+    bench.sense(50)
+    bench.offer(3, DRIVE)
+    bench.sense(2)
+    assert bench.port.take() == [HALT]
+    bench.sense(1)
+    assert bench.port.take() == []
+
+
+def test_a_goal_is_cancelled_when_it_becomes_forbidden() -> None:
+    bench = Bench(stop_command=HALT)
+    bench.request(ARM)
+    bench.sense(50)
+    assert bench.port.cancelled == [(ARM, 1)]
+
+
+@pytest.mark.parametrize("distance", [50, 2])
+def test_nothing_is_stopped_unless_a_stop_command_is_set(distance: int) -> None:
+    bench = Bench()
+    bench.sense(50)
+    bench.offer(3, DRIVE)
+    bench.sense(distance)
+    assert bench.port.sent == []
+
+
+def test_after_a_safe_stop_everything_is_blocked() -> None:
+    bench = Bench()
+    bench.sense(50)
+    bench.guard.stop("enough")
+    bench.guard.cycle()
+    assert bench.offer(3) == []
+    assert bench.port.blocks == [("go", "request", ["safe stop: enough"])]
