@@ -87,3 +87,20 @@ def test_the_controller_knows_no_ros() -> None:
         if "_runtime" in path or path.endswith("controller.py"):
             assert "import rospy" not in file.content, path
             assert "rclpy." not in file.content.replace("rclpy's own", ""), path
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("model", MODELS)
+def test_nothing_is_imported_in_vain(model: str, target: str) -> None:
+    needs_definitions(model)
+    for path, file in package_of(model, target).files.items():
+        if not path.endswith(".py"):
+            continue
+        imported, used = set(), set()
+        for node in ast.walk(ast.parse(file.content)):
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                imported |= {(a.asname or a.name).split(".")[0] for a in node.names}
+            elif isinstance(node, ast.Name):
+                used.add(node.id)
+        # Annotations in the runtime's comments and strings do not count.
+        assert imported - used - {"annotations"} == set(), path

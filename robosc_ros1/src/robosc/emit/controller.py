@@ -7,7 +7,7 @@ condition; the template only writes it down.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 from textwrap import indent, wrap
 
@@ -229,10 +229,33 @@ class ControllerContext:
     inputs: tuple[InputView, ...]
     commands: tuple[CommandView, ...]
     taus: tuple[TauView, ...]
+    tables: tuple[str, ...] = ()
+    """What the module imports of ``_runtime.model``, and in ``helpers`` of ``_runtime.values``."""
+    helpers: tuple[str, ...] = ()
 
 
 def controller_context(supervisor: Supervisor, robot_file: str) -> ControllerContext:
-    return _Builder(supervisor).build(robot_file)
+    context = _Builder(supervisor).build(robot_file)
+    return replace(context, tables=_tables(context), helpers=_helpers(context))
+
+
+def _tables(context: ControllerContext) -> tuple[str, ...]:
+    used = {
+        "Command": context.commands,
+        "Communication": context.communications,
+        "Input": context.inputs,
+        "Requirement": context.requirements,
+        "Tau": context.taus,
+    }
+    return tuple(sorted(["Controller", *(name for name, entries in used.items() if entries)]))
+
+
+def _helpers(context: ControllerContext) -> tuple[str, ...]:
+    """Those that some expression calls: all expressions are text in the context."""
+    text = repr(context)
+    used = [n for n in ("divide", "given", "in_range", "only_field", "optional") if f"{n}(" in text]
+    raises = any(e.reaction.busy_before for e in (*context.inputs, *context.commands))
+    return ("Mismatch", *used) if raises else tuple(used)
 
 
 class _Builder:

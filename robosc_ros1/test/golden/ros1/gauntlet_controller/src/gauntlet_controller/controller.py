@@ -9,7 +9,7 @@ like gauntlet.rscd:1 are a line of the model.
 """
 
 from ._runtime.model import Command, Communication, Controller, Input, Requirement, Tau
-from ._runtime.values import Mismatch, divide, given, in_range, only_field, optional  # noqa: F401
+from ._runtime.values import Mismatch, divide, given, in_range, optional
 
 
 def front(value, undefined):

@@ -9,7 +9,6 @@ like lantern.rscd:1 are a line of the model.
 """
 
 from ._runtime.model import Command, Communication, Controller, Input, Requirement, Tau
-from ._runtime.values import Mismatch, divide, given, in_range, only_field, optional  # noqa: F401
 
 
 def light(value):
