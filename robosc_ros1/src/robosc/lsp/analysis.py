@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 
 from robosc.errors import Diagnostic, UsageError
@@ -20,7 +21,9 @@ __all__ = ["Analysis", "Desk"]
 
 _SUFFIXES = (".rscd", ".rsc")
 _MOST_FILES = 500
-"""A search for references looks at no more model files than this."""
+_MOST_FOLDERS = 3000
+"""A search for references looks at no more model files, in no more folders, than these: an editor
+may be open on a whole home."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +171,7 @@ def _wants_library(analysis: Analysis) -> bool:
 
 def _model_files(root: str) -> Iterator[str]:
     """Below a folder, hidden ones and those of builds left out."""
-    for folder, inner, files in os.walk(root):
+    for folder, inner, files in islice(os.walk(root), _MOST_FOLDERS):
         inner[:] = sorted(
             f for f in inner if not f.startswith(".") and f not in ("build", "devel", "install")
         )

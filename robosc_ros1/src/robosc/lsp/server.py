@@ -11,6 +11,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from lsprotocol import types
@@ -153,12 +154,17 @@ class _Session:
             self._refresh()
 
     def _configure(self, options: Any) -> None:
-        """``libraryPath`` and ``strict``; what is of another kind is as good as absent."""
+        """``libraryPath`` and ``strict``; what is of another kind is as good as absent.
+
+        Folders are relative to the workspace.
+        """
         if not isinstance(options, Mapping):
             return
         folders = options.get("libraryPath")
         if isinstance(folders, list):
-            more = [folder for folder in folders if isinstance(folder, str)]
+            self._find_folders()
+            home = Path(*self._desk.folders[:1])
+            more = [str(home / Path(f).expanduser()) for f in folders if isinstance(f, str)]
             self._desk.library_path = [*self._given_path, *more]
         if isinstance(options.get("strict"), bool):
             self._desk.strict = options["strict"]

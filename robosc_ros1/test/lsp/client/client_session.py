@@ -196,3 +196,33 @@ async def test_tokens(client: LanguageClient, open_model) -> None:
     )
     assert len(found.data) % 5 == 0 and len(found.data) > 500
     assert min(found.data) >= 0
+
+
+@pytest.mark.asyncio
+async def test_settings(client: LanguageClient, open_model, tmp_path: Path) -> None:
+    """Libraries in another folder are found as soon as that is among the settings."""
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "arms.rscd").rename(tmp_path / "elsewhere" / "arms.rscd")
+    document = open_model(GOOD)
+    await document.codes({"library-not-found"})
+    client.workspace_did_change_configuration(
+        types.DidChangeConfigurationParams({"robosc": {"libraryPath": ["elsewhere"]}})
+    )
+    await document.codes(WARNINGS)
+
+
+@pytest.mark.asyncio
+async def test_documents_that_are_no_files(client: LanguageClient) -> None:
+    uri = "untitled:Untitled-1"
+    item = types.TextDocumentItem(uri, "rscd", 1, "robot R { component Arm }")
+    client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+    while not client.diagnostics.get(uri):
+        await asyncio.wait_for(
+            client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS), 30
+        )
+    identifier = types.TextDocumentIdentifier(uri)
+    hover = await client.text_document_hover_async(
+        types.HoverParams(identifier, types.Position(0, 6))
+    )
+    assert "R" in hover.contents.value
+    client.text_document_did_close(types.DidCloseTextDocumentParams(identifier))
