@@ -48,6 +48,12 @@ class Listener:
     def start(self) -> None:
         threading.Thread(target=self._run, name="listener", daemon=True).start()
 
+    def close(self) -> None:
+        """Leave the master without a trace."""
+        import rospy
+
+        rospy.signal_shutdown("nobody watches any more")
+
     def _run(self) -> None:
         import rosgraph
         import rospy
@@ -59,7 +65,7 @@ class Listener:
         # Signals are the server's; several viewers may watch one node.
         rospy.init_node("robosc_view", anonymous=True, disable_signals=True, disable_rosout=True)
         master = rosgraph.Master(rospy.get_name())
-        while True:
+        while not rospy.is_shutdown():
             self._keep_registered(master)
             time.sleep(_CHECK)
 

@@ -64,12 +64,17 @@ def view_node(node: str, where: Where) -> None:
     """
     hub = Hub()
     listener = Listener(node, hub)
-    _serve(PageServer(where.host, where.port, hub, {}), listener.start)
+    _serve(PageServer(where.host, where.port, hub, {}), listener.start, listener.close)
 
 
-def _serve(server: PageServer, start: Callable[[], None]) -> None:
+def _serve(
+    server: PageServer, start: Callable[[], None], close: Callable[[], None] = lambda: None
+) -> None:
     with server:
         start()
         print(server.url, flush=True)
         print("Ctrl-C ends it", file=sys.stderr, flush=True)
-        server.serve_forever(poll_interval=0.2)
+        try:
+            server.serve_forever(poll_interval=0.2)
+        finally:
+            close()

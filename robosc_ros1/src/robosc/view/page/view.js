@@ -492,9 +492,10 @@ class Card {
     if (!component.variables.length) return;
     const body = make("tbody");
     for (const variable of component.variables) {
-      const value = make("td");
+      const value = make("span");
       this.values.set(`${component.name}.${variable.name}`, value);
-      body.append(make("tr", {}, make("td", {}, `${variable.name} `, make("small", {}, variable.type)), value));
+      const name = make("td", {}, `${variable.name} `, make("small", {}, variable.type));
+      body.append(make("tr", {}, name, make("td", {}, value)));
     }
     this.element.append(make("table", { className: "variables" }, body));
   }
@@ -517,6 +518,9 @@ class Card {
 
 const FLASH = [{ opacity: 1 }, { opacity: 1, offset: 0.3 }, { opacity: 0 }];
 
+const glow = () => [{ boxShadow: `0 0 0 5px ${colourOf("--flash")}` }, { boxShadow: "0 0 0 0 transparent" }];
+const colourOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+
 function flashPath(element) {
   if (element instanceof SVGElement) {
     element.dataset.flashed = Number(element.dataset.flashed ?? 0) + 1;
@@ -525,7 +529,7 @@ function flashPath(element) {
 }
 
 function light(element) {
-  const colour = getComputedStyle(document.documentElement).getPropertyValue("--flash");
+  const colour = `color-mix(in srgb, ${colourOf("--flash")} 60%, transparent)`;
   element.animate([{ background: colour }, { background: "transparent" }], 700);
 }
 
@@ -535,7 +539,6 @@ class CommandRow {
     this.tally = make("span", { className: "tally" });
     this.below = make("div", { className: "below" });
     this.sent = make("div", { className: "below sent" });
-    this.rate = [];
     const { name, kind } = command.event;
     this.key = eventName(command.event);
     this.element = make("li", {}, this.lamp,
@@ -568,7 +571,11 @@ class CommandRow {
   send(value) {
     this.last = true;
     write(this.sent, valueText(value) ? `sent ${valueText(value)}` : "sent");
-    this.lit = true;
+  }
+
+  forget() {
+    this.last = false;
+    write(this.sent, "");
   }
 }
 
@@ -587,6 +594,9 @@ function eventRow(document) {
   if (value) text.append(" ", make("span", { className: "value" }, value));
   const more = [outcome === "applied" ? null : outcome, detail].filter(Boolean).join(": ");
   if (more) text.append(` · ${more}`);
+  if (document.missed) {
+    text.append(make("div", { className: "gap" }, `${document.missed} before it were not told`));
+  }
   return make("li", { className: kind }, make("time", {}, clock(time)), text);
 }
 
@@ -632,7 +642,6 @@ class Rates {
     if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
     if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
     const context = canvas.getContext("2d");
-    const style = getComputedStyle(document.documentElement);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
     const sums = Array.from({ length: MINUTE }, (_, i) => this.seconds.get(now - MINUTE + 1 + i));
@@ -642,12 +651,12 @@ class Rates {
       let y = height - 1;
       for (const [kind, colour] of [["robot", "--robot"], ["own", "--accent"], ["bad", "--halt"]]) {
         const part = second ? (second[kind] / most) * (height - 14) : 0;
-        context.fillStyle = style.getPropertyValue(colour);
+        context.fillStyle = colourOf(colour);
         context.fillRect(i * step, y - part, Math.max(1, step - 1), part);
         y -= part;
       }
     });
-    context.fillStyle = style.getPropertyValue("--quiet");
+    context.fillStyle = colourOf("--quiet");
     context.fillRect(0, height - 1, width, 1);
     context.font = "10px system-ui, sans-serif";
     context.fillText(`${most}/s`, 0, 9);
@@ -660,10 +669,10 @@ class Rates {
 // --- the whole page ------------------------------------------------------------------------------
 
 const page = {
-  hello: null, state: null, status: null,
+  hello: null, model: null, state: null, status: null,
   cards: new Map(), rows: new Map(),
   followed: {}, // component to the state that the events led to so far
-  events: [], fresh: [], number: 0, dropped: 0,
+  events: [], fresh: [], number: 0, time: 0,
   rates: new Rates(),
   held: false, waiting: false, redrawList: true,
   choices: [],
@@ -681,10 +690,9 @@ function schedule() {
 /** Everything that a piece of the stream can hold. */
 function receive(news) {
   if (news.hello) greet(news.hello);
-  if (news.model) build(news.model);
+  if (news.model) build(news.model, JSON.stringify(news.model));
   if ("run" in news) forget();
   if (news.status) page.status = news.status;
-  if (news.dropped) page.dropped += news.dropped;
   for (const document of news.events ?? []) note(document);
   if (news.state) {
     page.state = news.state;
@@ -695,10 +703,13 @@ function receive(news) {
 
 function note(document) {
   if (document.number <= page.number) {
-    if (document.number !== 1 || page.number === 1) return; // told twice: by events and by state
+    if (document.time <= page.time) return; // told twice: by itself and with the state
     forget(); // the node has begun again
   }
   page.number = document.number;
+  page.time = document.time;
+  const before = page.events.at(-1)?.number;
+  if (before && document.number > before + 1) document.missed = document.number - before - 1;
   page.events.push(document);
   page.fresh.push(document);
   page.rates.add(document);
@@ -707,9 +718,9 @@ function note(document) {
 }
 
 function forget() {
-  Object.assign(page, { events: [], fresh: [], number: 0, dropped: 0, followed: {}, redrawList: true });
+  Object.assign(page, { events: [], fresh: [], number: 0, time: 0, followed: {}, redrawList: true });
   page.rates.clear();
-  for (const row of page.rows.values()) row.last = false;
+  for (const row of page.rows.values()) row.forget();
 }
 
 function greet(hello) {
@@ -723,7 +734,9 @@ function greet(hello) {
   if (hello.source === "log") recording.begin(hello);
 }
 
-function build(model) {
+function build(model, text) {
+  if (text === page.model) return; // the stream was opened again
+  page.model = text;
   document.title = `${model.robot} · robosc`;
   write(byId("robot"), model.robot);
   page.cards.clear();
@@ -771,7 +784,7 @@ function flash(fresh) {
     const row = page.rows.get(key);
     if (!row) continue;
     row.send(value);
-    light(row.lamp.parentElement.querySelector(".command-name"));
+    row.lamp.animate(glow(), calm.matches ? 1500 : 700);
   }
 }
 
@@ -826,13 +839,10 @@ function showStatus() {
   const live = page.hello?.source !== "log";
   if (live) gauge("events/s", page.rates.mean(now()).toFixed(1));
   const counters = page.state?.counters ?? {};
-  for (const name of ["inputs", "commands"]) {
-    if (name in counters) gauge(name, String(counters[name]));
-  }
-  for (const name of ["mismatches", "errors", "failed", "undefined", "late"]) {
-    if (counters[name] || gauges.has(name) || name === "mismatches") {
-      gauge(name, String(counters[name] ?? 0), counters[name] > 0);
-    }
+  for (const name of ["inputs", "commands", "errors"]) gauge(name, String(counters[name] ?? 0));
+  for (const name of ["mismatches", "failed", "undefined", "late"]) {
+    const count = counters[name] ?? 0;
+    if (count || gauges.has(name) || name === "mismatches") gauge(name, String(count), count > 0);
   }
   const told = page.state?.stopped;
   const alert = byId("alert");
@@ -855,8 +865,7 @@ function showEvents(fresh) {
     page.redrawList = false;
   } else if (fresh.length) {
     const rows = fresh.filter(fits).slice(-SHOWN).reverse().map(eventRow);
-    const gap = fresh.length >= KEPT ? [make("li", { className: "gap" }, "…")] : [];
-    list.prepend(...rows, ...gap);
+    list.prepend(...rows);
     while (list.childElementCount > SHOWN) list.lastElementChild.remove();
   }
   page.rates.draw(byId("rates"), now());
@@ -974,6 +983,10 @@ const recording = {
     page.events = events;
     page.fresh = steps > 0 ? events.slice(-steps) : [];
     page.redrawList = true;
+    for (const row of page.rows.values()) row.forget();
+    for (const { event, outcome } of events) {
+      if (outcome === "applied") page.rows.get(eventName(event))?.send(event.value);
+    }
     // The transitions of what was skipped are not known to have followed one another.
     page.followed = steps > 0 && steps <= events.length ? page.followed : {};
     page.state = state ?? page.state;

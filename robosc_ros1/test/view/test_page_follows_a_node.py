@@ -1,0 +1,157 @@
+"""A real controller on a roscore, and what its page shows in a browser."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from ros1.stage import Node, Puppet, Stage
+from ros_support import Master, Workspace, await_condition
+from view.browser import Browser
+from view.watching import MODEL
+
+NODE = "line_follower_controller"
+DISTANCE = ("/distance", "std_msgs/Float32")
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def stage(example_workspace: Workspace, roscore: Master) -> Stage:
+    return Stage(example_workspace, roscore)
+
+
+@pytest.fixture
+def puppet(stage: Stage) -> Iterator[Puppet]:
+    with stage.puppet() as running:
+        yield running
+
+
+@pytest.fixture
+def url(stage: Stage) -> Iterator[str]:
+    """The page of a viewer that was there before the controller."""
+    command = ("rosrun", "robosc", "view", "--ros", f"/{NODE}", "--port", "0")
+    with stage.workspace.start(*command, master=stage.master) as process:
+        yield address(process)
+
+
+def address(process: subprocess.Popen[bytes]) -> str:
+    log: Path = process.log  # type: ignore[attr-defined]
+
+    def printed() -> str | None:
+        assert process.poll() is None, log.read_text(encoding="utf-8")
+        found = re.search(r"http://\S+", log.read_text(encoding="utf-8"))
+        return found and found[0]
+
+    return str(await_condition(printed, "the address of the page"))
+
+
+def is_in(component: str, state: str) -> str:
+    card = f"[data-component={component}]"
+    lit = f"document.querySelector('{card} .state.active text')?.textContent === '{state}'"
+    return f"document.querySelector('{card}')?.dataset.state === '{state}' && {lit}"
+
+
+def test_the_page_shows_what_the_controller_tells(
+    stage: Stage, puppet: Puppet, url: str, browser: Browser
+) -> None:
+    browser.open(url)
+    browser.sees("document.getElementById('link').textContent.startsWith('waiting for')")
+    with stage.controller(puppet, NODE) as node:
+        browser.sees("document.getElementById('link').textContent === 'live'")
+        assert browser.text("#robot") == "LineFollower"
+        puppet.publish(*DISTANCE, 1.0, times=1)
+        node.enters("Motor", "moving")
+        browser.sees(is_in("DistanceSensor", "sensing"))
+        browser.sees(is_in("Motor", "moving"))
+        browser.sees(
+            "document.querySelector('[data-command=\"move.request\"]').dataset.is === 'enabled'"
+        )
+        reasons_are_those_of_the_topic(browser, node, "stop.request", "stop needs")
+
+        puppet.publish(*DISTANCE, 0.1, times=1)
+        node.enters("Motor", "stopped")
+        browser.sees(is_in("Motor", "stopped"))
+        reasons_are_those_of_the_topic(browser, node, "move.request", "move needs")
+        for scheme in ("light", "dark"):
+            browser.look(scheme=scheme)
+            browser.picture(f"view-node-{scheme}")
+        browser.look(390, 1400)
+        browser.picture("view-node-phone")
+
+        puppet.publish("/correction", "std_msgs/Float32", 12.5)
+        browser.sees(is_in("LineDetector", "line_found"))
+        browser.sees(
+            "document.querySelector('[data-component=LineDetector] .variables').innerText.includes('12.5')"
+        )
+        sent = "document.querySelector('[data-command=\"stop.request\"] .sent').textContent"
+        browser.sees(f"{sent}.includes('linear: {{x: 0}}')")
+    browser.sees("document.getElementById('link').textContent.startsWith('silent')")
+
+
+def reasons_are_those_of_the_topic(browser: Browser, node: Node, command: str, words: str) -> None:
+    """The page forbids a command by just the requirements that the topic tells, each with the line
+    on which it stands in the model."""
+    row = f"[data-command='{command}']"
+    browser.sees(f"document.querySelector(\"{row}\").dataset.is === 'forbidden'")
+    name, _, kind = command.partition(".")
+    latest = node.ear.all_heard(f"{node.name}/state")[-1]
+    (told,) = (
+        c for c in latest["commands"] if (c["event"]["name"], c["event"]["kind"]) == (name, kind)
+    )
+    lines = [f"{r['text']} {r['place']}" for r in told["blocked_by"]]
+    assert browser.text(f"{row} .below:last-child") == " ".join(lines)
+    source = MODEL.read_text(encoding="utf-8").splitlines()
+    numbers = [int(r["place"].rpartition(":")[2]) for r in told["blocked_by"]]
+    assert any(words in source[number - 1] for number in numbers)
+
+
+def test_a_controller_that_begins_again(
+    stage: Stage, puppet: Puppet, url: str, browser: Browser
+) -> None:
+    browser.open(url)
+    for _ in range(2):
+        with stage.controller(puppet, NODE) as node:
+            puppet.publish(*DISTANCE, 1.0, times=1)
+            node.enters("DistanceSensor", "sensing")
+            browser.sees("document.getElementById('link').textContent === 'live'")
+            browser.sees(is_in("DistanceSensor", "sensing"))
+            browser.sees(
+                "document.getElementById('events').innerText.includes('distance.response')"
+            )
+            first = browser.run("return page.events[0].number")
+            assert first == 1
+        browser.sees("document.getElementById('link').textContent.startsWith('silent')")
+
+
+def test_the_viewer_takes_part_in_nothing(
+    stage: Stage, puppet: Puppet, url: str, roscore: Master
+) -> None:
+    with stage.controller(puppet, NODE):
+        name = await_condition(
+            lambda: next((n for n in nodes(stage) if n.startswith("/robosc_view")), None),
+            "the viewer",
+        )
+        info = stage.workspace.run("rosnode", "info", str(name), master=roscore).stdout
+        assert "Publications: None" in info
+        heard = [f"/{NODE}/{topic} [std_msgs/String]" for topic in ("events", "model", "state")]
+        assert sorted(re.findall(r"\* (/\S+ \[.*\])", info)) == heard
+
+
+def nodes(stage: Stage) -> list[str]:
+    return stage.workspace.run("rosnode", "list", master=stage.master).stdout.split()
+
+
+def test_the_viewer_leaves_the_master_when_it_is_interrupted(stage: Stage, roscore: Master) -> None:
+    command = ("rosrun", "robosc", "view", "--ros", f"/{NODE}", "--port", "0")
+    with stage.workspace.start(*command, master=roscore) as process:
+        address(process)
+        await_condition(lambda: "robosc_view" in " ".join(nodes(stage)), "the viewer")
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 130
+    assert "robosc_view" not in " ".join(nodes(stage))
+    assert "Traceback" not in process.log.read_text(encoding="utf-8")  # type: ignore[attr-defined]

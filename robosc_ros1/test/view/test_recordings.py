@@ -1,0 +1,109 @@
+"""Event logs, and the state at each moment of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from runtime.schemas import validate
+from view.watching import line_follower, log_of
+
+from robosc.errors import UsageError
+from robosc.simulate.replay import Follower, read_log
+from robosc.view.hub import Hub
+from robosc.view.recorded import Recording
+from robosc.view.server import Unable
+
+FREE = ("distance", "response", "free")
+OBSTRUCTED = ("distance", "response", "obstructed")
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    """A run of some hundred events: more than are kept between two moments."""
+    steps: list[Any] = []
+    for _ in range(120):
+        steps += [FREE, 0.25, OBSTRUCTED, 0.15]
+    path = tmp_path / "events.jsonl"
+    path.write_text("\n".join(log_of(line_follower(), *steps)) + "\n", encoding="utf-8")
+    return path
+
+
+def test_every_moment_has_the_state_that_the_events_led_to(log: Path) -> None:
+    supervisor = line_follower()
+    recording = Recording(supervisor, str(log), Hub())
+    follower = Follower(supervisor, None)
+    entries = list(read_log(str(log)))
+    assert len(entries) > 600
+    counted = 0
+    for at, entry in enumerate(entries, 1):
+        follower.take(entry)
+        counted += (entry.name, entry.kind) == ("stop", "request")
+        if at % 7 and at < len(entries):
+            continue
+        moment = recording.moment({"at": at})
+        controller = follower.controller
+        assert controller is not None and moment["lost"] is None
+        assert moment["state"]["components"] == controller.components()
+        assert moment["state"]["variables"] == controller.variables()
+        assert moment["events"][-1] == entry.document
+        (stop,) = (c for c in moment["state"]["commands"] if c["event"]["name"] == "stop")
+        assert stop["count"] == counted
+
+
+def test_documents_follow_their_schemas(log: Path) -> None:
+    hub = Hub()
+    recording = Recording(line_follower(), str(log), hub)
+    news = json.loads(hub.follow().take(1) or "")
+    validate(news["model"], "model")
+    moment = recording.moment({"at": 300})
+    validate(moment["state"], "state")
+    overview = recording.overview({})
+    assert len(overview["times"]) == len(overview["sorts"]) == news["hello"]["count"]
+    assert set(overview["sorts"]) == {"c", "r"}
+
+
+def test_where_a_log_leaves_the_model_the_last_state_stays(tmp_path: Path) -> None:
+    lines = log_of(line_follower(), FREE, 0.2)
+    forbidden = {
+        "version": 1, "number": len(lines) + 1, "time": 9.0, "outcome": "applied", "detail": None,
+        "event": {"kind": "request", "name": "grab", "value": None},
+    }  # fmt: skip
+    late = forbidden | {
+        "number": len(lines) + 2,
+        "event": {"kind": "error", "name": "grab", "value": None},
+    }
+    path = tmp_path / "wrong.jsonl"
+    path.write_text("\n".join([*lines, json.dumps(forbidden), json.dumps(late)]), encoding="utf-8")
+    recording = Recording(line_follower(), str(path), Hub())
+    good = recording.moment({"at": len(lines)})
+    assert good["lost"] is None
+    for at in (len(lines) + 1, len(lines) + 2):
+        bad = recording.moment({"at": at})
+        assert "disables grab" in bad["lost"]
+        assert bad["state"]["components"] == good["state"]["components"]
+
+
+def test_a_second_run_begins_anew(tmp_path: Path) -> None:
+    run = log_of(line_follower(), FREE, 0.3)
+    path = tmp_path / "two.jsonl"
+    path.write_text("\n".join(run + run), encoding="utf-8")
+    recording = Recording(line_follower(), str(path), Hub())
+    first, second = (recording.moment({"at": n * len(run)})["state"] for n in (1, 2))
+    assert first == second
+
+
+@pytest.mark.parametrize("document", [{"at": 0}, {"at": 10**9}, {"at": "1"}, {}, None, [1]])
+def test_moments_outside_the_log_are_refused(log: Path, document: Any) -> None:
+    with pytest.raises(Unable, match="events 1 to"):
+        Recording(line_follower(), str(log), Hub()).moment(document)
+
+
+@pytest.mark.parametrize("text", ["", "no log\n", '{"version": 1}\n'])
+def test_what_is_no_log_is_told(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "faulty.jsonl"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(UsageError, match=r"faulty\.jsonl"):
+        Recording(line_follower(), str(path), Hub())

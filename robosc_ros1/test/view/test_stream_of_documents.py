@@ -1,0 +1,126 @@
+"""What a browser gets over HTTP, from hub and server, without a browser."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+from view.watching import Watcher, ask, serving
+
+from robosc.errors import UsageError
+from robosc.view.hub import Hub
+from robosc.view.server import PAGE, PageServer, Unable
+
+
+def test_a_late_follower_gets_the_latest_documents_and_events() -> None:
+    hub = Hub()
+    hub.put("state", "1")
+    hub.put("state", "2")
+    hub.add(str(n) for n in range(1000))
+    news = json.loads(hub.follow().take(1) or "")
+    assert news == {"state": 2, "events": list(range(800, 1000))}
+
+
+def test_states_replace_one_another_and_events_do_not() -> None:
+    hub = Hub()
+    follower = hub.follow()
+    assert follower.take(0) is None
+    for n in range(5):
+        hub.put("state", str(n))
+        hub.add([str(n)])
+    assert json.loads(follower.take(1) or "") == {"state": 4, "events": [0, 1, 2, 3, 4]}
+    hub.put("state", "4")  # the same again
+    assert follower.take(0) is None
+
+
+def test_who_falls_far_behind_is_told_how_many_events_were_missed() -> None:
+    hub = Hub()
+    hub.add(["0"])
+    follower = hub.follow()
+    follower.take(1)
+    hub.add(str(n) for n in range(1, 7001))
+    news = json.loads(follower.take(1) or "")
+    assert news["dropped"] == 2000
+    assert news["events"] == list(range(2001, 7001))
+
+
+def test_another_run_forgets_events_that_were_not_told_yet() -> None:
+    hub = Hub()
+    follower = hub.follow()
+    hub.add(["1", "2"])
+    hub.clear()
+    hub.add(["3"])
+    news = json.loads(follower.take(1) or "")
+    assert (news["events"], "run" in news, "dropped" in news) == ([3], True, False)
+
+
+def test_many_watch_one_hub() -> None:
+    hub = Hub()
+    with serving(hub) as server:
+        watchers = [Watcher(server) for _ in range(12)]
+        for n in range(500):
+            hub.put("state", f'{{"number":{n}}}')
+            hub.add([str(n)])
+        for watcher in watchers:
+            watcher.until(lambda w: w.seen.get("state") == {"number": 499} and len(w.events) == 500)
+            assert watcher.events == list(range(500))
+            watcher.close()
+
+
+def test_the_page_needs_nothing_from_elsewhere() -> None:
+    with serving(Hub()) as server:
+        for path, kind in (("/", "html"), ("/view.css", "css"), ("/view.js", "javascript")):
+            code, headers, body = ask(server, path)
+            assert (code, kind in headers["Content-Type"]) == (200, True)
+            assert headers["Content-Security-Policy"].startswith("default-src 'self'")
+            addresses = set(re.findall(rb"https?://[^\s\"']+", body))
+            assert addresses <= {b"http://www.w3.org/2000/svg"}, path
+    assert {p.name for p in PAGE.iterdir()} == {"index.html", "view.css", "view.js"}
+
+
+@pytest.mark.parametrize("path", ["/nothing", "/../server.py", "/page/view.js", "//etc/passwd"])
+def test_there_is_nothing_else_to_get(path: str) -> None:
+    with serving(Hub()) as server:
+        assert ask(server, path)[0] == 404
+
+
+def test_pages_from_elsewhere_can_neither_look_nor_act() -> None:
+    done = []
+    with serving(Hub(), {"/do": lambda document: done.append(document) or {}}) as server:
+        for path in ("/", "/stream"):
+            assert ask(server, path, Host="evil.example:80")[0] == 403
+        assert ask(server, "/do", {}, Host="evil.example")[0] == 403
+        assert ask(server, "/do", {}, Content_Type="text/plain")[0] == 403
+        assert done == []
+        assert ask(server, "/do", {"a": 1}, Host="localhost:1")[0] == 200
+        assert done == [{"a": 1}]
+
+
+def test_what_cannot_be_done_is_told() -> None:
+    def refuse(_: object) -> None:
+        raise Unable("not today")
+
+    with serving(Hub(), {"/do": refuse}) as server:
+        code, _, body = ask(server, "/do", {})
+        assert (code, json.loads(body)) == (409, {"message": "not today"})
+        assert ask(server, "/other", {})[0] == 404
+        assert ask(server, "/do", "[" * 60_000)[0] == 409  # a string is JSON, too
+        assert ask(server, "/do", "x" * 200_000)[0] == 400
+
+
+def test_a_port_that_is_taken_is_an_error_only_where_it_was_asked_for() -> None:
+    with serving(Hub()) as server:
+        port = server.server_address[1]
+        with pytest.raises(UsageError, match=f"port {port}"):
+            PageServer("127.0.0.1", int(port), Hub(), {})
+    with (
+        PageServer("127.0.0.1", None, Hub(), {}) as one,
+        PageServer("127.0.0.1", None, Hub(), {}) as two,
+    ):
+        assert one.url != two.url
+
+
+def test_a_host_that_is_not_this_machines_is_an_error() -> None:
+    with pytest.raises(UsageError, match=r"203\.0\.113\.7"):
+        PageServer("203.0.113.7", 0, Hub(), {})

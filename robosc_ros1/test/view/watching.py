@@ -1,0 +1,103 @@
+"""A server of a page in this process, and someone who follows its stream."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import threading
+from collections.abc import Callable, Iterator
+from http.client import HTTPConnection, HTTPResponse
+from typing import Any
+
+from ros_support import EXAMPLES
+
+from robosc import pipeline
+from robosc.simulate.execute import Execution
+from robosc.supervisor import Supervisor
+from robosc.view.hub import Hub
+from robosc.view.server import Answers, PageServer
+
+__all__ = ["MODEL", "Watcher", "ask", "line_follower", "log_of", "serving"]
+
+MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
+
+Json = dict[str, Any]
+
+
+def line_follower() -> Supervisor:
+    return pipeline.supervise(pipeline.load(MODEL).robot)
+
+
+@contextlib.contextmanager
+def serving(hub: Hub, answers: Answers | None = None) -> Iterator[PageServer]:
+    """A server on any port of this machine."""
+    with PageServer("127.0.0.1", 0, hub, answers or {}) as server:
+        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+        thread.start()
+        try:
+            yield server
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def ask(
+    server: PageServer, path: str, body: Any = None, **headers: str
+) -> tuple[int, dict[str, str], bytes]:
+    """Get a path, or post a document to it: code, headers, body."""
+    connection = HTTPConnection(*server.server_address[:2], timeout=20)  # type: ignore[misc]
+    try:
+        text = None if body is None else json.dumps(body)
+        sent = {name.replace("_", "-"): value for name, value in headers.items()}
+        if text is not None:
+            sent.setdefault("Content-Type", "application/json")
+        connection.request("GET" if text is None else "POST", path, text, sent)
+        answer = connection.getresponse()
+        return answer.status, dict(answer.headers), answer.read()
+    finally:
+        connection.close()
+
+
+class Watcher:
+    """Follows the stream of a server; ``seen`` has the latest of each document."""
+
+    def __init__(self, server: PageServer) -> None:
+        self._connection = HTTPConnection(*server.server_address[:2], timeout=20)  # type: ignore[misc]
+        self._connection.request("GET", "/stream")
+        self._answer: HTTPResponse = self._connection.getresponse()
+        self.seen: Json = {}
+        self.events: list[Json] = []
+        self.dropped = 0
+
+    def until(self, condition: Callable[[Watcher], Any]) -> Any:
+        """Read on until the condition holds; what it gave."""
+        while not (found := condition(self)):
+            line = self._answer.readline()
+            assert line, "the stream has ended"
+            if line.startswith(b"data:"):
+                news = json.loads(line[5:])
+                self.events += news.pop("events", [])
+                self.dropped += news.pop("dropped", 0)
+                self.seen |= news
+        return found
+
+    def close(self) -> None:
+        self._answer.close()
+        self._connection.close()
+
+
+def log_of(supervisor: Supervisor, *lines: tuple[str, str, Any] | float) -> list[str]:
+    """The event log of a controller that executes: events of the robot, or seconds to wait."""
+    machine = Execution(supervisor, {})
+    happened = list(machine.beginning)
+    for line in lines:
+        if isinstance(line, float):
+            happened += machine.wait(line)
+            continue
+        name, kind, value = line
+        event = next(e for e in machine.plant.events if (e.name, e.kind.value) == (name, kind))
+        happened += machine.fire(event, {} if value is None else {(): value})
+    return [
+        json.dumps({"version": 1, "number": number, **happening.document()})
+        for number, happening in enumerate(happened, 1)
+    ]
