@@ -7,7 +7,7 @@ condition; the template only writes it down.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import prod
 from textwrap import indent, wrap
 
@@ -17,15 +17,25 @@ from robosc.emit.python import (
     access,
     converted,
     converter_counts,
-    in_controller,
     in_enum_rule,
     literal,
-    operand,
     path_text,
     reads_array,
-    within,
 )
-from robosc.ir.automaton import Axis, AxisKind, Edge, Event, Participant, Plant
+from robosc.emit.reactions import Reactions, Spelling, alike
+from robosc.emit.views import (
+    AttributeView,
+    CommandView,
+    ComponentView,
+    ControllerContext,
+    EnumView,
+    GuardLine,
+    InputView,
+    ProvideView,
+    RequirementView,
+    TauView,
+)
+from robosc.ir.automaton import AxisKind, Event, Plant
 from robosc.ir.expr import negation
 from robosc.model.entities import (
     Communication,
@@ -34,7 +44,6 @@ from robosc.model.entities import (
     EventKind,
     Kind,
     Provide,
-    Variable,
 )
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, ValueRef, walk
 from robosc.model.types import (
@@ -49,7 +58,7 @@ from robosc.model.types import (
 from robosc.names import snake_case
 from robosc.supervisor import Guard, Supervisor
 
-__all__ = ["CommandView", "ControllerContext", "InputView", "controller_context"]
+__all__ = ["SORTS", "ControllerContext", "controller_context"]
 
 _SHORT = 60
 """A dict that is no longer than this stays on one line."""
@@ -73,167 +82,6 @@ _RESERVED = """
 """
 
 
-@dataclass(frozen=True)
-class EnumView:
-    """A conversion function; ``rules`` are (condition, value, place, may be undefined)."""
-
-    function: str
-    name: str
-    place: str
-    counts: bool
-    rules: tuple[tuple[str, str, str, bool], ...]
-    default: str
-
-
-@dataclass(frozen=True)
-class AttributeView:
-    """An attribute of the controller with its initial value and a comment."""
-
-    name: str
-    initial: str
-    comment: str
-
-
-@dataclass(frozen=True)
-class ComponentView:
-    name: str
-    place: str
-    attributes: tuple[AttributeView, ...]
-
-
-@dataclass(frozen=True)
-class BranchView:
-    """One way in which a component takes part: ``condition`` (empty: always) and its effect.
-
-    ``effects`` are (attribute, right-hand side) to be evaluated over the old state.
-    """
-
-    condition: str
-    place: str
-    effects: tuple[tuple[str, str], ...]
-
-
-@dataclass(frozen=True)
-class ReactionView:
-    """What an event does: the branches of each component, and the attributes that they set."""
-
-    busy: str | None
-    busy_before: bool
-    busy_after: bool
-    participants: tuple[tuple[str, tuple[BranchView, ...]], ...]
-    attributes: tuple[str, ...]
-
-    @property
-    def does_something(self) -> bool:
-        return bool(self.attributes) or self.busy_before != self.busy_after
-
-
-@dataclass(frozen=True)
-class InputView:
-    """An uncontrollable event; ``read`` is the expression that takes its value from ``message``."""
-
-    key: str
-    kind: str
-    name: str
-    place: str
-    description: str
-    read: str | None
-    read_lines: tuple[tuple[str, str], ...]
-    reader: str | None
-    applier: str
-    reaction: ReactionView
-
-
-@dataclass(frozen=True)
-class GuardLine:
-    """A part of a conjunction under the comments that say where it comes from."""
-
-    comments: tuple[str, ...]
-    text: str
-
-
-@dataclass(frozen=True)
-class ProvideView:
-    """A provide statement; ``data`` are the lines of a dict, the first without indentation."""
-
-    condition: str | None
-    data: tuple[str, ...]
-    place: str
-
-
-@dataclass(frozen=True)
-class CommandView:
-    """A controllable event of a communication."""
-
-    key: str
-    kind: str
-    name: str
-    place: str
-    description: str
-    guard: str
-    guard_notes: tuple[str, ...]
-    guard_lines: tuple[GuardLine, ...]
-    joiner: str
-    """What stands between the guard's lines: "and" or "or"."""
-    consent: str | None
-    consent_conditions: tuple[str, ...]
-    busy: str | None
-    data: str | None
-    provides: tuple[ProvideView, ...]
-    applier: str | None
-    reaction: ReactionView
-    requirements: tuple[int, ...]
-    reason: str
-    """Python source: a string, or None."""
-
-
-@dataclass(frozen=True)
-class TauView:
-    component: str
-    number: int
-    step: str
-    place: str
-    attribute: str
-    moves: tuple[tuple[str, str], ...]
-    """(condition, target) per way to take it."""
-
-
-@dataclass(frozen=True)
-class RequirementView:
-    text: str
-    comments: tuple[str, ...]
-    place: str
-    method: str
-    condition: str
-
-    @property
-    def literal(self) -> str:
-        return literal(self.text)
-
-
-@dataclass(frozen=True)
-class ControllerContext:
-    """All that ``common/controller.py.jinja`` sees."""
-
-    robot: str
-    source: str
-    class_name: str
-    settle_bound: int
-    enums: tuple[EnumView, ...]
-    components: tuple[ComponentView, ...]
-    phases: tuple[AttributeView, ...]
-    locations: tuple[tuple[str, str], ...]
-    variables: tuple[tuple[str, str], ...]
-    communications: tuple[tuple[str, str, str], ...]
-    requirements: tuple[RequirementView, ...]
-    inputs: tuple[InputView, ...]
-    commands: tuple[CommandView, ...]
-    taus: tuple[TauView, ...]
-    tables: tuple[str, ...] = ()
-    """What the module imports of ``_runtime.model``, and in ``helpers`` of ``_runtime.values``."""
-    helpers: tuple[str, ...] = ()
-
-
 def controller_context(supervisor: Supervisor, robot_file: str) -> ControllerContext:
     context = _Builder(supervisor).build(robot_file)
     return replace(context, tables=_tables(context), helpers=_helpers(context))
@@ -254,7 +102,8 @@ def _helpers(context: ControllerContext) -> tuple[str, ...]:
     """Those that some expression calls: all expressions are text in the context."""
     text = repr(context)
     used = [n for n in ("divide", "given", "in_range", "only_field", "optional") if f"{n}(" in text]
-    raises = any(e.reaction.busy_before for e in (*context.inputs, *context.commands))
+    reactions = [i.reaction for i in context.inputs] + [c.reaction for c in context.commands]
+    raises = any(reaction.busy_before for reaction in reactions)
     return ("Mismatch", *used) if raises else tuple(used)
 
 
@@ -269,9 +118,6 @@ class _Builder:
         self.class_name = self.names.take(f"{self.robot.name}Controller")
         self.enums = _enums(self.robot.communications.values())
         functions = {e: self.names.take(snake_case(e.name)) for e in self.enums}
-        self.variables: dict[str, Variable] = {
-            v.key: v for c in self.robot.components if c.behaviour for v in c.behaviour.variables
-        }
         locations: dict[str, str] = {}
         variables: dict[str, str] = {}
         for component in self.robot.components:
@@ -287,17 +133,12 @@ class _Builder:
             if c.has_phase
         }
         self.attributes = Attributes(locations, variables, phases, functions)
+        self.spelling = Spelling(self.attributes)
+        self.reactions = Reactions(self.plant, self.spelling)
 
     def _word(self, key: str) -> str:
         """A communication as a part of an identifier."""
         return snake_case(self.robot.display_names[key].replace(".", "_")) or "n"
-
-    def _text(self, expr: Expr) -> str:
-        return in_controller(expr, self.attributes)
-
-    def _operand(self, expr: Expr) -> str:
-        """The text of a condition as an operand of ``and``."""
-        return operand(expr, self._text(expr))
 
     def build(self, robot_file: str) -> ControllerContext:
         guards = {id(g.event): g for g in self.supervisor.guards}
@@ -395,7 +236,7 @@ class _Builder:
                 _comments([f"{requirement.text}  ({where})"]),
                 where,
                 self.names.take(f"requirement_{number}"),
-                self._text(holds),
+                self.spelling.text(holds),
             )
 
     # --- events --------------------------------------------------------------------------------
@@ -421,7 +262,7 @@ class _Builder:
             read_lines=lines,
             reader=reader,
             applier=self.names.take(f"on_{event.kind.value}_of_{word}"),
-            reaction=self._reaction(event),
+            reaction=self.reactions.reaction(event),
         )
 
     def _reading(
@@ -459,8 +300,8 @@ class _Builder:
     def _command(self, event: Event, guard: Guard | None) -> CommandView:
         word = self._word(event.key)
         kind = event.kind.value
-        reaction = self._reaction(event)
-        consent = tuple(self._consent(event))
+        reaction = self.reactions.reaction(event)
+        consent = tuple(self.reactions.consent(event))
         provides = tuple(
             self._provide(p)
             for p in self.robot.provides
@@ -511,7 +352,7 @@ class _Builder:
                 holds = requirement.condition
                 if requirement.kind == "disables":
                     holds = negation(holds)
-                lines.setdefault(self._operand(holds), []).append(text)
+                lines.setdefault(self.spelling.operand(holds), []).append(text)
             return (), "and", tuple(GuardLine(_comments(c), t) for t, c in lines.items())
         notes = list(texts)
         if event.kind is EventKind.CANCEL:
@@ -525,9 +366,13 @@ class _Builder:
             notes.append("Never allowed: " + (self._reason(event) or "found by synthesis"))
         parts = _chain(expr, "and")
         if len(parts) > 1:
-            return _comments(notes), "and", tuple(GuardLine((), self._operand(p)) for p in parts)
+            return (
+                _comments(notes),
+                "and",
+                tuple(GuardLine((), self.spelling.operand(p)) for p in parts),
+            )
         parts = _chain(expr, "or")
-        return _comments(notes), "or", tuple(GuardLine((), self._text(p)) for p in parts)
+        return _comments(notes), "or", tuple(GuardLine((), self.spelling.text(p)) for p in parts)
 
     def _provide(self, provide: Provide) -> ProvideView:
         communication = self.robot.communications[provide.communication]
@@ -535,7 +380,7 @@ class _Builder:
         if not isinstance(provide.data, DataObject):
             field = communication.binding.request_field
             text = f"{{{literal(field or '')}: {text}}}"
-        condition = None if provide.condition is None else self._text(provide.condition)
+        condition = None if provide.condition is None else self.spelling.text(provide.condition)
         return ProvideView(condition, tuple(text.split("\n")), place(provide.span))
 
     def _data(self, data: Data, type_: Type) -> str:
@@ -553,22 +398,22 @@ class _Builder:
             # A message's floating point field takes a float, not an integer.
             if isinstance(data, Literal) and isinstance(data.value, int):
                 return repr(float(data.value))
-            return f"float({self._text(data)})"
-        return self._text(data)
+            return f"float({self.spelling.text(data)})"
+        return self.spelling.text(data)
 
     def _tau(self, event: Event, guard: Guard | None) -> TauView:
         participant = event.participants[0]
         axis = self.plant.axes[participant.axis]
         moves = []
-        for edges in _alike(participant.edges):
+        for edges in alike(participant.edges):
             edge = edges[0]
             moved = [e for e in edges if e.source != e.target]  # others would change nothing
             if not moved:
                 continue
-            parts = [self._location_test(axis, [e.source for e in moved])]
+            parts = [self.reactions.location_test(axis, [e.source for e in moved])]
             for condition in (edge.guard, None if guard is None else guard.expr):
                 if condition is not None and condition != TRUE:
-                    parts.append(self._operand(condition))
+                    parts.append(self.spelling.operand(condition))
             text = " and ".join(part for part in parts if part) or "True"
             moves.append((text, str(axis.values[edge.target])))
         return TauView(
@@ -579,126 +424,6 @@ class _Builder:
             self.attributes.locations[event.key],
             tuple(moves),
         )
-
-    # --- reactions -----------------------------------------------------------------------------
-
-    def _reaction(self, event: Event) -> ReactionView:
-        participants = []
-        changed: dict[str, None] = {}
-        for participant in event.participants:
-            branches = []
-            for edges in _alike(participant.edges):
-                branch = self._branch(event, participant, edges)
-                changed.update(dict.fromkeys(name for name, _ in branch.effects))
-                branches.append(branch)
-            if any(branch.effects for branch in branches):
-                participants.append((participant.component, tuple(branches)))
-        phase = event.phase
-        return ReactionView(
-            busy=None if phase is None else self.attributes.phases[event.key],
-            busy_before=phase is not None and phase.source == 1,
-            busy_after=phase is not None and phase.target == 1,
-            participants=tuple(participants),
-            attributes=tuple(changed),
-        )
-
-    def _branch(self, event: Event, participant: Participant, edges: list[Edge]) -> BranchView:
-        edge = edges[0]
-        effects = []
-        for index, expr in edge.updates:
-            variable = self.variables[self.plant.axes[index].name]
-            effects.append(self._effect(event, variable, expr))
-        for assignment in edge.data:
-            variable = self.variables[f"{participant.component}.{assignment.variable}"]
-            effects.append(self._effect(event, variable, assignment.value))
-        axis = self.plant.axes[participant.axis]
-        if any(e.source != e.target for e in edges):
-            target = literal(axis.values[edge.target])
-            effects.append((self.attributes.locations[participant.component], target))
-        return BranchView(
-            self._edge_condition(axis, edges, participant), place(edge.span), tuple(effects)
-        )
-
-    def _edge_condition(self, axis: Axis, edges: list[Edge], participant: Participant) -> str:
-        guard = edges[0].guard
-        parts = [self._location_test(axis, [e.source for e in edges])]
-        if guard is not None:
-            text = self._text(guard)
-            if reads_array(guard):
-                text = f"self.holds(lambda: {text}, {literal(place(edges[0].span))})"
-                parts.append(text)
-            else:
-                parts.append(operand(guard, text))
-        return " and ".join(part for part in parts if part)
-
-    def _location_test(self, axis: Axis, sources: Iterable[int]) -> str:
-        """Whether the component is in one of the states; empty if it always is."""
-        states = [str(axis.values[source]) for source in sources]
-        attribute = f"self.{self.attributes.locations[axis.name]}"
-        if len(states) == axis.size:
-            return ""
-        if len(states) == 1:
-            return f"{attribute} == {literal(states[0])}"
-        return f"{attribute} in ({', '.join(literal(s) for s in states)})"
-
-    def _effect(self, event: Event, variable: Variable, expr: Expr) -> tuple[str, str]:
-        attribute = self.attributes.variables[variable.key]
-        text = self._text(expr)
-        if isinstance(variable.type, DoubleType) and isinstance(expr.type, IntegerType):
-            text = f"float({text})"
-        where = literal(place(expr.span)) if expr.span is not None else '""'
-        if not within(expr, variable.type):
-            assert isinstance(variable.type, IntegerType)
-            assert variable.type.bounds is not None
-            low, high = variable.type.bounds
-            if not variable.in_state:
-                text = f"self.kept({text}, {low}, {high}, self.{attribute}, {where})"
-            elif not event.controllable:
-                text = f"in_range({text}, {low}, {high}, {literal(variable.key)})"
-        if reads_array(expr):
-            text = f"self.assigned(lambda: {text}, self.{attribute}, {where})"
-        return attribute, text
-
-    def _consent(self, event: Event) -> Iterator[str]:
-        """Conditions under which the plant can do a controllable event, its phase apart."""
-        for participant in event.participants:
-            axis = self.plant.axes[participant.axis]
-            ways = []
-            free = True
-            for edges in _alike(participant.edges):
-                ranges = list(self._ranges(edges[0]))
-                where = self._edge_condition(axis, edges, participant)
-                free = free and not ranges
-                if participant.blocking:
-                    ways.append(" and ".join(part for part in (where, *ranges) if part))
-                elif ranges:
-                    inside = " and ".join(ranges)
-                    yield f"(not ({where}) or {inside})" if where else inside
-            if not participant.blocking or (free and self._always(participant, axis)):
-                continue
-            yield ways[0] if len(ways) == 1 else f"({' or '.join(ways)})" if ways else "False"
-
-    def _always(self, participant: Participant, axis: Axis) -> bool:
-        open_edges = {e.source for e in participant.edges if e.guard is None}
-        return len(open_edges) == axis.size
-
-    def _ranges(self, edge: Edge) -> Iterator[str]:
-        for index, expr in edge.updates:
-            variable = self.variables[self.plant.axes[index].name]
-            if not within(expr, variable.type):
-                assert isinstance(variable.type, IntegerType)
-                assert variable.type.bounds is not None
-                low, high = variable.type.bounds
-                yield f"{low} <= {self._text(expr)} <= {high}"
-
-
-def _alike(edges: Iterable[Edge]) -> list[list[Edge]]:
-    """The edges of one transition in one group: on the automaton level there is one per state."""
-    groups: dict[tuple[int, int, int], list[Edge]] = {}
-    for edge in edges:
-        span = edge.span
-        groups.setdefault((id(span.source), span.start, span.end), []).append(edge)
-    return list(groups.values())
 
 
 def _comments(texts: Iterable[str]) -> tuple[str, ...]:

@@ -1,0 +1,171 @@
+"""What an event does to the controller, and when the plant can do it.
+
+Conditions and right-hand sides are texts over the state before the event; the template evaluates
+all of them before it assigns anything, because assignments are simultaneous.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from robosc.emit.naming import place
+from robosc.emit.python import (
+    Attributes,
+    in_controller,
+    literal,
+    operand,
+    reads_array,
+    within,
+)
+from robosc.emit.views import BranchView, ReactionView
+from robosc.ir.automaton import Axis, Edge, Event, Participant, Plant
+from robosc.model.entities import Variable
+from robosc.model.expr import Expr
+from robosc.model.types import DoubleType, IntegerType
+
+__all__ = ["Reactions", "Spelling", "alike"]
+
+
+@dataclass(frozen=True)
+class Spelling:
+    """Expressions as texts with the names that were given out."""
+
+    attributes: Attributes
+
+    def text(self, expr: Expr) -> str:
+        return in_controller(expr, self.attributes)
+
+    def operand(self, expr: Expr) -> str:
+        """The text of a condition as an operand of ``and``."""
+        return operand(expr, self.text(expr))
+
+
+class Reactions:
+    """Describes the events of one plant."""
+
+    def __init__(self, plant: Plant, spelling: Spelling) -> None:
+        self.plant = plant
+        self.spelling = spelling
+        components = plant.robot.components
+        self.variables: dict[str, Variable] = {
+            v.key: v for c in components if c.behaviour for v in c.behaviour.variables
+        }
+
+    def reaction(self, event: Event) -> ReactionView:
+        participants = []
+        changed: dict[str, None] = {}
+        for participant in event.participants:
+            branches = []
+            for edges in alike(participant.edges):
+                branch = self._branch(event, participant, edges)
+                changed.update(dict.fromkeys(name for name, _ in branch.effects))
+                branches.append(branch)
+            if any(branch.effects for branch in branches):
+                participants.append((participant.component, tuple(branches)))
+        phase = event.phase
+        return ReactionView(
+            busy=None if phase is None else self.spelling.attributes.phases[event.key],
+            busy_before=phase is not None and phase.source == 1,
+            busy_after=phase is not None and phase.target == 1,
+            participants=tuple(participants),
+            attributes=tuple(changed),
+        )
+
+    def _branch(self, event: Event, participant: Participant, edges: list[Edge]) -> BranchView:
+        edge = edges[0]
+        effects = []
+        for index, expr in edge.updates:
+            variable = self.variables[self.plant.axes[index].name]
+            effects.append(self._effect(event, variable, expr))
+        for assignment in edge.data:
+            variable = self.variables[f"{participant.component}.{assignment.variable}"]
+            effects.append(self._effect(event, variable, assignment.value))
+        axis = self.plant.axes[participant.axis]
+        if any(e.source != e.target for e in edges):
+            target = literal(axis.values[edge.target])
+            effects.append((self.spelling.attributes.locations[participant.component], target))
+        return BranchView(
+            self._edge_condition(axis, edges, participant), place(edge.span), tuple(effects)
+        )
+
+    def _edge_condition(self, axis: Axis, edges: list[Edge], participant: Participant) -> str:
+        guard = edges[0].guard
+        parts = [self.location_test(axis, [e.source for e in edges])]
+        if guard is not None:
+            text = self.spelling.text(guard)
+            if reads_array(guard):
+                text = f"self.holds(lambda: {text}, {literal(place(edges[0].span))})"
+                parts.append(text)
+            else:
+                parts.append(operand(guard, text))
+        return " and ".join(part for part in parts if part)
+
+    def location_test(self, axis: Axis, sources: Iterable[int]) -> str:
+        """Whether the component is in one of the states; empty if it always is."""
+        states = [str(axis.values[source]) for source in sources]
+        attribute = f"self.{self.spelling.attributes.locations[axis.name]}"
+        if len(states) == axis.size:
+            return ""
+        if len(states) == 1:
+            return f"{attribute} == {literal(states[0])}"
+        return f"{attribute} in ({', '.join(literal(s) for s in states)})"
+
+    def _effect(self, event: Event, variable: Variable, expr: Expr) -> tuple[str, str]:
+        attribute = self.spelling.attributes.variables[variable.key]
+        text = self.spelling.text(expr)
+        if isinstance(variable.type, DoubleType) and isinstance(expr.type, IntegerType):
+            text = f"float({text})"
+        where = literal(place(expr.span)) if expr.span is not None else '""'
+        if not within(expr, variable.type):
+            assert isinstance(variable.type, IntegerType)
+            assert variable.type.bounds is not None
+            low, high = variable.type.bounds
+            if not variable.in_state:
+                text = f"self.kept({text}, {low}, {high}, self.{attribute}, {where})"
+            elif not event.controllable:
+                text = f"in_range({text}, {low}, {high}, {literal(variable.key)})"
+        if reads_array(expr):
+            text = f"self.assigned(lambda: {text}, self.{attribute}, {where})"
+        return attribute, text
+
+    def consent(self, event: Event) -> Iterator[str]:
+        """Conditions under which the plant can do a controllable event, its phase apart."""
+        for participant in event.participants:
+            axis = self.plant.axes[participant.axis]
+            ways = []
+            free = True
+            for edges in alike(participant.edges):
+                ranges = list(self._ranges(edges[0]))
+                where = self._edge_condition(axis, edges, participant)
+                free = free and not ranges
+                if participant.blocking:
+                    ways.append(" and ".join(part for part in (where, *ranges) if part))
+                elif ranges:
+                    inside = " and ".join(ranges)
+                    yield f"(not ({where}) or {inside})" if where else inside
+            if not participant.blocking or (free and self._always(participant, axis)):
+                continue
+            yield ways[0] if len(ways) == 1 else f"({' or '.join(ways)})" if ways else "False"
+
+    def _always(self, participant: Participant, axis: Axis) -> bool:
+        open_edges = {e.source for e in participant.edges if e.guard is None}
+        return len(open_edges) == axis.size
+
+    def _ranges(self, edge: Edge) -> Iterator[str]:
+        for index, expr in edge.updates:
+            variable = self.variables[self.plant.axes[index].name]
+            if not within(expr, variable.type):
+                assert isinstance(variable.type, IntegerType)
+                assert variable.type.bounds is not None
+                low, high = variable.type.bounds
+                yield f"{low} <= {self.spelling.text(expr)} <= {high}"
+
+
+def alike(edges: Iterable[Edge]) -> list[list[Edge]]:
+    """The edges of one transition in one group: on the automaton level there is one per state."""
+    groups: dict[tuple[int, int, int], list[Edge]] = {}
+    for edge in edges:
+        span = edge.span
+        groups.setdefault((id(span.source), span.start, span.end), []).append(edge)
+    return list(groups.values())

@@ -1,0 +1,173 @@
+"""What the template of ``controller.py`` places: texts in their order, nothing left to decide."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robosc.emit.python import literal
+
+__all__ = [
+    "AttributeView", "BranchView", "CommandView", "ComponentView", "ControllerContext", "EnumView",
+    "GuardLine", "InputView", "ProvideView", "ReactionView", "RequirementView", "TauView",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class EnumView:
+    """A conversion function; ``rules`` are (condition, value, place, may be undefined)."""
+
+    function: str
+    name: str
+    place: str
+    counts: bool
+    rules: tuple[tuple[str, str, str, bool], ...]
+    default: str
+
+
+@dataclass(frozen=True)
+class AttributeView:
+    """An attribute of the controller with its initial value and a comment."""
+
+    name: str
+    initial: str
+    comment: str
+
+
+@dataclass(frozen=True)
+class ComponentView:
+    name: str
+    place: str
+    attributes: tuple[AttributeView, ...]
+
+
+@dataclass(frozen=True)
+class BranchView:
+    """One way in which a component takes part: ``condition`` (empty: always) and its effect.
+
+    ``effects`` are (attribute, right-hand side) to be evaluated over the old state.
+    """
+
+    condition: str
+    place: str
+    effects: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class ReactionView:
+    """What an event does: the branches of each component, and the attributes that they set."""
+
+    busy: str | None
+    busy_before: bool
+    busy_after: bool
+    participants: tuple[tuple[str, tuple[BranchView, ...]], ...]
+    attributes: tuple[str, ...]
+
+    @property
+    def does_something(self) -> bool:
+        return bool(self.attributes) or self.busy_before != self.busy_after
+
+
+@dataclass(frozen=True)
+class InputView:
+    """An uncontrollable event; ``read`` is the expression that takes its value from ``message``."""
+
+    key: str
+    kind: str
+    name: str
+    place: str
+    description: str
+    read: str | None
+    read_lines: tuple[tuple[str, str], ...]
+    reader: str | None
+    applier: str
+    reaction: ReactionView
+
+
+@dataclass(frozen=True)
+class GuardLine:
+    """A part of a conjunction under the comments that say where it comes from."""
+
+    comments: tuple[str, ...]
+    text: str
+
+
+@dataclass(frozen=True)
+class ProvideView:
+    """A provide statement; ``data`` are the lines of a dict, the first without indentation."""
+
+    condition: str | None
+    data: tuple[str, ...]
+    place: str
+
+
+@dataclass(frozen=True)
+class CommandView:
+    """A controllable event of a communication."""
+
+    key: str
+    kind: str
+    name: str
+    place: str
+    description: str
+    guard: str
+    guard_notes: tuple[str, ...]
+    guard_lines: tuple[GuardLine, ...]
+    joiner: str
+    """What stands between the guard's lines: "and" or "or"."""
+    consent: str | None
+    consent_conditions: tuple[str, ...]
+    busy: str | None
+    data: str | None
+    provides: tuple[ProvideView, ...]
+    applier: str | None
+    reaction: ReactionView
+    requirements: tuple[int, ...]
+    reason: str
+    """Python source: a string, or None."""
+
+
+@dataclass(frozen=True)
+class TauView:
+    component: str
+    number: int
+    step: str
+    place: str
+    attribute: str
+    moves: tuple[tuple[str, str], ...]
+    """(condition, target) per way to take it."""
+
+
+@dataclass(frozen=True)
+class RequirementView:
+    text: str
+    comments: tuple[str, ...]
+    place: str
+    method: str
+    condition: str
+
+    @property
+    def literal(self) -> str:
+        return literal(self.text)
+
+
+@dataclass(frozen=True)
+class ControllerContext:
+    """All that ``common/controller.py.jinja`` sees."""
+
+    robot: str
+    source: str
+    class_name: str
+    settle_bound: int
+    enums: tuple[EnumView, ...]
+    components: tuple[ComponentView, ...]
+    phases: tuple[AttributeView, ...]
+    locations: tuple[tuple[str, str], ...]
+    variables: tuple[tuple[str, str], ...]
+    communications: tuple[tuple[str, str, str], ...]
+    requirements: tuple[RequirementView, ...]
+    inputs: tuple[InputView, ...]
+    commands: tuple[CommandView, ...]
+    taus: tuple[TauView, ...]
+    tables: tuple[str, ...] = ()
+    """What the module imports of ``_runtime.model``, and in ``helpers`` of ``_runtime.values``."""
+    helpers: tuple[str, ...] = ()
