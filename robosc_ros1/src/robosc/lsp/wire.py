@@ -10,7 +10,7 @@ from lsprotocol import types
 
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.lsp.actions import Edit
-from robosc.lsp.completion import Candidate
+from robosc.lsp.offers import Candidate
 from robosc.lsp.outline import Entry, Fold
 from robosc.lsp.positions import Encoding, range_of
 from robosc.source import Source, Span

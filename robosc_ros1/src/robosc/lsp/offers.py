@@ -1,0 +1,275 @@
+"""What there is to offer: names by what they can be used for, and expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.context import Context
+from robosc.lsp.declared import Declared
+from robosc.model.communications import EVENTS_OF
+from robosc.model.entities import EventKind, Kind
+from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
+from robosc.model.world import CommunicationInfo, Instance
+
+__all__ = [
+    "BLOCK_WORDS",
+    "COMPARISONS",
+    "OPERATORS",
+    "Candidate",
+    "Offers",
+    "ends_operand",
+    "keywords",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """``kind`` is a word of :class:`~robosc.lsp.symbols.SymbolKind`, ``keyword`` or ``snippet``.
+
+    ``text`` is what is inserted if that is not the label. ``rank`` orders: what fits best is 0.
+    """
+
+    label: str
+    kind: str
+    detail: str = ""
+    text: str | None = None
+    rank: int = 1
+
+
+BLOCK_WORDS = {
+    "file": ("robot", "library"),
+    "robot": ("component", "requirement", "provide", "datatype object", "datatype enum",
+              "interface"),
+    "library": ("component", "datatype object", "datatype enum", "interface"),
+    "component": ("incoming message", "outgoing message", "service", "action", "behaviour"),
+    "behaviour": ("variable", "initial state", "initial marked state", "marked state", "state",
+                  "on", "transition"),
+    "state": ("on", "transition"),
+    "object": (),
+    "enum": ("default ->", "value"),
+}  # fmt: skip
+_BASIC = ("boolean", "integer", "double", "string", "none", "array")
+OPERATORS = ("and", "or")
+COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
+
+
+class Offers:
+    """Candidates for one context. Names come from the text as it is, and as it was when whole."""
+
+    def __init__(self, desk: Desk, path: str, context: Context, known: Iterable[Analysis]) -> None:
+        self._desk = desk
+        self._path = path
+        self._context = context
+        self._known: list[Declared] = [
+            a.index.declared for a in known if a.index.declared is not None
+        ]
+        component = context.around("component")
+        self._own = component.name if component is not None else ""
+
+    def _next(self) -> Iterator[Candidate]:
+        """What may begin behind a declaration that could end here."""
+        yield from keywords(BLOCK_WORDS[self._context.block.kind], rank=2)
+
+    # --- names -----------------------------------------------------------------------------------
+
+    def _owners(self, name: str) -> Iterator[Instance]:
+        for declared in self._known:
+            owner = declared.instances.get(name)
+            if owner is not None:
+                yield owner
+
+    def _infos(self) -> Iterator[CommunicationInfo]:
+        for declared in self._known:
+            for instance in declared.instances.values():
+                yield from instance.communications.values()
+
+    def _communications(self, events: tuple[EventKind, ...], rank: int = 1) -> Iterator[Candidate]:
+        """Those that have one of the events; own ones first."""
+        names: dict[str, set[str]] = {}
+        for info in self._infos():
+            names.setdefault(info.name, set()).add(info.key)
+        for info in self._infos():
+            if events and not any(event in EVENTS_OF[info.kind] for event in events):
+                continue
+            if EventKind.REQUEST in events and info.kind is Kind.OUTGOING:
+                continue
+            own = info.instance.name == self._own
+            label = info.name if own or len(names[info.name]) == 1 else info.key
+            yield Candidate(
+                label,
+                "communication",
+                f"{info.kind.value} of {info.instance.name}",
+                rank=0 if own else rank,
+            )
+
+    def _communication_of(self, words: tuple[str, ...]) -> CommunicationInfo | None:
+        name = [w.lstrip("^") for w in words if w != "."]
+        for declared in self._known:
+            if len(name) in (1, 2):
+                member = name[1] if len(name) == 2 else None
+                info = declared.resolve(name[0], member, declared.instances.get(self._own))
+                if info is not None:
+                    return info
+        return None
+
+    def _interfaces(self) -> Iterator[Candidate]:
+        for declared in self._known:
+            for name, node in declared.scope.interfaces.items():
+                detail = f"{node.package.text}/{node.type.text}"
+                yield Candidate(name, "interface", detail, rank=0)
+
+    def _types(
+        self, *, none: bool = True, variable: bool = False, sources: bool = False
+    ) -> Iterator[Candidate]:
+        for word in _BASIC:
+            if (word == "none" and (not none or variable or sources)) or (
+                word == "array" and (none or variable)
+            ):
+                continue
+            yield Candidate(word, "keyword", "built-in type")
+        for declared in self._known:
+            for name in declared.scope.datatypes:
+                is_enum = declared.enum(name) is not None
+                if not (is_enum if sources else variable and not is_enum):
+                    kind = "enum" if is_enum else "object"
+                    yield Candidate(name, kind, f"datatype {kind}", rank=0)
+
+    def _type_named(self, name: str) -> Type | None:
+        found = (declared.types.known(name.lstrip("^")) for declared in self._known)
+        return next((type_ for type_ in found if type_ is not None), None)
+
+    def _variable_type(self, name: str) -> Type | None:
+        found = (owner.variables.get(name.lstrip("^")) for owner in self._owners(self._own))
+        return next((type_ for type_ in found if type_ is not None), None)
+
+    # --- expressions -----------------------------------------------------------------------------
+
+    def _expression_or_more(self) -> Iterator[Candidate]:
+        if ends_operand(self._context.last):
+            yield from keywords((*OPERATORS, *COMPARISONS))
+            yield from self._next()
+        else:
+            yield from self._expression(self._expected())
+
+    def _expected(self) -> Type | None:
+        """The type on the other side of a comparison that is being typed."""
+        words = self._context.words
+        if len(words) < 2 or self._context.word(-1) not in ("=", "!="):
+            return None
+        if len(words) > 3 and self._context.word(-3) == ".":
+            for owner in self._owners(self._context.word(-4).lstrip("^")):
+                return owner.variables.get(self._context.word(-2).lstrip("^"))
+        if self._context.word(-2) == "value":
+            return self._incoming()
+        return self._variable_type(self._context.word(-2))
+
+    def _expression(self, expected: Type | None) -> Iterator[Candidate]:
+        """What an expression can begin with."""
+        yield from self._values(expected)
+        if isinstance(expected, BooleanType) or expected is None:
+            yield from keywords(("true", "false"), rank=2)
+        if self._incoming() is not None:
+            yield Candidate("value", "value", str(self._incoming()), rank=0)
+        if self._own:
+            for owner in self._owners(self._own):
+                for name, node in owner.variable_nodes.items():
+                    yield Candidate(name, "variable", node.type.span.text)
+                for name in owner.states:
+                    yield Candidate(name, "state", f"state of {self._own}")
+        for declared in self._known:
+            for name, owner in declared.instances.items():
+                if owner.members:
+                    yield Candidate(name, "component")
+            if expected is None:
+                for value in declared.types.enum_values():
+                    yield Candidate(value, "enum value", rank=2)
+
+    def _values(self, type_: Type | None) -> Iterator[Candidate]:
+        if isinstance(type_, EnumType):
+            for value in type_.values:
+                yield Candidate(value, "enum value", f"value of {type_.name}", rank=0)
+
+    def _incoming(self) -> Type | None:
+        """What ``value`` is here."""
+        words = self._context.words
+        if self._context.block.kind == "enum":
+            for declared in self._known:
+                known = declared.types.known(self._context.block.name)
+                if isinstance(known, EnumType):
+                    return known.source
+        if (
+            len(words) < 4
+            or self._context.word(0) != "on"
+            or self._context.word(1) not in ("response", "feedback")
+        ):
+            return None
+        end = next((i for i, w in enumerate(words) if w in ("if", "do", "goto")), len(words))
+        info = self._communication_of(words[3:end])
+        if info is None:
+            return None
+        return info.response if self._context.word(1) == "response" else info.feedback
+
+    def _members(self) -> Iterator[Candidate]:
+        """Behind a dot."""
+        chain = _chain(self._context.words)
+        if chain[:1] == ["value"]:
+            yield from self._parts(chain[1:])
+            return
+        if len(chain) != 1:
+            return
+        statement = self._context.word(0)
+        before = self._context.words[-3:-2]
+        commands = before and before[0] in ("to", "from", "provide", "requirement", "disables")
+        for owner in self._owners(chain[0]):
+            if commands:
+                for name, info in owner.communications.items():
+                    yield Candidate(name, "communication", info.kind.value, rank=0)
+            if not (commands and statement in ("on", "provide")):
+                for name, node in owner.variable_nodes.items():
+                    yield Candidate(name, "variable", node.type.span.text)
+                for name in owner.states:
+                    yield Candidate(name, "state", f"state of {owner.name}")
+        for declared in self._known:
+            enum = declared.enum(chain[0])
+            yield from self._values(enum)
+
+    def _parts(self, path: list[str]) -> Iterator[Candidate]:
+        """The properties of what comes in."""
+        type_ = self._incoming()
+        for part in path:
+            if part == "[]":
+                type_ = type_.element if isinstance(type_, ArrayType) else None
+            else:
+                type_ = type_.property(part) if isinstance(type_, ObjectType) else None
+        if isinstance(type_, ObjectType):
+            for name, inner in type_.properties:
+                yield Candidate(name, "property", str(inner), rank=0)
+
+
+def keywords(words: Iterable[str], rank: int = 1) -> Iterator[Candidate]:
+    return (Candidate(word, "keyword", rank=rank) for word in words)
+
+
+def ends_operand(word: str) -> bool:
+    """Could an expression end with this word?"""
+    return (word[-1:].isalnum() or word[-1:] in ("_", ")", "]", "}", '"', "'")) and word not in (
+        "and", "or", "needs", "disables", "never", "always", "if", "do", "goto", "with",
+    )  # fmt: skip
+
+
+def _chain(words: tuple[str, ...]) -> list[str]:
+    """The names before the last dot, ``[]`` for an index: ``value.a[0].`` gives value, a, []."""
+    found: list[str] = []
+    place = len(words) - 2
+    while place >= 0:
+        if words[place] == "]" and place >= 2:
+            found.append("[]")
+            place -= 3
+            continue
+        found.append(words[place].lstrip("^"))
+        if place == 0 or words[place - 1] != ".":
+            break
+        place -= 2
+    return found[::-1]
