@@ -142,7 +142,7 @@ def _generate(args: Arguments) -> int:
     result = pipeline.generate(
         args.model,
         _options(args),
-        pipeline.Output(args.target, args.output, args.package, args.force, args.config),
+        pipeline.Output(args.target, args.output, args.package, args.force, args.config, args.mode),
     )
     _report(result.diagnostics)
     print(report.generated_text(result), end="")
@@ -325,6 +325,12 @@ def _verify_arguments(parser: argparse.ArgumentParser) -> None:
 def _generate_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
     parser.add_argument("--target", choices=["ros1", "ros2"], default="ros1")
+    parser.add_argument(
+        "--mode",
+        choices=["controller", "supervisor"],
+        default="controller",
+        help="a controller, or a supervisor that guards one (default: controller)",
+    )
     parser.add_argument(
         "--output",
         metavar="DIR",

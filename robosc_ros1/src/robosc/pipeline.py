@@ -37,12 +37,14 @@ if TYPE_CHECKING:
     from robosc.synthesis.verify import VerifyReport
 
 __all__ = [
-    "Checked", "Generated", "Loaded", "Options", "Output", "Target", "check", "explore",
+    "Checked", "Generated", "Loaded", "Mode", "Options", "Output", "Target", "check", "explore",
     "export", "generate", "load", "supervise", "synthesize", "verify", "write_text",
 ]  # fmt: skip
 
 
 Target: TypeAlias = Literal["ros1", "ros2"]
+Mode: TypeAlias = Literal["controller", "supervisor"]
+"""A controller of its own, or a guard of one that somebody else wrote."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +72,7 @@ class Output:
     package: str | None = None
     force: bool = False
     config: Path | None = None
+    mode: Mode = "controller"
 
 
 @dataclass(frozen=True, slots=True)
@@ -265,7 +268,7 @@ def generate(
     start = time.perf_counter()
     loaded = load(path, options)
     config = load_config(Path(path), output.config)
-    name = config.package or f"{package_name(loaded.robot.name)}_controller"
+    name = config.package or f"{package_name(loaded.robot.name)}_{output.mode}"
     if output.package is not None:
         name = output.package
     if fault := package_name_fault(name):
@@ -273,20 +276,22 @@ def generate(
     supervisor = synthesize(loaded.robot, progress=options.progress)
     _existing(supervisor, loaded.diagnostics)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
-    package = _emitter(output.target)(supervisor, name, config)
+    package = _emitter(output.target, output.mode)(supervisor, name, config)
     folder = output.folder or config.output.get(output.target) or Path()
     files = write(package, folder, output.force)
     return Generated(output, supervisor, diagnostics, files, time.perf_counter() - start)
 
 
-def _emitter(target: Target) -> Callable[[Supervisor, str, Config], Package]:
-    if target == "ros1":
-        from robosc.emit import ros1
+def _emitter(target: Target, mode: Mode) -> Callable[[Supervisor, str, Config], Package]:
+    from robosc.emit import ros1, ros1_supervisor, ros2, ros2_supervisor
 
-        return ros1.emit
-    from robosc.emit import ros2
-
-    return ros2.emit
+    emitters = {
+        ("ros1", "controller"): ros1.emit,
+        ("ros1", "supervisor"): ros1_supervisor.emit,
+        ("ros2", "controller"): ros2.emit,
+        ("ros2", "supervisor"): ros2_supervisor.emit,
+    }
+    return emitters[target, mode]
 
 
 def _existing(supervisor: Supervisor, warnings: tuple[Diagnostic, ...] = ()) -> Supervisor:

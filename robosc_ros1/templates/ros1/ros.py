@@ -36,7 +36,9 @@ _LOGGERS = {
 
 
 def fill(message, data):
-    """The message with the given fields set, all others as they are."""
+    """The message with the given fields set, all others as they are; or the data, if a message."""
+    if isinstance(data, type(message)):
+        return data
     for name, value in (data or {}).items():
         name = name or only_field(message)
         if not hasattr(message, name):

@@ -130,6 +130,14 @@ class Peer:
             raise TimeoutError(f"there is no service {name}")
         return plain(client.call(fill(class_.Request(), data)))
 
+    def start_call(self, name: str, type: str, data: Any) -> None:
+        """Call a service; its response is told as an event."""
+
+        def call() -> None:
+            self.tell("response", name=name, data=self.call(name, type, data))
+
+        threading.Thread(target=call, daemon=True).start()
+
     def tell_server(self, id: str, **words: Any) -> None:
         """To a service: ``data``. To an action: ``feedback``, or ``end`` with a ``result``."""
         self.waiting[id].put(words)
@@ -146,7 +154,8 @@ class Peer:
         def execute(goal: Any) -> Any:
             number = ids[bytes(goal.goal_id.uuid)] = self.number()
             inbox = self.waiting[number] = queue.SimpleQueue()
-            self.tell("goal", name=name, id=number, data=plain(goal.request))
+            uuid = goal.goal_id.uuid.tobytes().hex()
+            self.tell("goal", name=name, id=number, uuid=uuid, data=plain(goal.request))
             words: dict[str, Any] = {"end": end}
             while not words.get("end"):
                 if "feedback" in words:
@@ -198,6 +207,10 @@ class Peer:
         future = client.send_goal_async(fill(class_.Goal(), data), feedback_callback=heard)
         future.add_done_callback(answered)
         return number
+
+    def goal_ids(self) -> list[str]:
+        """Of the goals sent by this node that were answered."""
+        return [bytes(goal.goal_id.uuid).hex() for goal in self.goals.values()]
 
     def cancel_goal(self, id: str) -> None:
         self.goals[id].cancel_goal_async()

@@ -20,7 +20,7 @@ from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.supervisor import Supervisor
 
-__all__ = ["emit"]
+__all__ = ["emit", "package_context", "spelling"]
 
 ALWAYS_NEEDED = ("diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs")
 
@@ -36,7 +36,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     robot = supervisor.plant.robot
     source = file_of(robot.span)
     controller = controller_context(supervisor, source)
-    context = _context(robot, package, source, controller, config.checked(robot))
+    context = package_context(robot, package, source, controller, config.checked(robot))
     module = f"src/{package}"
     files = {
         "package.xml": File(render("ros1/package.xml.jinja", escaped(context))),
@@ -62,12 +62,12 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
 
 def _readme(supervisor: Supervisor, context: PackageContext) -> str:
     readme: ReadmeContext = readme_context(
-        supervisor, context.package, context.source, context.parameters, _spelling
+        supervisor, context.package, context.source, context.parameters, spelling
     )
     return render("ros1/README.md.jinja", readme)
 
 
-def _context(
+def package_context(
     robot: Robot, package: str, source: str, controller: ControllerContext, config: Config
 ) -> PackageContext:
     communications = robot.communications.values()
@@ -114,7 +114,7 @@ def _type(communication: Communication) -> str:
     return f"{_module(communication)}.{communication.binding.type}"
 
 
-def _spelling(communication: Communication) -> tuple[str, str]:
+def spelling(communication: Communication) -> tuple[str, str]:
     binding = communication.binding
     suffix = "Action" if communication.kind is Kind.ACTION else ""
     return communication.identifier, f"{binding.package}/{binding.type}{suffix}"

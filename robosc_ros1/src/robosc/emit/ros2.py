@@ -26,7 +26,7 @@ from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.supervisor import Supervisor
 
-__all__ = ["emit"]
+__all__ = ["WIRING", "emit", "package_context", "spelling"]
 
 ALWAYS_NEEDED = (
     "action_msgs", "ament_index_python", "diagnostic_msgs", "launch", "launch_ros",
@@ -50,7 +50,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     robot = supervisor.plant.robot
     source = file_of(robot.span)
     controller = controller_context(supervisor, source)
-    context = _context(robot, package, source, controller, config.checked(robot))
+    context = package_context(robot, package, source, controller, config.checked(robot))
     templates = {
         "setup.py": "setup.py",
         "setup.cfg": "setup.cfg",
@@ -60,7 +60,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{package}/node.py": "node.py",
         "test/test_play_robot.py": "test_play_robot.py",
     }
-    readme = readme_context(supervisor, package, source, context.parameters, _spelling)
+    readme = readme_context(supervisor, package, source, context.parameters, spelling)
     files = {
         **{path: File(render(f"ros2/{name}.jinja", context)) for path, name in templates.items()},
         "package.xml": File(render("ros2/package.xml.jinja", escaped(context))),
@@ -76,7 +76,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     return Package(package, frozen_files({**files, **runtime_files(f"{package}/_runtime")}))
 
 
-def _context(
+def package_context(
     robot: Robot, package: str, source: str, controller: ControllerContext, config: Config
 ) -> PackageContext:
     communications = robot.communications.values()
@@ -123,7 +123,7 @@ def _name(communication: Communication) -> str:
     return f"~/{name[1:]}" if name.startswith("~") and not name.startswith("~/") else name
 
 
-def _spelling(communication: Communication) -> tuple[str, str]:
+def spelling(communication: Communication) -> tuple[str, str]:
     return _name(communication), _type(communication).replace(".", "/")
 
 

@@ -6,8 +6,8 @@ other controller wants to do is offered to it; where the supervisor allows it, i
 what the other controller said is passed on untouched, else it is blocked and reported with the
 requirements that forbid it.
 
-A message that was passed is *in effect* until another one passes on its topic, a goal until it ends.
-If what is in effect becomes forbidden, and a stop command is set, that is sent, and the goal
+A message that was passed is *in effect* until another one passes on its topic, a goal until it
+ends. If what is in effect becomes forbidden, and a stop command is set, that is sent, and the goal
 cancelled: nobody else would end a movement that is under way.
 """
 

@@ -1,0 +1,158 @@
+"""What a supervisor needs to know of the messages that it lets pass: which command each one means.
+
+Where one topic carries several commands, a message has only its data to say which it means. A
+command whose provide statements all give constants (a stop: all speeds 0) means just these
+messages, every other field at its default. Of the other commands on the topic, one may mean all the
+rest; if there are more, they must have a field that each of them gives constant values, no value
+twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from robosc.errors import UsageError
+from robosc.ir.expr import evaluate
+from robosc.model.entities import Communication, Data, DataObject, Kind, Robot
+from robosc.model.expr import Binary, Expr, Literal, Unary, walk
+from robosc.model.types import Value
+
+__all__ = ["Recognition", "recognitions"]
+
+Path = tuple[str, ...]
+Constants = Mapping[Path, Value]
+
+
+@dataclass(frozen=True)
+class Recognition:
+    """How messages that mean one command are known.
+
+    ``exact`` are the data of all of them, as the template writes them; ``field`` is the path of a
+    field and the values that it has in them. Neither: whatever means no other command.
+    """
+
+    key: str
+    exact: tuple[Mapping[str, object], ...] = ()
+    field: tuple[Path, tuple[Value, ...]] | None = None
+
+
+@dataclass(frozen=True)
+class _Provided:
+    """The constant fields of one provide statement, and whether all of its fields are."""
+
+    constants: Constants
+    complete: bool
+
+
+def recognitions(robot: Robot) -> dict[tuple[str, str], tuple[Recognition, ...]]:
+    """By topic and type (``package/Type``), in model order.
+
+    Raises:
+        UsageError: messages of one topic cannot be told apart by their data.
+    """
+    topics: dict[tuple[str, str], list[Communication]] = {}
+    for communication in robot.communications.values():
+        if communication.kind is Kind.INCOMING:
+            binding = communication.binding
+            place = (communication.identifier, f"{binding.package}/{binding.type}")
+            topics.setdefault(place, []).append(communication)
+    found: dict[tuple[str, str], tuple[Recognition, ...]] = {}
+    faults: list[str] = []
+    for place, messages in topics.items():
+        if len(messages) == 1:
+            found[place] = (Recognition(messages[0].key),)
+        else:
+            found[place] = tuple(_told_apart(messages, robot, faults))
+    if faults:
+        raise UsageError("\n".join(faults))
+    return found
+
+
+def _told_apart(
+    messages: Sequence[Communication], robot: Robot, faults: list[str]
+) -> Iterator[Recognition]:
+    provided = {m.key: list(_provided(m, robot)) for m in messages}
+    exact = [m for m in messages if provided[m.key] and all(p.complete for p in provided[m.key])]
+    others = [m for m in messages if m not in exact]
+    seen: dict[tuple[tuple[Path, Value], ...], Communication] = {}
+    for message in exact:
+        for part in provided[message.key]:
+            content = tuple(sorted((p, v) for p, v in part.constants.items() if v not in (0, "")))
+            other = seen.setdefault(content, message)
+            if other is not message:
+                faults.append(_fault(message, other, robot, "they can carry the same data"))
+        yield Recognition(message.key, exact=tuple(_nested(p) for p in provided[message.key]))
+    if len(others) == 1:
+        yield Recognition(others[0].key)
+    elif others:
+        yield from _by_field(others, provided, robot, faults)
+
+
+def _by_field(
+    messages: Sequence[Communication],
+    provided: Mapping[str, list[_Provided]],
+    robot: Robot,
+    faults: list[str],
+) -> Iterator[Recognition]:
+    """Messages with changing data, by a field that is constant in all of them."""
+    for path in dict.fromkeys(
+        p for m in messages for part in provided[m.key] for p in part.constants
+    ):
+        values = {m.key: {part.constants.get(path) for part in provided[m.key]} for m in messages}
+        every = [v for found in values.values() for v in found]
+        if None not in every and all(values.values()) and len(set(every)) == len(every):
+            for message in messages:
+                kept = dict.fromkeys(part.constants[path] for part in provided[message.key])
+                yield Recognition(message.key, field=(path, tuple(kept)))
+            return
+    reason = "no field has constant values in the data of each that differ"
+    faults.append(_fault(messages[1], messages[0], robot, reason))
+
+
+def _fault(message: Communication, other: Communication, robot: Robot, reason: str) -> str:
+    names = robot.display_names
+    return (
+        f"{message.span.source.path}:{message.span.line}: a supervisor cannot tell"
+        f" {names[message.key]} from {names[other.key]} on the topic {message.identifier}: {reason}"
+        " (give one of them constant data, a field that tells them apart, or a topic of its own)"
+    )
+
+
+# --- what provide statements say -----------------------------------------------------------------
+
+
+def _provided(message: Communication, robot: Robot) -> Iterator[_Provided]:
+    for provide in robot.provides:
+        if provide.communication == message.key:
+            fields = list(_leaves(provide.data, message))
+            constants = {path: _constant(expr) for path, expr in fields if _is_constant(expr)}
+            yield _Provided(constants, len(constants) == len(fields))
+
+
+def _leaves(data: Data, message: Communication, path: Path = ()) -> Iterator[tuple[Path, Expr]]:
+    if isinstance(data, DataObject):
+        for name, part in data.fields:
+            yield from _leaves(part, message, (*path, name))
+    else:
+        yield path or (message.binding.request_field or "",), data
+
+
+def _is_constant(expr: Expr) -> bool:
+    return all(isinstance(part, Literal | Unary | Binary) for part in walk(expr))
+
+
+def _constant(expr: Expr) -> Value:
+    return evaluate(expr, lambda leaf: None)
+
+
+def _nested(part: _Provided) -> Mapping[str, object]:
+    tree: dict[str, object] = {}
+    for path, value in part.constants.items():
+        inner = tree
+        for name in path[:-1]:
+            below = inner.setdefault(name, {})
+            assert isinstance(below, dict)
+            inner = below
+        inner[path[-1]] = value
+    return tree

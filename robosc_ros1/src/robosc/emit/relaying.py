@@ -1,0 +1,117 @@
+"""What the templates of supervisors see: both sides of each topic, service and action."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from robosc.emit.common import PackageContext, TopicView
+from robosc.emit.config import Config
+from robosc.emit.guarding import Recognition, recognitions
+from robosc.errors import UsageError
+from robosc.model.entities import Robot
+
+__all__ = ["ControllerNode", "RelayContext", "RelayView", "relay_context"]
+
+PREFIX = "supervised"
+"""First part of the names that the guarded controller uses instead of the robot's."""
+
+
+@dataclass(frozen=True)
+class RelayView:
+    """A topic, service or action by its names on both sides; ``commands`` as Python source."""
+
+    robot: str
+    controller: str
+    type: str
+    keys: tuple[str, ...] = ()
+    key: str = ""
+    commands: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ControllerNode:
+    """The node that is guarded, if the launch file is to start it; empty texts: it is not."""
+
+    package: str = ""
+    executable: str = ""
+    name: str = "controller"
+    arguments: str = ""
+
+
+@dataclass(frozen=True)
+class RelayContext(PackageContext):
+    """What all templates of a supervisor see: those of a controller, and both sides."""
+
+    prefix: str
+    controller: ControllerNode
+    inputs: tuple[RelayView, ...]
+    commands: tuple[RelayView, ...]
+    relayed_services: tuple[RelayView, ...]
+    relayed_actions: tuple[RelayView, ...]
+    remaps: tuple[tuple[str, str], ...]
+
+
+_IDLE = ("rate", "order", "seed")
+"""Parameters of commands that a supervisor does not send of its own."""
+
+
+def relay_context(
+    base: PackageContext, robot: Robot, config: Config, action_parts: tuple[str, ...]
+) -> RelayContext:
+    """The context of a supervisor from that of a controller.
+
+    ``action_parts`` are the names below an action's own, which are remapped one by one.
+
+    Raises:
+        UsageError: messages of one topic cannot be told apart by their data, or the configuration's
+            section about the supervisor has a wrong key.
+    """
+    means = {r.key: r for found in recognitions(robot).values() for r in found}
+    known = {f.name: getattr(base, f.name) for f in fields(base)}
+    known["parameters"] = tuple(p for p in base.parameters if p.name not in _IDLE)
+    inputs = tuple(_view(topic) for topic in base.subscriptions)
+    commands = tuple(
+        _view(topic, tuple(_source(means[key]) for key in topic.keys))
+        for topic in base.publications
+    )
+    services = tuple(_view(service) for service in base.services)
+    actions = tuple(_view(action) for action in base.actions)
+    pairs = [(v.robot, v.controller) for v in (*inputs, *commands, *services)]
+    pairs += [(v.robot + part, v.controller + part) for v in actions for part in action_parts]
+    return RelayContext(
+        **known,
+        prefix=PREFIX,
+        controller=_controller(config),
+        inputs=inputs,
+        commands=commands,
+        relayed_services=services,
+        relayed_actions=actions,
+        # A private name is the supervisor's own; the controller's node has no such.
+        remaps=tuple(dict.fromkeys(pair for pair in pairs if not pair[0].startswith("~"))),
+    )
+
+
+def _view(topic: TopicView, commands: tuple[str, ...] = ()) -> RelayView:
+    name = topic.name
+    for start in ("~/", "~", "/"):
+        if name.startswith(start):
+            other = f"{start}{PREFIX}/{name.removeprefix(start)}"
+            break
+    else:
+        other = f"{PREFIX}/{name}"
+    return RelayView(name, other, topic.type, topic.keys, topic.key, commands)
+
+
+def _source(recognition: Recognition) -> str:
+    return f'"{recognition.key}", {recognition.exact!r}, {recognition.field!r}'
+
+
+def _controller(config: Config) -> ControllerNode:
+    known = [f.name for f in fields(ControllerNode)]
+    for name, value in config.supervisor.items():
+        if name not in known or not isinstance(value, str):
+            raise UsageError(
+                f"the section 'supervisor' of the configuration has texts for {', '.join(known)};"
+                f" not {name}: {value!r}"
+            )
+    return ControllerNode(**config.supervisor)

@@ -1,0 +1,56 @@
+"""A ROS 1 package whose node guards a controller that somebody else wrote."""
+
+from __future__ import annotations
+
+from robosc.emit.common import data_module, escaped, model_module
+from robosc.emit.config import DEFAULTS, Config
+from robosc.emit.context import readme_context
+from robosc.emit.controller import controller_context
+from robosc.emit.engine import render, verbatim
+from robosc.emit.naming import file_of
+from robosc.emit.package import File, Package, frozen_files, runtime_files
+from robosc.emit.relaying import relay_context
+from robosc.emit.ros1 import package_context, spelling
+from robosc.supervisor import Supervisor
+
+__all__ = ["emit"]
+
+_ACTION_PARTS = ("/goal", "/cancel", "/status", "/feedback", "/result")
+
+
+def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Package:
+    """The package, ready to be written and built with catkin.
+
+    Raises:
+        UsageError: messages of one topic cannot be told apart by their data, or the configuration
+            does not fit.
+    """
+    robot = supervisor.plant.robot
+    source = file_of(robot.span)
+    controller = controller_context(supervisor, source)
+    base = package_context(robot, package, source, controller, config.checked(robot))
+    context = relay_context(base, robot, config, _ACTION_PARTS)
+    readme = readme_context(supervisor, package, source, context.parameters, spelling)
+    module = f"src/{package}"
+    files = {
+        "package.xml": render("ros1/supervisor_package.xml.jinja", escaped(context)),
+        "CMakeLists.txt": render("ros1/supervisor_CMakeLists.txt.jinja", context),
+        "setup.py": render("ros1/setup.py.jinja", context),
+        f"launch/{package}.launch": render("ros1/supervisor.launch.jinja", escaped(context)),
+        f"config/{package}.yaml": render("ros1/config.yaml.jinja", context),
+        f"{module}/__init__.py": data_module(source, f"Supervisor of {robot.name}."),
+        f"{module}/controller.py": render("common/controller.py.jinja", controller),
+        f"{module}/model.py": model_module(supervisor, source),
+        f"{module}/node.py": render("ros1/supervisor_node.py.jinja", context),
+        f"{module}/ros.py": verbatim("ros1/ros.py"),
+        f"{module}/relay.py": verbatim("ros1/relay.py"),
+        "README.md": render("ros1/supervisor_README.md.jinja", readme),
+    }
+    script = File(render("ros1/script.jinja", context), executable=True)
+    texts = {path: File(text) for path, text in files.items()}
+    return Package(
+        package,
+        frozen_files(
+            {**texts, f"scripts/{package}": script, **runtime_files(f"{module}/_runtime")}
+        ),
+    )

@@ -1,0 +1,51 @@
+"""A ROS 2 package (ament_python) whose node guards a controller that somebody else wrote."""
+
+from __future__ import annotations
+
+from robosc.emit.common import data_module, escaped, model_module
+from robosc.emit.config import DEFAULTS, Config
+from robosc.emit.context import readme_context
+from robosc.emit.controller import controller_context
+from robosc.emit.engine import render, verbatim
+from robosc.emit.naming import file_of
+from robosc.emit.package import File, Package, frozen_files, runtime_files
+from robosc.emit.relaying import relay_context
+from robosc.emit.ros2 import WIRING, package_context, spelling
+from robosc.supervisor import Supervisor
+
+__all__ = ["emit"]
+
+_ACTION_PARTS = tuple(
+    f"/_action/{part}" for part in ("send_goal", "cancel_goal", "get_result", "feedback", "status")
+)
+
+
+def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Package:
+    """The package, ready to be written and built with colcon.
+
+    Raises:
+        UsageError: messages of one topic cannot be told apart by their data, or the configuration
+            does not fit.
+    """
+    robot = supervisor.plant.robot
+    source = file_of(robot.span)
+    controller = controller_context(supervisor, source)
+    base = package_context(robot, package, source, controller, config.checked(robot))
+    context = relay_context(base, robot, config, _ACTION_PARTS)
+    readme = readme_context(supervisor, package, source, context.parameters, spelling)
+    files = {
+        "package.xml": render("ros2/supervisor_package.xml.jinja", escaped(context)),
+        "setup.py": render("ros2/supervisor_setup.py.jinja", context),
+        "setup.cfg": render("ros2/setup.cfg.jinja", context),
+        f"resource/{package}": render("ros2/marker.jinja", context),
+        f"launch/{package}.launch.py": render("ros2/supervisor.launch.py.jinja", context),
+        f"config/{package}.yaml": render("ros2/config.yaml.jinja", context),
+        f"{package}/__init__.py": data_module(source, f"Supervisor of {robot.name}."),
+        f"{package}/controller.py": render("common/controller.py.jinja", controller),
+        f"{package}/model.py": model_module(supervisor, source),
+        f"{package}/node.py": render("ros2/supervisor_node.py.jinja", context),
+        **{f"{package}/{name}": verbatim(f"ros2/{name}") for name in (*WIRING, "relay.py")},
+        "README.md": render("ros2/supervisor_README.md.jinja", readme),
+    }
+    texts = {path: File(text) for path, text in files.items()}
+    return Package(package, frozen_files({**texts, **runtime_files(f"{package}/_runtime")}))

@@ -1,0 +1,182 @@
+"""A generated supervisor on real rclpy, between a robot and a controller that the test plays."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from ros2.ros2_support import Graph, Peer, Process
+
+Start = Callable[..., Process]
+NODE = "guarded_arm_supervisor"
+READING = "robosc_testing/msg/Reading"
+SWITCH = "std_srvs/srv/SetBool"
+MOVE = "robosc_testing/action/Move"
+NEAR = {"valid": True, "distance": 0.5, "vector": [1.5, 0.0, 0.0]}
+FAR = {"valid": True, "distance": 3.0}
+
+
+@pytest.fixture
+def robot(graph: Graph) -> Peer:
+    peer = graph.peer("robot")
+    peer.watch(NODE)
+    peer.subscribe("beacon", "std_msgs/msg/Empty")
+    peer.subscribe("speed", "std_msgs/msg/Float32")
+    peer.serve("door/lock", SWITCH)
+    peer.act("reach", MOVE)
+    return peer
+
+
+@pytest.fixture
+def other(graph: Graph) -> Peer:
+    """The controller that somebody else wrote, its names remapped."""
+    peer = graph.peer("other")
+    peer.subscribe("supervised/person", READING)
+    peer.subscribe(f"{NODE}/blocked", "std_msgs/msg/String")
+    return peer
+
+
+def blocked(other: Peer) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads(
+        other.expect("message", name=f"{NODE}/blocked")["data"]["data"]
+    )
+    return document
+
+
+def reasons(document: dict[str, Any]) -> list[str]:
+    return [reason["text"] for reason in document["blocked_by"]]
+
+
+def allow_reaching(robot: Peer, other: Peer) -> None:
+    """Have the operator want it, and the door locked."""
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    robot.expect_state(NODE, lambda s: s["variables"]["Operator.wanted"])
+    call = {"name": "supervised/door/lock", "type": SWITCH, "data": {"data": True}}
+    other.order("start_call", **call)
+    request = robot.expect("request", name="door/lock")
+    robot.order("tell_server", id=request["id"], data={"success": True, "message": "m"})
+    assert other.expect("response")["data"] == {"success": True, "message": "m"}
+    robot.expect_state(NODE, lambda s: s["components"]["Door"] == "locked")
+
+
+def goal(robot: Peer, other: Peer, target: float = 7.0) -> dict[str, Any]:
+    other.order("send_goal", name="supervised/reach", type=MOVE, data={"target": target})
+    assert other.expect("answer", name="supervised/reach")["accepted"]
+    return robot.expect("goal", name="reach")
+
+
+def test_inputs_go_through_to_the_controller(robot: Peer, other: Peer, controller: Start) -> None:
+    controller(NODE)
+    robot.publish("person", READING, NEAR)
+    data = other.expect("message", name="supervised/person")["data"]
+    assert (data["distance"], data["vector"]) == (0.5, [1.5, 0.0, 0.0])
+    robot.expect_state(NODE, lambda s: s["variables"]["Person.where"] == "near")
+
+
+def test_what_is_allowed_passes_with_its_own_data(
+    robot: Peer, other: Peer, controller: Start
+) -> None:
+    controller(NODE)
+    other.publish("supervised/speed", "std_msgs/msg/Float32", {"data": 12.5})
+    assert robot.expect("message", name="speed")["data"] == {"data": 12.5}
+
+
+def test_what_is_forbidden_is_blocked_and_reported(
+    robot: Peer, other: Peer, controller: Start
+) -> None:
+    controller(NODE)
+    other.publish("supervised/beacon", "std_msgs/msg/Empty")
+    told = blocked(other)
+    assert told["event"] == {"kind": "request", "name": "warn", "value": None}
+    assert reasons(told) == ["requirement warn needs Person.where = near"]
+    robot.publish("person", READING, NEAR)
+    robot.expect_state(NODE, lambda s: s["variables"]["Person.where"] == "near")
+    other.publish("supervised/beacon", "std_msgs/msg/Empty")
+    robot.expect("message", name="beacon")
+    assert robot.events("message", name="beacon") == []
+
+
+def test_a_call_that_is_blocked_is_answered_with_defaults(
+    robot: Peer, other: Peer, controller: Start
+) -> None:
+    controller(NODE)
+    reply = other.order("call", name="supervised/door/lock", type=SWITCH, data={"data": True})
+    assert reply == {"success": False, "message": ""}
+    assert reasons(blocked(other)) == ["requirement lock needs Operator.wanted"]
+    assert robot.events("request") == []
+
+
+def test_a_goal_passes_with_its_id_and_what_comes_of_it(
+    robot: Peer, other: Peer, controller: Start
+) -> None:
+    controller(NODE)
+    allow_reaching(robot, other)
+    sent = goal(robot, other)
+    assert sent["data"] == {"target": 7.0}
+    assert sent["uuid"] == other.order("goal_ids")[-1]
+    robot.order("tell_server", id=sent["id"], feedback={"progress": 0.5})
+    assert other.expect("feedback", name="supervised/reach")["data"] == {"progress": 0.5}
+    robot.expect_state(NODE, lambda s: s["variables"]["Arm.progress"] == 0.5)
+    robot.order("tell_server", id=sent["id"], end="succeed", result={"code": 0, "reached": 6.5})
+    result = other.expect("result", name="supervised/reach")
+    assert (result["status"], result["data"]) == (4, {"code": 0, "reached": 6.5})
+    robot.expect_state(NODE, lambda s: s["components"]["Arm"] == "resting")
+
+
+def test_an_abort_of_the_robot_is_one_for_the_controller(
+    robot: Peer, other: Peer, controller: Start
+) -> None:
+    controller(NODE)
+    allow_reaching(robot, other)
+    sent = goal(robot, other)
+    robot.order("tell_server", id=sent["id"], end="abort", result={"code": 9})
+    result = other.expect("result", name="supervised/reach")
+    assert (result["status"], result["data"]["code"]) == (6, 9)
+    robot.expect_state(NODE, lambda s: s["counters"]["errors"] == 1)
+
+
+def test_a_goal_that_is_blocked_is_rejected(robot: Peer, other: Peer, controller: Start) -> None:
+    controller(NODE)
+    other.order("send_goal", name="supervised/reach", type=MOVE, data={"target": 1.0})
+    assert not other.expect("answer", name="supervised/reach")["accepted"]
+    assert "requirement reach needs Door.locked" in reasons(blocked(other))
+    assert robot.events("goal") == []
+
+
+def test_a_cancel_of_the_controller_reaches_the_robot(
+    robot: Peer, other: Peer, controller: Start
+) -> None:
+    controller(NODE)
+    allow_reaching(robot, other)
+    sent = goal(robot, other)
+    other.order("cancel_goal", id="1")
+    robot.expect("cancel", name="reach")
+    robot.order("tell_server", id=sent["id"], end="canceled")
+    assert other.expect("result", name="supervised/reach")["status"] == 5
+    robot.expect_state(NODE, lambda s: s["components"]["Arm"] == "resting")
+
+
+def test_what_becomes_forbidden_is_ended_if_a_stop_command_is_set(
+    robot: Peer, other: Peer, controller: Start
+) -> None:
+    controller(NODE, stop_command="speed")
+    allow_reaching(robot, other)
+    sent = goal(robot, other)
+    robot.publish("person", READING, NEAR)
+    robot.expect("cancel", name="reach")
+    robot.order("tell_server", id=sent["id"], end="canceled")
+    # The controller did not ask for it: to it, the goal was aborted.
+    assert other.expect("result", name="supervised/reach")["status"] == 6
+
+
+def test_a_goal_whose_server_is_absent_comes_to_nothing(
+    graph: Graph, robot: Peer, other: Peer, controller: Start
+) -> None:
+    robot.order("withdraw", name="reach")
+    controller(NODE, timeout__reach=0.5)
+    allow_reaching(robot, other)
+    other.order("send_goal", name="supervised/reach", type=MOVE, data={})
+    assert other.expect("result", name="supervised/reach")["status"] == 6
+    robot.expect_state(NODE, lambda s: s["components"]["Arm"] == "resting")
