@@ -95,3 +95,18 @@ LARGE = (
     + "}\n"
 )
 """4^4 states: small for synthesis, and more than a low limit."""
+
+WIDE = """\
+robot Wide {
+    component Meter {
+        outgoing message level with type: integer(RANGE)
+        incoming message go with type: none
+        behaviour {
+            variable last: integer(RANGE)
+            initial marked state on { on response from level do last := value }
+        }
+    }
+    requirement go needs Meter.last > 5
+}
+"""
+"""Takes what comes in, whatever RANGE is."""

@@ -121,6 +121,21 @@ def test_too_many_states_for_the_limits(robosc: Robosc, model: Callable[[str], s
     assert done.stdout == ""
 
 
+@pytest.mark.parametrize(
+    "values", ["0..100000", "0..2147483647", "-9223372036854775808..9223372036854775807"]
+)
+def test_ranges_that_nobody_can_enumerate(
+    values: str, robosc: Robosc, model: Callable[[str], str]
+) -> None:
+    name = model(models.WIDE.replace("RANGE", values))
+    done = robosc("check", name)
+    assert code(done) == 0
+    assert "checked without synthesis" in done.stderr
+    done = robosc("synthesize", "--engine", "dense", name)
+    assert code(done) == 4
+    assert "convert" in done.stderr
+
+
 def test_worst_of_several_files_counts(robosc: Robosc, tmp_path: Path) -> None:
     (tmp_path / "good.rscd").write_text(models.GOOD, encoding="utf-8")
     (tmp_path / "bad.rscd").write_text(models.WITH_ERRORS, encoding="utf-8")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from robosc.errors import StateSpaceError
 from robosc.ir.automaton import (
     Axis,
     AxisKind,
@@ -28,11 +29,13 @@ from robosc.model.entities import (
     Tau,
 )
 from robosc.model.expr import TRUE, Expr, ValueRef, walk
-from robosc.model.types import domain
+from robosc.model.types import Type, Value, domain
 
 __all__ = ["lower"]
 
 _IDLE, _BUSY = 0, 1
+_MOST_VALUES = 2**20
+"""Of one variable or of one part of an event's value."""
 
 EVENTS_OF: dict[Kind, tuple[EventKind, ...]] = {
     Kind.OUTGOING: (EventKind.RESPONSE,),
@@ -57,7 +60,11 @@ _PHASES = {
 
 
 def lower(robot: Robot) -> Plant:
-    """The plant of a model without errors."""
+    """The plant of a model without errors.
+
+    Raises:
+        StateSpaceError: a range is so large that it could not even be written down.
+    """
     context = _Context.of(robot)
     events = tuple(
         event for component in robot.components for event in context.events_of(component)
@@ -83,7 +90,7 @@ def _axes(robot: Robot) -> Iterator[Axis]:
                 frozenset(i for i, s in enumerate(states) if s.marked),
             )
             for variable in behaviour.variables:
-                values = domain(variable.type) if variable.in_state else None
+                values = _values(variable.type, variable.key) if variable.in_state else None
                 if values is not None:
                     yield Axis(
                         AxisKind.VARIABLE, variable.key, values, values.index(variable.initial)
@@ -248,8 +255,18 @@ def _parameters(participants: Iterable[Participant]) -> tuple[Parameter, ...]:
 
 
 def _parameter(reference: ValueRef) -> Parameter:
-    values = domain(reference.type)
+    values = _values(reference.type, "a value that comes in")
     assert values is not None, "a value of an infinite type takes part in synthesis"
     if any(isinstance(part, int) for part in reference.path):
         return Parameter(reference.path, reference.type, (*values, None))
     return Parameter(reference.path, reference.type, values)
+
+
+def _values(type_: Type, what: str) -> Sequence[Value] | None:
+    values = domain(type_)
+    if isinstance(values, range) and values.stop - values.start > _MOST_VALUES:
+        raise StateSpaceError(
+            f"{what}, {type_}, takes more than {_MOST_VALUES} values:"
+            " narrow its range, or convert it by an enum"
+        )
+    return values

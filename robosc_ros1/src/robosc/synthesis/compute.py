@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from functools import partial
+from math import prod
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
-from robosc.model.expr import FALSE, TRUE
+from robosc.model.expr import FALSE, TRUE, ValueRef, walk
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd_diagrams import available, install_hint
 from robosc.synthesis.conclude import Sizes, conclude
@@ -23,6 +24,7 @@ from robosc.synthesis.words import count
 __all__ = ["DEFAULT_MAX_STATES", "synthesize"]
 
 DEFAULT_MAX_STATES = 2**28
+_MOST_PAIRS = 2**24  # each takes some 40 bytes
 _SMALL = 2**12
 """Products up to this size are not worth looking for dependent axes."""
 
@@ -44,6 +46,10 @@ def synthesize(
     """
     if engine == "bdd":
         return _symbolic(plant, progress)
+    if crowded := _crowded(plant):
+        if engine == "auto" and available():
+            return _symbolic(plant, progress)
+        raise StateSpaceError(f"{crowded}: narrow their ranges, or convert them by an enum")
     start = time.perf_counter()
     compiler = Compiler(plant)
     moves = [compiler.event(event) for event in plant.events]
@@ -94,6 +100,20 @@ def _measure(
         )
         guards.append(make_guard(plant, step.event, facts))
     return tuple(guards), transitions
+
+
+def _crowded(plant: Plant) -> str | None:
+    """Which assignment has too many pairs of incoming and stored values for the dense engine."""
+    for event in plant.events:
+        values = {parameter.path: len(parameter.values) for parameter in event.parameters}
+        for participant in event.participants:
+            for axis, expr in {u for edge in participant.edges for u in edge.updates}:
+                read = {node.path for node in walk(expr) if isinstance(node, ValueRef)}
+                taken = prod(values[path] for path in read)
+                if taken * plant.axes[axis].size > _MOST_PAIRS:
+                    name, size = plant.axes[axis].name, plant.axes[axis].size
+                    return f"{event.name} brings {taken} values for the {size} of {name}"
+    return None
 
 
 def _nothing(plant: Plant) -> tuple[Guard, ...]:

@@ -381,11 +381,16 @@ def _rectangles(images: dict[int, set[int]]) -> Writes:
 
 
 def _union(writes: Iterable[Writes]) -> Writes:
-    images: dict[int, set[int]] = {}
+    together: dict[tuple[int, ...], set[int]] = {}
     for one in writes:
         for old, new in one:
-            for value in old:
-                images.setdefault(value, set()).update(new)
+            together.setdefault(old, set()).update(new)
+    if len(together) == 1:  # as a rule, an assignment of what came in: too many pairs to list
+        return tuple((old, tuple(sorted(new))) for old, new in together.items())
+    images: dict[int, set[int]] = {}
+    for old, after in together.items():
+        for value in old:
+            images.setdefault(value, set()).update(after)
     return _rectangles(images)
 
 
