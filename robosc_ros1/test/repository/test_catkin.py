@@ -74,6 +74,12 @@ def test_install_space_needs_no_checkout(installed: Workspace) -> None:
     assert done.stdout.startswith(str(installed.folder / "install"))
 
 
+def test_the_page_of_view_is_found(installed: Workspace, space: str) -> None:
+    program = "from robosc.view.server import PAGE; print(*sorted(p.name for p in PAGE.iterdir()))"
+    done = installed.run("/usr/bin/python3", "-c", program, space=space)
+    assert done.stdout.split() == ["index.html", "view.css", "view.js"]
+
+
 def test_message_definitions_of_the_workspace_are_found(example_workspace: Workspace) -> None:
     """A model whose service's request has a field that the definition lacks is wrong."""
     model = example_workspace.folder / "typo.rscd"

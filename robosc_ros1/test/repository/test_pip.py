@@ -55,6 +55,15 @@ def test_generate_finds_its_templates(command: Path, tmp_path: Path) -> None:
     assert (tmp_path / "line_follower_controller" / "package.xml").is_file()
 
 
+def test_the_page_of_view_is_installed(command: Path, tmp_path: Path) -> None:
+    program = "from robosc.view.server import PAGE; print(*sorted(p.name for p in PAGE.iterdir()))"
+    done = subprocess.run(
+        [command.with_name("python"), "-c", program],
+        cwd=tmp_path, capture_output=True, text=True, env={},
+    )  # fmt: skip
+    assert done.stdout.split() == ["index.html", "view.css", "view.js"]
+
+
 def test_version_is_that_of_the_package() -> None:
     text = (REPOSITORY / "package.xml").read_text(encoding="utf-8")
     assert f"<version>{__version__}</version>" in text

@@ -58,7 +58,10 @@ def test_another_run_forgets_events_that_were_not_told_yet() -> None:
 def test_many_watch_one_hub() -> None:
     hub = Hub()
     with serving(hub) as server:
+        hub.put("ready", "true")
         watchers = [Watcher(server) for _ in range(12)]
+        for watcher in watchers:  # who comes late is not told of all events
+            watcher.until(lambda w: "ready" in w.seen)
         for n in range(500):
             hub.put("state", f'{{"number":{n}}}')
             hub.add([str(n)])

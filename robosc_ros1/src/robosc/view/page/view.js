@@ -672,7 +672,7 @@ const page = {
   hello: null, model: null, state: null, status: null,
   cards: new Map(), rows: new Map(),
   followed: {}, // component to the state that the events led to so far
-  events: [], fresh: [], number: 0, time: 0,
+  events: [], fresh: [], number: 0, time: 0, run: 0, later: null,
   rates: new Rates(),
   held: false, waiting: false, redrawList: true,
   choices: [],
@@ -696,7 +696,7 @@ function receive(news) {
   for (const document of news.events ?? []) note(document);
   if (news.state) {
     page.state = news.state;
-    for (const document of news.state.latest ?? []) note(document);
+    noteLater(news.state.latest ?? []);
   }
   schedule();
 }
@@ -717,7 +717,22 @@ function note(document) {
   if (page.fresh.length > KEPT) page.fresh.splice(0, page.fresh.length - KEPT);
 }
 
+/**
+ * A state repeats the last events, for where they are not told by themselves. Where they are, they
+ * may come after it: wait a little, and take from the state only what did not come.
+ */
+function noteLater(latest) {
+  if (page.later || !(latest.at(-1)?.time > page.time)) return;
+  const run = page.run;
+  page.later = setTimeout(() => {
+    page.later = null;
+    if (run === page.run) latest.forEach(note);
+    schedule();
+  }, 500);
+}
+
 function forget() {
+  page.run++;
   Object.assign(page, { events: [], fresh: [], number: 0, time: 0, followed: {}, redrawList: true });
   page.rates.clear();
   for (const row of page.rows.values()) row.forget();
