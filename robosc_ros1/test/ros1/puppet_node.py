@@ -41,6 +41,10 @@ def filled(message, fields):
     return message
 
 
+def type_of_goal(client):
+    return type(client.ActionSpec().action_goal.goal)()
+
+
 class Service:
     """Answers as its ``mode`` says: "answer", "fail", "throw", "hang", "die"."""
 
@@ -79,7 +83,8 @@ class Action:
         self.server.start()
 
     def on_goal(self, handle):
-        tell(asked=self.name, message=plain(handle.get_goal()))
+        identity = handle.get_goal_id().id
+        tell(asked=self.name, id=identity, message=plain(handle.get_goal()))
         self.handles.append(handle)
         if self.mode == "reject":
             handle.set_rejected()
@@ -118,6 +123,7 @@ class Puppet:
         self.publishers = {}
         self.servers = {}
         self.subscribers = []
+        self.clients = {}
 
     def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, wait=20.0):
         if topic not in self.publishers:
@@ -168,6 +174,40 @@ class Puppet:
         client.wait_for_server(rospy.Duration(5))
         goal = type(self.servers[name].type().action_goal.goal)()
         self.foreign = [client.send_goal(goal) for _ in range(count)]
+
+    def call(self, name, type, fields):
+        """Call a service; what comes of it is printed."""
+        rospy.wait_for_service(name, 20)
+        proxy = rospy.ServiceProxy(name, roslib.message.get_service_class(type))
+
+        def work():
+            try:
+                tell(answered=name, message=plain(proxy(filled(proxy.request_class(), fields))))
+            except rospy.ServiceException as error:
+                tell(answered=name, failure=str(error))
+
+        threading.Thread(target=work, daemon=True).start()
+
+    def send(self, name, type, fields):
+        """Send a goal; what comes of it is printed."""
+        if name not in self.clients:
+            client = actionlib.ActionClient(name, roslib.message.get_message_class(type))
+            self.clients[name] = client
+        client = self.clients[name]
+        if not client.wait_for_server(rospy.Duration(20)):
+            raise RuntimeError("there is no action " + name)
+
+        def moved(handle):
+            if handle.get_comm_state() == actionlib.CommState.DONE:
+                text = handle.get_goal_status_text()
+                tell(ended=name, status=handle.get_terminal_state(), text=text)
+
+        self.sent = client.send_goal(filled(type_of_goal(client), fields), moved)
+        tell(sent=name, id=self.sent.comm_state_machine.action_goal.goal_id.id)
+
+    def cancel(self):
+        """Cancel the goal that was sent last."""
+        self.sent.cancel()
 
     def clock(self, seconds, to):
         from rosgraph_msgs.msg import Clock

@@ -1,0 +1,190 @@
+"""A generated supervisor between a robot and a controller, on a real roscore.
+
+The test plays both: the robot under its own names, the controller under those that begin with
+``/supervised``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from ros1.stage import Node, Puppet, Stage
+from ros_support import EXAMPLES, Master, Workspace, run_robosc
+
+NODE = "line_follower_supervisor"
+TWIST = "geometry_msgs/Twist"
+FLOAT = "std_msgs/Float32"
+LIGHT = {"type": "robot_common/LightBulbService"}
+GRAB = {"type": "robot_common/GrabberAction"}
+STOP = {"linear": {"x": 0.0}, "angular": {"z": 0.0}}
+
+
+def speed(x: float) -> dict[str, Any]:
+    return {"linear": {"x": x}, "angular": {"z": 0.1}}
+
+
+@pytest.fixture(scope="module")
+def guarded_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
+    """The line follower's supervisor and controller."""
+    workspace = make_workspace()
+    workspace.add(EXAMPLES / "robot_common")
+    model = str(EXAMPLES / "line_follower" / "line_follower.rscd")
+    for mode in ("supervisor", "controller"):
+        where = ("--output", str(workspace.folder / "src"))
+        done = run_robosc(("generate", model, "--mode", mode, *where), workspace.folder, {})
+        assert done.returncode == 0, done.stderr
+    workspace.build()
+    return workspace
+
+
+@pytest.fixture
+def guarded(guarded_workspace: Workspace, shared_master: Master) -> Stage:
+    return Stage(guarded_workspace, shared_master)
+
+
+@pytest.fixture
+def robot(guarded: Stage) -> Iterator[Puppet]:
+    with guarded.puppet() as running:
+        running.do("listen", topic="/vel", type=TWIST)
+        running.do("service", name="/set_light_state", **LIGHT)
+        running.do("action", name="/grab", **GRAB, mode="hold")
+        yield running
+
+
+@pytest.fixture
+def other(guarded: Stage) -> Iterator[Puppet]:
+    with guarded.puppet() as running:
+        running.do("listen", topic=f"/{NODE}/blocked", type="std_msgs/String")
+        running.do("listen", topic="/supervised/distance", type=FLOAT)
+        yield running
+
+
+def blocked(other: Puppet, since: int) -> str:
+    """What the report about a blocked command says."""
+    return str(other.hears(f"/{NODE}/blocked", since=since)["data"])
+
+
+def vel(other: Puppet, fields: dict[str, Any]) -> None:
+    other.do("publish", topic="/supervised/vel", type=TWIST, fields=fields)
+
+
+def test_messages_pass_with_their_own_data_or_are_blocked(
+    guarded: Stage, robot: Puppet, other: Puppet
+) -> None:
+    with guarded.controller(other, NODE) as node:
+        vel(other, speed(0.3))
+        assert "requirement move needs DistanceSensor.current = free" in blocked(other, 0)
+        # More than once: a publisher does not wait for its subscribers.
+        robot.publish("/distance", FLOAT, 2.0, times=20, rate=20.0)
+        other.hears("/supervised/distance", lambda m: m["data"] == 2.0)
+        node.shows(lambda s: s["variables"]["DistanceSensor.current"] == "free")
+        vel(other, speed(0.3))
+        passed = robot.hears("/vel")
+        assert (passed["linear"]["x"], passed["angular"]["z"]) == (0.3, 0.1)
+        # Nothing forbids to drive now, so there is no need to stop.
+        mark = other.mark
+        vel(other, STOP)
+        assert '"name": "stop"' in blocked(other, mark)
+        assert len(robot.all_heard("/vel")) == 1
+
+
+def test_a_message_in_effect_is_stopped_when_it_becomes_forbidden(
+    guarded: Stage, robot: Puppet, other: Puppet
+) -> None:
+    with guarded.controller(other, NODE, stop_command="stop") as node:
+        robot.publish("/distance", FLOAT, 2.0)
+        node.shows(lambda s: s["variables"]["DistanceSensor.current"] == "free")
+        vel(other, speed(0.3))
+        robot.hears("/vel", lambda m: m["linear"]["x"] == 0.3)
+        robot.publish("/distance", FLOAT, 0.1)
+        robot.hears("/vel", lambda m: m["linear"]["x"] == 0.0)
+
+
+def test_calls_pass_or_fail_with_the_reason(guarded: Stage, robot: Puppet, other: Puppet) -> None:
+    with guarded.controller(other, NODE) as node:
+        light = {"name": "/supervised/set_light_state", **LIGHT}
+        other.do("call", **light, fields={"state": True})
+        asked = robot.wait(lambda line: line.get("asked") == "/set_light_state", "the call")
+        assert asked["message"] == {"state": True}
+        other.wait(lambda line: line.get("answered") and "message" in line, "the response")
+        node.enters("LightBulb", "known")
+        other.do("call", **light, fields={"state": True})
+        failed = other.wait(lambda line: line.get("failure"), "the failure")["failure"]
+        assert "blocked: requirement set_light_state needs" in failed
+
+
+def test_goals_pass_with_their_ids_and_what_comes_of_them(
+    guarded: Stage, robot: Puppet, other: Puppet
+) -> None:
+    with guarded.controller(other, NODE) as node:
+        ready_to_grab(node, robot, other)
+        other.do("send", name="/supervised/grab", **GRAB, fields={})
+        asked = robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
+        assert asked["id"] == other.wait(lambda line: line.get("sent"), "the id")["id"]
+        node.enters("ObstacleGrabber", "grabbing")
+        robot.do("finish", name="/grab", mode="succeed")
+        assert other.wait(lambda line: line.get("ended"), "the result")["status"] == 3
+        node.enters("ObstacleGrabber", "looking")
+
+
+def ready_to_grab(node: Node, robot: Puppet, other: Puppet) -> None:
+    robot.publish("/distance", FLOAT, 0.1)
+    node.enters("DistanceSensor", "sensing")
+    vel(other, STOP)
+    robot.hears("/vel")
+
+
+def test_a_goal_that_is_blocked_is_rejected(guarded: Stage, robot: Puppet, other: Puppet) -> None:
+    with guarded.controller(other, NODE):
+        other.do("send", name="/supervised/grab", **GRAB, fields={})
+        ended = other.wait(lambda line: line.get("ended"), "the end")
+        assert ended["status"] == 5
+        assert ended["text"].startswith("blocked: requirement grab needs")
+        assert not [line for line in robot.lines if line.get("asked") == "/grab"]
+
+
+@pytest.mark.parametrize("end", ["abort", "preempt"])
+def test_other_ends_of_a_goal_reach_the_controller(
+    guarded: Stage, robot: Puppet, other: Puppet, end: str
+) -> None:
+    with guarded.controller(other, NODE) as node:
+        ready_to_grab(node, robot, other)
+        other.do("send", name="/supervised/grab", **GRAB, fields={})
+        node.enters("ObstacleGrabber", "grabbing")
+        robot.do("finish", name="/grab", mode=end)
+        ended = other.wait(lambda line: line.get("ended"), "the result")
+        assert ended["status"] == {"abort": 4, "preempt": 2}[end]
+        node.shows(lambda s: s["counters"]["errors"] == 1)
+
+
+def test_a_cancel_of_the_controller_reaches_the_robot(
+    guarded: Stage, robot: Puppet, other: Puppet
+) -> None:
+    with guarded.controller(other, NODE) as node:
+        ready_to_grab(node, robot, other)
+        other.do("send", name="/supervised/grab", **GRAB, fields={})
+        node.enters("ObstacleGrabber", "grabbing")
+        other.do("cancel")
+        robot.wait(lambda line: line.get("cancelled"), "the cancel")
+        assert other.wait(lambda line: line.get("ended"), "the end")["status"] == 2
+        node.enters("ObstacleGrabber", "looking")
+
+
+def test_the_launch_file_starts_both_with_the_right_names(
+    guarded: Stage, robot: Puppet, other: Puppet
+) -> None:
+    other.do("listen", topic=f"/{NODE}/state", type="std_msgs/String")
+    package = "line_follower_controller"
+    with guarded.workspace.start(
+        "roslaunch", NODE, f"{NODE}.launch", "stop_command:=stop",
+        f"controller_package:={package}", f"controller_executable:={package}",
+        master=guarded.master,
+    ):  # fmt: skip
+        # The controller switches the light, stops, and grabs what stands there; all of it passes.
+        robot.wait(lambda line: line.get("asked") == "/set_light_state", "the call")
+        robot.publish("/distance", FLOAT, 0.1)
+        robot.hears("/vel", lambda m: m["linear"]["x"] == 0.0)
+        robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
+        other.hears(f"/{NODE}/state", lambda s: s["components"]["ObstacleGrabber"] == "grabbing")
