@@ -722,13 +722,29 @@ function note(document) {
  * may come after it: wait a little, and take from the state only what did not come.
  */
 function noteLater(latest) {
-  if (page.later || !(latest.at(-1)?.time > page.time)) return;
+  const first = page.events[0]?.number ?? Infinity;
+  if (page.later || !latest.some((d) => d.number < first || d.number > page.number)) return;
   const run = page.run;
   page.later = setTimeout(() => {
     page.later = null;
-    if (run === page.run) latest.forEach(note);
+    if (run === page.run) {
+      putBefore(latest.filter((d) => d.number < page.events[0]?.number && d.time <= page.events[0].time));
+      latest.forEach(note);
+    }
     schedule();
   }, 500);
+}
+
+/** Events from before the page began to listen. */
+function putBefore(documents) {
+  if (!documents.length) return;
+  page.events.unshift(...documents);
+  page.redrawList = true;
+  for (const document of documents) {
+    const row = page.rows.get(eventName(document.event));
+    if (row && !row.last && document.outcome === "applied") row.send(document.event.value);
+    page.rates.add(document);
+  }
 }
 
 function forget() {
