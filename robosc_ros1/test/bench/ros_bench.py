@@ -1,4 +1,4 @@
-"""The generated controller on a real roscore: latency beside a bare relay, and a flood of messages.
+"""Generated nodes on a real roscore: latency beside a bare relay, and a flood of messages.
 
 ``PYTHONPATH=robosc_ros1/src:robosc_ros1/test python3 robosc_ros1/test/bench/ros_bench.py``, or
 ``./dev bench ros``. Needs ROS 1; builds the package of ``golden/models/probe.rscd`` first.
@@ -15,9 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import ros_support
-from emit.golden_packages import GOLDEN, package_of
+from emit.golden_packages import GOLDEN, model_path, package_of
 from ros_support import PYTHON, Master, Workspace
 
+from robosc import pipeline
+from robosc.emit import ros1_supervisor
 from robosc.emit.writer import write
 
 __all__ = ["main"]
@@ -42,13 +44,16 @@ def main(arguments: list[str] | None = None) -> int:
         (Path(folder) / "master").mkdir()
         with ros_support.master(Path(folder) / "master") as master:
             result, memory = run(workspace, master, args)
-    return report(result, memory)
+            guarded = run_guard(workspace, master, args.samples)
+    return report(result, memory) | report_guard(guarded)
 
 
 def built_workspace(folder: Path) -> Workspace:
     workspace = Workspace(folder)
     workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
     write(package_of("probe"), folder / "src")
+    supervisor = pipeline.synthesize(pipeline.load(model_path("probe")).robot)
+    write(ros1_supervisor.emit(supervisor, "probe_supervisor"), folder / "src")
     workspace.build()
     return workspace
 
@@ -75,6 +80,18 @@ def run(
             if len(memory) > args.seconds + args.samples / 50 + 120:
                 process.kill()
         return json.loads(output.read_text(encoding="utf-8")), memory
+
+
+def run_guard(workspace: Workspace, master: Master, samples: int) -> dict[str, Any]:
+    """What guard_node.py found."""
+    node = ("rosrun", "probe_supervisor", "probe_supervisor")
+    relay = (str(PYTHON), str(HERE / "relay_node.py"))
+    output = workspace.folder / "guard.json"
+    probe = (str(PYTHON), str(HERE / "guard_node.py"), str(samples), str(output))
+    with workspace.start(*node, master=master), workspace.start(*relay, master=master):
+        workspace.run(*probe, master=master)
+    found: dict[str, Any] = json.loads(output.read_text(encoding="utf-8"))
+    return found
 
 
 def resident(pid: int) -> int:
@@ -122,6 +139,22 @@ def report(result: dict[str, Any], memory: list[int]) -> int:
         print(f"  memory {late[0]} kB, at the end {late[-1]} kB")
         failed |= flood["sent"] != flood["received"]
     return int(failed or lost > 0)
+
+
+def report_guard(taken: dict[str, Any]) -> int:
+    """Print what a message costs that passes a supervisor; 1 if a limit is exceeded."""
+    relay, guard = quantiles(taken["relay"]), quantiles(taken["guard"])
+    failed = any(s is None for s in taken["guard"])
+    print(f"latency of {len(taken['relay'])} messages each that pass, in microseconds")
+    for name in relay:
+        ratio = guard[name] / relay[name]
+        limit = LIMITS["median"] if name == "median" else None
+        failed |= limit is not None and ratio > limit
+        print(
+            f"  {name:9} relay {relay[name]:8.0f}   supervisor {guard[name]:8.0f}"
+            f"   ratio {ratio:5.2f}{'' if limit is None else f'  (at most {limit:g})'}"
+        )
+    return int(failed)
 
 
 if __name__ == "__main__":
