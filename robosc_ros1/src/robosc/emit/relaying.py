@@ -71,7 +71,7 @@ def relay_context(
     known["parameters"] = tuple(p for p in base.parameters if p.name not in _IDLE)
     inputs = tuple(_view(topic) for topic in base.subscriptions)
     commands = tuple(
-        _view(topic, tuple(_source(means[key]) for key in topic.keys))
+        _view(topic, tuple(_source(r) for r in _in_order([means[key] for key in topic.keys])))
         for topic in base.publications
     )
     services = tuple(_view(service) for service in base.services)
@@ -100,6 +100,11 @@ def _view(topic: TopicView, commands: tuple[str, ...] = ()) -> RelayView:
     else:
         other = f"{PREFIX}/{name}"
     return RelayView(name, other, topic.type, topic.keys, topic.key, commands)
+
+
+def _in_order(found: list[Recognition]) -> list[Recognition]:
+    """Exact data go before a field: they may have a value of that field, too."""
+    return sorted(found, key=lambda recognition: not recognition.exact)
 
 
 def _source(recognition: Recognition) -> str:

@@ -1,0 +1,85 @@
+"""Which command a message means that several commands may mean, or why that cannot be told."""
+
+from __future__ import annotations
+
+import pytest
+from emit.generated_code import supervisor_of
+
+from robosc.emit.guarding import Recognition, recognitions
+from robosc.emit.ros2_supervisor import emit
+from robosc.errors import UsageError
+
+MODEL = """
+robot Cart {
+    interface twist use Twist from geometry_msgs
+    datatype object Twist { linear: Vector  angular: Vector }
+    datatype object Vector { x: double  z: double }
+    component Sensor {
+        outgoing message speed with type: double
+        behaviour {
+            variable wanted: double
+            initial marked state on { on response from speed do wanted := value }
+        }
+    }
+    component Motor {
+        incoming message drive with identifier: "/vel", type: Twist links twist
+        incoming message turn with identifier: "/vel", type: Twist links twist
+        incoming message stop with identifier: "/vel", type: Twist links twist
+        incoming message horn with type: none
+    }
+    %s
+}
+"""
+VEL = ("/vel", "geometry_msgs/Twist")
+DRIVE = "provide drive with { linear: { x: Sensor.wanted }, angular: { z: 0.0 } }"
+TURN = "provide turn with { linear: { x: Sensor.wanted }, angular: { z: 1.0 } }"
+STOP = "provide stop with { linear: { x: 0.0 }, angular: { z: 0.0 } }"
+
+
+def found(*provides: str) -> dict[tuple[str, str], tuple[Recognition, ...]]:
+    return recognitions(supervisor_of(MODEL % "\n".join(provides)).plant.robot)
+
+
+def test_a_topic_with_one_command_needs_nothing() -> None:
+    assert found(DRIVE, TURN, STOP)["horn", "std_msgs/Empty"] == (Recognition("Motor.horn"),)
+
+
+def test_constant_data_are_known_exactly_and_others_by_a_field() -> None:
+    assert found(DRIVE, TURN, STOP)[VEL] == (
+        Recognition("Motor.stop", exact=({"linear": {"x": 0.0}, "angular": {"z": 0.0}},)),
+        Recognition("Motor.drive", field=(("angular", "z"), (0.0,))),
+        Recognition("Motor.turn", field=(("angular", "z"), (1.0,))),
+    )
+
+
+def test_exact_data_go_first_in_the_node() -> None:
+    """A stop has the field by which driving is known."""
+    files = emit(supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}"), "cart_supervisor").files
+    node = files["cart_supervisor/node.py"].content
+    assert node.index('"Motor.stop"') < node.index('"Motor.drive"')
+
+
+def test_one_command_may_mean_all_the_rest() -> None:
+    turn = "provide turn with { angular: { z: 1.0 } } if Sensor.on provide turn with {}"
+    recognised = {
+        r.key: r for r in found(DRIVE, turn, "provide stop with { linear: { x: -1 } }")[VEL]
+    }
+    assert recognised["Motor.drive"] == Recognition("Motor.drive")
+    assert recognised["Motor.turn"].exact == ({"angular": {"z": 1.0}}, {})
+    assert recognised["Motor.stop"].exact == ({"linear": {"x": -1}},)
+
+
+@pytest.mark.parametrize(
+    ("provides", "fault"),
+    [
+        ([DRIVE, STOP], "cannot tell turn from drive on the topic /vel: no field has constant"),
+        (
+            [DRIVE, "provide turn with { linear: { x: 0 } }", STOP],
+            "cannot tell stop from turn on the topic /vel: they can carry the same data",
+        ),
+    ],
+)
+def test_what_cannot_be_told_apart_is_refused(provides: list[str], fault: str) -> None:
+    with pytest.raises(UsageError, match=fault) as refused:
+        emit(supervisor_of(MODEL % "\n".join(provides)), "cart_supervisor")
+    assert str(refused.value).startswith("model.rscd:")
