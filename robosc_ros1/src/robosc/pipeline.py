@@ -94,6 +94,9 @@ class Loaded:
     diagnostics: tuple[Diagnostic, ...]
 
 
+_MOST_COMMUNICATIONS = 300
+
+
 @dataclass(frozen=True, slots=True)
 class Checked:
     """All that is to be said about a file. ``failure`` is why it cannot become a controller.
@@ -134,8 +137,10 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
     if robot is None:
         failure = ModelError(diagnostics) if has_errors(diagnostics) else None
         return Checked(diagnostics, failure)
+    # The symbolic engine could, but a check is asked for often and must not take a minute.
+    engine = "auto" if len(robot.communications) <= _MOST_COMMUNICATIONS else "dense"
     try:
-        supervisor = synthesize(robot, progress=options.progress)
+        supervisor = synthesize(robot, engine, progress=options.progress)
     except StateSpaceError as error:
         return Checked(diagnostics, incomplete=f"{path}: checked without synthesis: {error}")
     try:

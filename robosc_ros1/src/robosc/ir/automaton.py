@@ -157,6 +157,11 @@ class Plant:
         return {(axis.kind, axis.name): i for i, axis in enumerate(self.axes)}
 
     @cached_property
+    def writes(self) -> tuple[frozenset[int], ...]:
+        """Per event, the axes that it may change."""
+        return tuple(_writes(event) for event in self.events)
+
+    @cached_property
     def initial(self) -> PlantState:
         return tuple(axis.initial for axis in self.axes)
 
@@ -165,3 +170,13 @@ class Plant:
             axis.marked is None or value in axis.marked
             for axis, value in zip(self.axes, state, strict=True)
         )
+
+
+def _writes(event: Event) -> frozenset[int]:
+    axes = set() if event.phase is None else {event.phase.axis}
+    for participant in event.participants:
+        for edge in participant.edges:
+            axes.update(axis for axis, _ in edge.updates)
+            if edge.target != edge.source:
+                axes.add(participant.axis)
+    return frozenset(axes)

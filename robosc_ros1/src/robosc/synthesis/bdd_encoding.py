@@ -207,6 +207,9 @@ class Encoding:
 
     def least(self, states: Set) -> PlantState:
         """The first state of a set that is not empty, in the order of axes and their values."""
+        only = self.pick(states)
+        if states == self.state(only):
+            return only
         state = []
         for axis in range(len(self.plant.axes)):
             for index in range(self._blocks[axis].size):

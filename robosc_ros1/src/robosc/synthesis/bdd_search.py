@@ -85,7 +85,10 @@ class SymbolicSystem:
 
     def _predecessor(self, layer: Set, target: PlantState) -> PlantState:
         after = self.encoding.state(target)
-        for event in self.engine.events:
+        initial = self.plant.initial
+        moved = {axis for axis, value in enumerate(target) if value != initial[axis]}
+        # The last event on a shortest path has most likely done something that shows.
+        for event in sorted(self.engine.events, key=lambda e: e.writes.isdisjoint(moved)):
             before = self.engine.required_preimage(event, after) & layer
             if before != self._false:
                 return self.encoding.least(before)

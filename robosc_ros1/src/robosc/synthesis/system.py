@@ -112,10 +112,12 @@ def steps_of(stepper: Stepper, states: Sequence[PlantState]) -> tuple[Step, ...]
 
 def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> Step:
     plant = stepper.plant
-    for way in stepper.required():
-        for values, target in way.targets(before):
-            if target == after:
-                return make_step(plant, plant.events[way.event], values, before, after)
+    changed = {axis for axis, (old, new) in enumerate(zip(before, after, strict=True)) if old != new}
+    for number, event in enumerate(plant.events):
+        if changed <= plant.writes[number]:
+            for values, target in stepper.ways(number, event.requirement).targets(before):
+                if target == after:
+                    return make_step(plant, event, values, before, after)
     raise AssertionError("the states do not follow each other")
 
 
