@@ -295,9 +295,7 @@ class ActionRelay:
         return rospy.Publisher(topic, type_, queue_size=QUEUE, tcp_nodelay=True)
 
     def _listen(self, topic, type_, heard):
-        self._subscribers.append(
-            rospy.Subscriber(topic, raw_type(type_), heard, tcp_nodelay=True)
-        )
+        self._subscribers.append(rospy.Subscriber(topic, raw_type(type_), heard, tcp_nodelay=True))
 
     def _pass_back(self, part, type_, heard, onward=None):
         """Relay a topic of the robot's server to the controller, and listen to it."""

@@ -69,9 +69,7 @@ class Courier:
             except Exception:  # such as a message that cannot be read
                 if self._ending:
                     return
-                self._node.get_logger().error(
-                    traceback.format_exc(), throttle_duration_sec=1.0
-                )
+                self._node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
 
     def _drain(self):
         while True:

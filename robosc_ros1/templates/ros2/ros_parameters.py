@@ -66,9 +66,7 @@ def quality_parameters(communications):
             Parameter(
                 prefix + "durability", "string", "volatile", "durability" + what, _DURABILITY
             ),
-            Parameter(
-                prefix + "depth", "integer", depth, "length of the queue" + what, minimum=1
-            ),
+            Parameter(prefix + "depth", "integer", depth, "length of the queue" + what, minimum=1),
         ]
     return result
 

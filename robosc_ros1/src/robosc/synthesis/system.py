@@ -112,7 +112,7 @@ def steps_of(stepper: Stepper, states: Sequence[PlantState]) -> tuple[Step, ...]
 
 def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> Step:
     plant = stepper.plant
-    changed = {axis for axis, (old, new) in enumerate(zip(before, after, strict=True)) if old != new}
+    changed = {axis for axis, old in enumerate(before) if after[axis] != old}
     for number, event in enumerate(plant.events):
         if changed <= plant.writes[number]:
             for values, target in stepper.ways(number, event.requirement).targets(before):
