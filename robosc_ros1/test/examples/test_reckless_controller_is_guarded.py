@@ -1,0 +1,64 @@
+"""A reckless controller written by hand breaks the requirements, and none of them when guarded."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from ros_support import EXAMPLES, Master, Workspace, run_robosc
+
+Drive = Callable[[bool], dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
+    """The example with the supervisor that is generated from its model."""
+    workspace = make_workspace()
+    workspace.add(EXAMPLES / "robot_common")
+    workspace.add(EXAMPLES / "line_follower")
+    model = str(EXAMPLES / "line_follower" / "line_follower.rscd")
+    where = ("--mode", "supervisor", "--output", str(workspace.folder / "src"))
+    done = run_robosc(("generate", model, *where), workspace.folder, {})
+    assert done.returncode == 0, done.stderr
+    workspace.build()
+    return workspace
+
+
+@pytest.fixture
+def drive(workspace: Workspace, roscore: Master) -> Drive:
+    """Runs the example; what the observer saw."""
+
+    def run(guarded: bool) -> dict[str, Any]:
+        report = workspace.folder / f"summary-{guarded}.json"
+        arguments = {"guarded": str(guarded).lower(), "speed": 2.0, "seed": 1, "metres": 3.5}
+        arguments |= {"seconds": 60 if guarded else 8, "report": report}
+        done = workspace.run(
+            "roslaunch",
+            "line_follower",
+            "guarded.launch",
+            *(f"{name}:={value}" for name, value in arguments.items()),
+            master=roscore,
+            check=False,
+        )
+        assert report.is_file(), f"{done.stdout}\n{done.stderr}"
+        summary: dict[str, Any] = json.loads(report.read_text(encoding="utf-8"))
+        return summary
+
+    return run
+
+
+def test_guarded_it_breaks_no_requirement_and_gets_on(drive: Drive) -> None:
+    summary = drive(True)
+    assert sum(summary["violations"].values()) == 0, summary["violations"]
+    assert summary["metres"] >= 3.5
+    assert summary["grabs"] >= 1
+    assert summary["light_switches"] >= 3
+
+
+def test_unguarded_it_breaks_many(drive: Drive) -> None:
+    violations = drive(False)["violations"]
+    assert sum(violations.values()) > 20
+    assert violations["grab needs a halted robot"] > 0
+    assert violations["move needs a free way"] > 0
