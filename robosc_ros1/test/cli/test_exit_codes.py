@@ -16,6 +16,8 @@ import models
 import pytest
 from ros_support import SOURCES, Completed
 
+from robosc.synthesis.bdd import available
+
 Robosc = Callable[..., Completed]
 
 VERBS = ("check", "synthesize", "explore", "generate", "verify")
@@ -130,7 +132,9 @@ def test_ranges_that_nobody_can_enumerate(
     name = model(models.WIDE.replace("RANGE", values))
     done = robosc("check", name)
     assert code(done) == 0
-    assert "checked without synthesis" in done.stderr
+    # The symbolic engine, where it is installed, still enumerates the first.
+    enumerable = available() and values == "0..100000"
+    assert ("checked without synthesis" in done.stderr) is not enumerable
     done = robosc("synthesize", "--engine", "dense", name)
     assert code(done) == 4
     assert "convert" in done.stderr
