@@ -424,3 +424,15 @@ def test_the_line_follower_is_sound_without_any_environment(
     assert diagnostics == ()
     assert all(c.binding.found for c in robot.communications.values())
     assert robot.communications["ObstacleGrabber.grab"].binding.type == "Grabber"
+
+
+def test_a_misspelt_package_has_a_nearest_one(tmp_path: Path) -> None:
+    package(tmp_path, "gripper_msgs", msg__M="int8 a\n")
+    text = """robot R {
+        interface link use M from griper_msgs
+        component C { outgoing message m with type: integer links link }
+    }"""
+    source = Source(str(tmp_path / "m.rscd"), text)
+    _, diagnostics = load(source, definitions=around(tmp_path / "m.rscd"))
+    (found,) = (d for d in diagnostics if d.code == "package-not-found")
+    assert found.hint is not None and found.hint.startswith("did you mean 'gripper_msgs'?")

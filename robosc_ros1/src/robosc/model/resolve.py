@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from pathlib import Path
 
 from robosc.errors import Diagnostic, Note, Severity, has_errors, sort_diagnostics
@@ -195,11 +196,14 @@ class _Loader:
             return None
         search = self._finder.find(name, scope.source.path)
         if not search.files:
+            near = get_close_matches(name, self._finder.names(scope.source.path), n=1)
+            meant = f"did you mean '{near[0]}'?\n" if near else ""
+            looked = f"looked in: {listing(search.folders)}\nadd a folder with --library-path"
             report.add(
                 "library-not-found",
                 node.library.span,
                 f"there is no library '{name}'",
-                "looked in: " + listing(search.folders) + "\nadd a folder with --library-path",
+                meant + looked,
             )
             return None
         # What one importer finds, another in another folder may find elsewhere.

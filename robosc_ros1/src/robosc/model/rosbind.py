@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 from robosc.model.datatypes import Universe
 from robosc.model.entities import Binding, Data, DataObject
@@ -192,7 +193,10 @@ class Binder:
             return
         self._warned.add(package)
         message = f"ROS package '{package}' is not found, so its definitions are not checked"
+        near = get_close_matches(package, self._definitions.packages(), n=1, cutoff=0.8)
         advice = install_advice(package)
+        if near:
+            advice = f"did you mean '{near[0]}'? if not, {advice}"
         if missing.reason == "genmsg":
             message = f"the definitions of ROS package '{package}' are not checked"
             advice = "this Python has no genmsg to read them: use the system's, /usr/bin/python3"
