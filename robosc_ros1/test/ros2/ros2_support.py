@@ -212,7 +212,7 @@ def _build_interface(bed: Bed, name: str, package: Path, scratch: Path, stubs: P
     (source / "package.xml").write_text(
         f'<package format="3"><name>{name}</name><version>0.1.0</version>'
         "<description>Interfaces for tests</description>"
-        '<maintainer email="robosc@robosc.dev">robosc</maintainer><license>BSD-3-Clause</license>'
+        '<maintainer email="robosc@example.org">robosc</maintainer><license>BSD-3-Clause</license>'
         "<buildtool_depend>ament_cmake</buildtool_depend>"
         "<member_of_group>rosidl_interface_packages</member_of_group>"
         "<export><build_type>ament_cmake</build_type></export></package>\n"

@@ -43,7 +43,7 @@ class Config:
     output: Mapping[str, Path] = field(default_factory=_empty)
     version: str = "0.1.0"
     maintainer: str = "robosc"
-    email: str = "robosc@robosc.dev"
+    email: str = "robosc@example.org"
     licence: str = "BSD-3-Clause"
     parameters: Mapping[str, Any] = field(default_factory=_empty)
     supervisor: Mapping[str, Any] = field(default_factory=_empty)

@@ -8,7 +8,7 @@ setup(
     version="0.1.0",
     description="Controller of Gauntlet",
     maintainer="robosc",
-    maintainer_email="robosc@robosc.dev",
+    maintainer_email="robosc@example.org",
     license="BSD-3-Clause",
     packages=[PACKAGE, PACKAGE + "._runtime"],
     data_files=[
