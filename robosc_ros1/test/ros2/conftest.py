@@ -24,6 +24,7 @@ from ros_support import run_robosc
 MODELS = {
     HERE / "models" / "guarded_arm.rscd": "guarded_arm",
     REPOSITORY / "examples" / "line_follower" / "line_follower.rscd": "line_follower_controller",
+    REPOSITORY / "examples" / "navigation" / "navigation.rscd": "navigation_controller",
 }
 
 
@@ -73,7 +74,7 @@ def generate(folder: Path, model: Path, *arguments: str) -> None:
 
 @pytest.fixture(scope="session")
 def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
-    """Controllers of two robots and a supervisor, generated and built as a user does it."""
+    """Controllers of three robots and a supervisor, generated and built as a user does it."""
     folder = tmp_path_factory.mktemp("colcon")
     (folder / "src").mkdir()
     for model, package in MODELS.items():

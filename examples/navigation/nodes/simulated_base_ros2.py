@@ -1,0 +1,71 @@
+"""The robot of the example on ROS 2: the action /navigate, and its place on /pose.
+
+Start it with ``python3 simulated_base_ros2.py``. Parameters: speed (simulated seconds per second),
+failures (so many drives get stuck first).
+"""
+
+import contextlib
+import sys
+import time
+from pathlib import Path
+
+import rclpy
+from geometry_msgs.msg import Pose2D
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from robot_common.action import Navigate
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
+
+from navigation_example.base import Base, Drive
+
+STEP = 0.02
+"""Seconds."""
+
+
+class SimulatedBase(Node):
+    def __init__(self):
+        super().__init__("simulated_base")
+        self.speed = self.declare_parameter("speed", 1.0).value
+        self.failures = self.declare_parameter("failures", 0).value
+        self.base = Base()
+        self.pose = self.create_publisher(Pose2D, "/pose", 10)
+        self.server = ActionServer(
+            self,
+            Navigate,
+            "/navigate",
+            self.drive,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            callback_group=ReentrantCallbackGroup(),
+        )
+
+    def drive(self, goal):
+        drive = Drive(self.base, goal.request.x, goal.request.y, self.failures > 0)
+        self.failures -= 1
+        ended = None
+        while ended is None:
+            time.sleep(STEP)
+            if goal.is_cancel_requested:
+                goal.canceled()
+                return Navigate.Result()
+            left, ended = drive.step(STEP * self.speed)
+            self.pose.publish(Pose2D(x=self.base.x, y=self.base.y))
+            goal.publish_feedback(Navigate.Feedback(distance=left))
+        if ended == "arrived":
+            goal.succeed()
+        else:
+            goal.abort()
+        return Navigate.Result(distance=left)
+
+
+def main():
+    rclpy.init()
+    executor = MultiThreadedExecutor(num_threads=4)
+    executor.add_node(SimulatedBase())
+    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+        executor.spin()
+
+
+main()

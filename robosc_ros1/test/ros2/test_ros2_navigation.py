@@ -1,0 +1,55 @@
+"""The navigation example on ROS 2: the simulated base and its generated controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from ros2.ros2_support import REPOSITORY, Graph, Peer, Process
+
+Start = Callable[..., Process]
+NODE = "navigation_controller"
+BASE = REPOSITORY / "examples" / "navigation" / "nodes" / "simulated_base_ros2.py"
+
+
+@pytest.fixture
+def person(graph: Graph, controller: Start) -> Peer:
+    """Clicks, presses the stop, and watches; the first drive of the base gets stuck."""
+    parameters = ("--ros-args", "-p", "speed:=10.0", "-p", "failures:=1")
+    graph.start(graph.bed.python, BASE, *parameters)
+    inputs = ("clicked_point", "emergency_stop")
+    controller(NODE, **{f"qos__{name}__reliability": "reliable" for name in inputs})
+    peer = graph.peer("person")
+    peer.watch(NODE)
+    peer.subscribe("/pose", "geometry_msgs/msg/Pose2D")
+    return peer
+
+
+def click(person: Peer, x: float, y: float) -> None:
+    data = {"point": {"x": x, "y": y}}
+    person.publish("/clicked_point", "geometry_msgs/msg/PointStamped", data)
+
+
+def stop(person: Peer, pressed: bool) -> None:
+    person.publish("/emergency_stop", "std_msgs/msg/Bool", {"data": pressed})
+
+
+def test_it_drives_to_the_click_and_tries_again_after_an_error(person: Peer) -> None:
+    click(person, 3.0, 4.0)
+    person.expect("message", name="/pose", where=lambda d: (d["x"], d["y"]) == (3.0, 4.0))
+    person.expect_state(
+        NODE,
+        lambda s: s["counters"]["errors"] == 1 and s["components"]["Operator"] == "content",
+    )
+
+
+def test_the_emergency_stop_cancels_and_release_goes_on(person: Peer) -> None:
+    click(person, 30.0, 40.0)
+    person.expect_state(NODE, lambda s: s["components"]["Navigator"] == "driving")
+    stop(person, True)
+    state = person.expect_state(NODE, lambda s: s["components"]["Navigator"] == "resting")
+    assert state["components"]["Operator"] == "waiting"
+    click(person, 3.0, 0.0)
+    stop(person, False)
+    person.expect("message", name="/pose", where=lambda d: (d["x"], d["y"]) == (3.0, 0.0))
+    person.expect_state(NODE, lambda s: s["components"]["Operator"] == "content")
