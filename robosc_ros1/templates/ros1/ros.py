@@ -24,6 +24,8 @@ from ._runtime.report import Outlet
 from ._runtime.values import only_field
 
 QUEUE = 10
+RESULT_PATIENCE = 2.0
+"""Seconds from a goal's end, as its status tells it, until its result counts as lost."""
 HUNG_CALLS = 8
 """More calls of one service that never return than this are not waited for."""
 
@@ -321,11 +323,20 @@ class _Action:
 
             self._handle = self._client.send_goal(goal, on_transition, on_feedback)
 
+    def _miss(self, handle, token):
+        """A server that just came may send the result before anybody is connected to it."""
+        if handle.get_comm_state() != actionlib.CommState.DONE:
+            self.report(token, "error", "it ended, but its result did not arrive")
+
     def _on_transition(self, handle, token, accepted):
         state = handle.get_comm_state()
         if state == actionlib.CommState.ACTIVE and not accepted:
             accepted.append(True)
             self.report(token, "accepted")
+        elif state == actionlib.CommState.WAITING_FOR_RESULT:
+            patience = threading.Timer(RESULT_PATIENCE, self._miss, (handle, token))
+            patience.daemon = True
+            patience.start()
         elif state == actionlib.CommState.DONE:
             status = handle.get_terminal_state()
             result = handle.get_result()
