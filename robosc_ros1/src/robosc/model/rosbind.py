@@ -192,14 +192,15 @@ class Binder:
         if package in self._warned:
             return
         self._warned.add(package)
-        message = f"ROS package '{package}' is not found, so its definitions are not checked"
-        near = get_close_matches(package, self._definitions.packages(), n=1, cutoff=0.8)
-        advice = install_advice(package)
-        if near:
-            advice = f"did you mean '{near[0]}'? if not, {advice}"
         if missing.reason == "genmsg":
             message = f"the definitions of ROS package '{package}' are not checked"
             advice = "this Python has no genmsg to read them: use the system's, /usr/bin/python3"
+        else:
+            message = f"ROS package '{package}' is not found, so its definitions are not checked"
+            advice = install_advice(package)
+            near = get_close_matches(package, self._definitions.packages(), n=1, cutoff=0.8)
+            if near:
+                advice = f"did you mean '{near[0]}'? if not, {advice}"
         self._report.add("package-not-found", span, message, advice)
 
     # --- types against definitions ---------------------------------------------------------------
