@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -11,9 +12,12 @@ from robosc.simulate.machine import Command, Happening, Machine, label
 from robosc.simulate.session import Session
 from robosc.simulate.values import literal_text
 
-__all__ = ["Style", "happening_text", "happenings_text", "session_text"]
+__all__ = ["Style", "fitted", "happening_text", "happenings_text", "session_text"]
 
 _MOST_SHOWN = 60
+_PAINT = re.compile("\x1b\\[[0-9;]*m")
+_COLUMNS = re.compile(r" *(?:\S+ {2,})*")
+"""What stands before the last column of a line."""
 
 
 @dataclass(frozen=True)
@@ -147,3 +151,27 @@ def happenings_text(happenings: Sequence[Happening], style: Style) -> str:
     if left_out > 0:
         lines = [f"… {left_out} lines before these", *lines[-_MOST_SHOWN:]]
     return "".join(f"{line}\n" for line in lines)
+
+
+def fitted(text: str, width: int) -> str:
+    """The text with lines no longer than ``width``, broken between words.
+
+    What goes on in the next line stands below the last column of its own.
+    """
+    return "".join(f"{part}\n" for line in text.splitlines() for part in _fitted(line, width))
+
+
+def _fitted(line: str, width: int) -> Iterator[str]:
+    plain = _PAINT.sub("", line)
+    columns = _COLUMNS.match(plain)
+    indent = " " * min(columns.end() if columns else 0, width // 2)
+    done, used = "", 0
+    for word in re.findall(r" *[^ ]*", line):
+        length = len(_PAINT.sub("", word))
+        if used + length > width and done.strip():
+            yield done
+            done, used = indent, len(indent)
+            word = word.lstrip(" ")
+            length = len(_PAINT.sub("", word))
+        done, used = done + word, used + length
+    yield done

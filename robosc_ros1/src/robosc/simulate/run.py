@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import TextIO
 
 from robosc.simulate.documents import do_document, done_document, dump, fault_document
 from robosc.simulate.faults import Failed, LineFault
-from robosc.simulate.render import Style, happenings_text, session_text
+from robosc.simulate.render import Style, fitted, happenings_text, session_text
 from robosc.simulate.session import Done, Session, code_of
 
 __all__ = ["follow_documents", "follow_script", "follow_typing", "told"]
@@ -80,21 +82,30 @@ def follow_typing(
     style: Style,
 ) -> int:
     """Do what is typed until the end of input. Faults are told; the exit code is 0."""
-    out.write(happenings_text(session.latest, style))
-    out.write(session_text(session, style))
+    text = happenings_text(session.latest, style) + session_text(session, style)
     while True:
-        out.flush()
+        _show(out, text)
         line = next_line()
         if line is None:
             return 0
         try:
             done = session.do(line)
         except LineFault as fault:
-            print(style("31", str(fault)), file=out)
+            text = style("31", str(fault)) + "\n"
             continue
-        out.write(told(session, done, style))
+        text = told(session, done, style)
         if done.quit:
+            _show(out, text)
             return 0
+
+
+def _show(out: TextIO, text: str) -> None:
+    """Write as wide as the terminal is at the moment; elsewhere lines are left whole."""
+    if out.isatty():
+        with suppress(OSError):
+            text = fitted(text, os.get_terminal_size(out.fileno()).columns or 80)
+    out.write(text)
+    out.flush()
 
 
 def told(session: Session, done: Done, style: Style, quiet: bool = False) -> str:
