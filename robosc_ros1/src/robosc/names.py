@@ -59,6 +59,8 @@ def package_name_fault(name: str) -> str | None:
         return "lower case, digits and single _, a letter first"
     if keyword.iskeyword(name) or name in sys.stdlib_module_names:
         return "Python has something of that name"
+    if name == "robosc":
+        return "that is robosc itself"
     return None
 
 

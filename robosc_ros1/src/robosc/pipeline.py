@@ -268,6 +268,7 @@ def generate(
         StateSpaceError: the state space is too large.
     """
     from robosc.emit.config import load_config
+    from robosc.emit.package import namesake
     from robosc.emit.writer import write
 
     start = time.perf_counter()
@@ -278,6 +279,8 @@ def generate(
         name = output.package
     if fault := package_name_fault(name):
         raise UsageError(f"{name!r} is no name for a package: {fault}")
+    if other := namesake(name):
+        raise UsageError(f"{name!r} is no name for a package: it would hide {other}")
     supervisor = synthesize(loaded.robot, progress=options.progress)
     _existing(supervisor, loaded.diagnostics)
     diagnostics = loaded.diagnostics + supervisor.diagnostics

@@ -95,6 +95,9 @@ def generated_text(result: Generated) -> str:
         changes.append(f"{len(files.removed)} removed")
     lines = [sizes(result.supervisor), f"{files.folder}: {', '.join(changes)}"]
     lines += [f"    {path}" for path in files.written]
+    if files.kept:
+        lines.append("no part of the package any more, but changed by hand, and so kept:")
+        lines += [f"    {path}" for path in files.kept]
     lines.append(f"done in {result.seconds:.2f} s; next:")
     name = files.folder.name
     if output.target == "ros1":

@@ -61,7 +61,7 @@ def test_missing_file(verb: str, robosc: Robosc) -> None:
     assert done.stdout == ""
 
 
-@pytest.mark.parametrize("name", ["", "with-dash", "../up", "json", "std_msgs"])
+@pytest.mark.parametrize("name", ["", "with-dash", "../up", "json", "std_msgs", "numpy", "robosc"])
 def test_what_cannot_be_a_package(
     name: str, robosc: Robosc, model: Callable[[str], str], tmp_path: Path
 ) -> None:

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import resource
+import shutil
 import signal
+import subprocess
+import sys
+from collections import UserDict
+from collections.abc import Callable
+from hashlib import sha256
+from os.path import samestat
 from pathlib import Path
 
 import pytest
 
 from robosc.emit.package import File, Package, frozen_files
+from robosc.emit.record import RECORD
+from robosc.emit.swap import link_tree, rescue
 from robosc.emit.writer import write
 from robosc.errors import UsageError
 
@@ -19,9 +31,14 @@ def package(**files: str) -> Package:
     return Package("demo", frozen_files(contents))
 
 
+def content(folder: Path) -> dict[str, str]:
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_text() for path in files}
+
+
 def test_a_new_package_is_written(tmp_path: Path) -> None:
     done = write(package(a="1", src__b="2"), tmp_path)
-    assert done.written == ("a", "src/b")
+    assert done.written == ("a", "src/b", RECORD)
     assert (tmp_path / "demo" / "src" / "b").read_text() == MARK + "2"
 
 
@@ -29,7 +46,7 @@ def test_only_changed_files_are_touched(tmp_path: Path) -> None:
     write(package(a="1", b="2"), tmp_path)
     before = (tmp_path / "demo" / "a").stat()
     done = write(package(a="1", b="3"), tmp_path)
-    assert (done.written, done.unchanged) == (("b",), ("a",))
+    assert (done.written, done.unchanged) == (("b", RECORD), ("a",))
     after = (tmp_path / "demo" / "a").stat()
     assert (before.st_mtime_ns, before.st_ino) == (after.st_mtime_ns, after.st_ino)
 
@@ -63,27 +80,133 @@ def test_what_robosc_did_not_write_stops_it(tmp_path: Path, make: str) -> None:
         (target / "src" / "b").symlink_to("/dev/null")
     else:
         (target / "src").write_text("a file where a folder shall be")
-    with pytest.raises(UsageError, match="src/b"):
+    with pytest.raises(
+        UsageError, match="demo/src: no plain folder" if make == "parent" else "src/b"
+    ):
         write(package(a="1", src__b="2"), tmp_path)
     assert not (target / "a").exists(), "nothing was written"
     assert [p.name for p in tmp_path.iterdir()] == ["demo"], "nothing is left behind"
 
 
-@pytest.mark.parametrize("make", ["file", "folder", "link", "parent"])
+@pytest.mark.parametrize("make", ["file", "link", "parent", "linked parent", "whole"])
 def test_force_replaces_it(tmp_path: Path, make: str) -> None:
     target = tmp_path / "demo"
-    target.mkdir()
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "b").write_text("by hand")
+    if make == "whole":
+        target.write_text("a file where the package shall be")
+    else:
+        target.mkdir()
     if make == "file":
         (target / "a").write_text("by hand")
-    elif make == "folder":
-        (target / "a" / "b").mkdir(parents=True)
     elif make == "link":
-        (target / "a").symlink_to("/dev/null")
-    else:
+        (target / "a").symlink_to(elsewhere / "b")
+    elif make == "parent":
         (target / "src").write_text("a file where a folder shall be")
+    elif make == "linked parent":
+        (target / "src").symlink_to(elsewhere)
     write(package(a="1", src__b="2"), tmp_path, force=True)
     assert (target / "a").read_text() == MARK + "1"
     assert (target / "src" / "b").read_text() == MARK + "2"
+    assert (elsewhere / "b").read_text() == "by hand"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["demo", "elsewhere"]
+
+
+def test_a_folder_is_not_lost_even_with_force(tmp_path: Path) -> None:
+    (tmp_path / "demo" / "a" / "b").mkdir(parents=True)
+    (tmp_path / "demo" / "a" / "b" / "mine").write_text("by hand")
+    with pytest.raises(UsageError, match="demo/a: a folder where a file shall go"):
+        write(package(a="1"), tmp_path, force=True)
+    assert content(tmp_path) == {"demo/a/b/mine": "by hand"}
+
+
+def test_a_copy_of_a_generated_file_stays(tmp_path: Path) -> None:
+    write(package(a="1"), tmp_path)
+    shutil.copy(tmp_path / "demo" / "a", tmp_path / "demo" / "copy")
+    assert write(package(a="2"), tmp_path).removed == ()
+    assert (tmp_path / "demo" / "copy").read_text() == MARK + "1"
+
+
+def test_a_generated_file_that_was_changed_by_hand_is_not_replaced(tmp_path: Path) -> None:
+    write(package(a="1", b="1"), tmp_path)
+    (tmp_path / "demo" / "a").write_text(MARK + "1 and mine")
+    with pytest.raises(UsageError, match="demo/a: changed since it was generated"):
+        write(package(a="2", b="2"), tmp_path)
+    assert (tmp_path / "demo" / "b").read_text() == MARK + "1"
+    write(package(a="2", b="2"), tmp_path, force=True)
+    assert (tmp_path / "demo" / "a").read_text() == MARK + "2"
+
+
+def test_a_file_that_was_changed_by_hand_outlives_its_generation(tmp_path: Path) -> None:
+    write(package(a="1", old="1"), tmp_path)
+    (tmp_path / "demo" / "old").write_text("mine")
+    done = write(package(a="1"), tmp_path)
+    assert (done.removed, done.kept) == ((), ("old",))
+    assert write(package(a="1"), tmp_path).kept == (), "told once"
+    assert (tmp_path / "demo" / "old").read_text() == "mine"
+
+
+def test_the_record_can_be_checked_with_sha256sum(tmp_path: Path) -> None:
+    write(package(a="1", src__b="2"), tmp_path)
+    command = ["sha256sum", "--check", "--strict", RECORD]
+    subprocess.run(command, cwd=tmp_path / "demo", check=True, capture_output=True)
+
+
+@pytest.mark.parametrize("path", ["../outside", "/{folder}/outside", "link/outside"])
+def test_a_record_has_no_power_outside_its_package(tmp_path: Path, path: str) -> None:
+    write(package(a="1"), tmp_path)
+    (tmp_path / "outside").write_text("")
+    (tmp_path / "demo" / "link").symlink_to(tmp_path)
+    with (tmp_path / "demo" / RECORD).open("a") as record:
+        record.write(f"{sha256(b'').hexdigest()}  {path.format(folder=tmp_path)}\n")
+    assert write(package(a="2"), tmp_path).removed == ()
+    assert (tmp_path / "outside").exists()
+
+
+def test_what_belongs_to_the_user_stays_as_it_is(tmp_path: Path) -> None:
+    write(package(a="1", src__b="2"), tmp_path)
+    target = tmp_path / "demo"
+    (target / "empty").mkdir(mode=0o700)
+    (target / "src" / "mine").write_text("by hand")
+    (target / "link").symlink_to("src")
+    (target / "dangling").symlink_to("nowhere")
+    before = {p.name: p.lstat() for p in target.rglob("*")}
+    write(package(a="1", src__b="3"), tmp_path)
+    after = {p.name: p.lstat() for p in target.rglob("*")}
+    assert after.keys() == before.keys()
+    for name in ("a", "mine", "link", "dangling"):
+        assert samestat(after[name], before[name])
+    assert after["empty"].st_mode == before["empty"].st_mode
+
+
+def test_a_package_behind_a_link_stays_there(tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "demo").symlink_to("real")
+    done = write(package(a="1"), tmp_path)
+    assert done.folder == tmp_path / "demo"
+    assert (tmp_path / "demo").is_symlink()
+    assert (tmp_path / "real" / "a").read_text() == MARK + "1"
+
+
+def test_a_place_may_have_any_name(tmp_path: Path) -> None:
+    folder = tmp_path / "an ünusual [p]lace\n"
+    write(package(a="1", old="1"), folder)
+    assert write(package(a="2"), folder).removed == ("old",)
+    assert content(folder).keys() == {"demo/a", f"demo/{RECORD}"}
+
+
+def test_what_is_saved_meanwhile_is_not_lost(tmp_path: Path) -> None:
+    old, new = tmp_path / "old", tmp_path / "new"
+    old.mkdir()
+    for name in ("mine", "ours"):
+        (old / name).write_text("before")
+    link_tree(old, new, {"ours"})
+    (old / "late").write_text("new")
+    (old / "saved").write_text("after")
+    (old / "saved").replace(old / "mine")  # as editors do
+    rescue(old, new, {"ours"})
+    assert content(new) == {"mine": "after", "late": "new"}
 
 
 def test_a_file_in_place_of_the_package_stops_it(tmp_path: Path) -> None:
@@ -98,7 +221,7 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
         write(package(a="1"), tmp_path / "file")
 
 
-class Interrupted(dict[str, File]):
+class Interrupted(UserDict[str, File]):
     """Files of a package during whose writing somebody presses Ctrl-C."""
 
     def __getitem__(self, path: str) -> File:
@@ -110,6 +233,97 @@ def test_an_interrupted_package_is_whole(tmp_path: Path) -> None:
     files = Interrupted(a=File(MARK + "1"), b=File(MARK + "2"))
     with pytest.raises(KeyboardInterrupt):
         write(Package("demo", files), tmp_path)
-    assert sorted(p.name for p in (tmp_path / "demo").iterdir()) == ["a", "b"]
+    assert sorted(p.name for p in (tmp_path / "demo").iterdir()) == ["a", "b", RECORD]
     assert [p.name for p in tmp_path.iterdir()] == ["demo"], "nothing is left behind"
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+# --- what can happen at any step: a child whose every step on the disk is seen -------------------
+
+STEPS = ("open", "os.", "shutil.", "tempfile.", "ctypes.dlsym", "ctypes.call_function")
+
+
+def in_a_child(do: Callable[[], object], at_step: Callable[[int, str], None]) -> int:
+    """The exit status of a process that calls ``at_step`` before each step on the disk."""
+    child = os.fork()
+    if child:
+        return os.waitpid(child, 0)[1]
+    steps = 0
+
+    def hook(event: str, _: tuple[object, ...]) -> None:
+        nonlocal steps
+        if event.startswith(STEPS):
+            steps += 1
+            at_step(steps, event)
+
+    try:
+        sys.addaudithook(hook)
+        do()
+        os._exit(0)
+    except UsageError:
+        os._exit(2)
+    finally:
+        os._exit(99)
+
+
+@pytest.mark.parametrize("first", [True, False], ids=["new", "anew"])
+def test_a_package_that_is_killed_is_the_old_or_the_new_one(tmp_path: Path, first: bool) -> None:
+    old, new = package(a="1", src__b="1", old__c="1"), package(a="2", src__b="2", d="2")
+    expected = []
+    for number, each in enumerate((old, new)):
+        write(each, tmp_path / f"expected{number}")
+        expected.append(content(tmp_path / f"expected{number}" / "demo") | {"mine": "by hand"})
+    outcomes, status, last = [], -1, 0
+    while status != 0:
+        last += 1
+        folder = tmp_path / str(last)
+        folder.mkdir()
+        if not first:
+            write(old, folder)
+            (folder / "demo" / "mine").write_text("by hand")
+
+        def kill(step: int, event: str, last: int = last) -> None:
+            if step == last:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+        status = in_a_child(lambda folder=folder: write(new, folder), kill)  # type: ignore[misc]
+        found = content(folder / "demo")
+        outcomes.append(expected.index(found | {"mine": "by hand"}) if found else 0)
+        write(new, folder)
+        assert [p.name for p in folder.iterdir()] == ["demo"], "what the killed one left is gone"
+    assert last > 20, "many steps were seen"
+    assert outcomes == sorted(outcomes), "it is the old one, then the new one"
+    assert set(outcomes) == {0, 1}
+
+
+def test_a_folder_that_cannot_be_exchanged_is_changed_file_by_file(tmp_path: Path) -> None:
+    write(package(a="1", src__b="1", old__c="1"), tmp_path)
+    (tmp_path / "demo" / "mine").write_text("by hand")
+    inode = (tmp_path / "demo").stat().st_ino
+
+    def no_links(step: int, event: str) -> None:
+        if event == "os.link":
+            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV))
+
+    new = package(a="2", src__b="2", d="2")
+    assert in_a_child(lambda: write(new, tmp_path), no_links) == 0
+    assert (tmp_path / "demo").stat().st_ino == inode
+    write(new, tmp_path / "expected")
+    assert content(tmp_path / "demo") == content(tmp_path / "expected" / "demo") | {
+        "mine": "by hand"
+    }
+    assert not (tmp_path / "demo" / "old").exists()
+
+
+@pytest.mark.parametrize("name", ["demo", "nothing yet"])
+def test_a_disk_that_is_full_leaves_the_old_package(tmp_path: Path, name: str) -> None:
+    write(package(a="1"), tmp_path)
+    before = content(tmp_path)
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))  # no file may grow beyond it
+        write(Package(name, frozen_files({"a": File(MARK), "b": File("x" * 10_000)})), tmp_path)
+
+    assert os.waitstatus_to_exitcode(in_a_child(limited, lambda step, event: None)) == 2
+    assert content(tmp_path) == before
+    assert [p.name for p in tmp_path.iterdir()] == ["demo"], "nothing is left behind"

@@ -1,47 +1,52 @@
 """Putting a generated package on disk without harm to what is there.
 
-Files that robosc did not write are never replaced, unless that is asked for; files whose content
-does not change are not touched, so that nothing is built again; and everything new is complete in
-a folder beside the target before the first file moves to its place.
+Files that robosc did not write, or that somebody changed since, are never replaced unless that is
+asked for, and folders not even then; files whose content does not change are not touched, so that
+nothing is built again. The new package is made complete beside the old one and takes its place in
+one step: whatever ends robosc meanwhile, the folder holds the one or the other.
 """
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from robosc.emit.package import MARKER, File, Package
+from robosc.emit.package import File, Package
+from robosc.emit.record import RECORD, is_as_recorded, read_record, record_of
+from robosc.emit.swap import exchange, link_tree, rescue
 from robosc.errors import UsageError
 
 __all__ = ["Written", "write"]
 
-_HEAD = 600
-"""The marker stands in the first so many bytes of a file."""
-
 
 @dataclass(frozen=True)
 class Written:
-    """What happened: paths below ``folder``, each list in order."""
+    """What happened: paths below ``folder``, each list in order.
+
+    ``kept`` are files that are no part of the package any more, but were changed by hand.
+    """
 
     folder: Path
     written: tuple[str, ...]
     unchanged: tuple[str, ...]
     removed: tuple[str, ...]
+    kept: tuple[str, ...]
 
 
 def write(package: Package, folder: Path, force: bool = False) -> Written:
     """Write the package into ``folder/<its name>`` and remove generated files that it lost.
 
     Raises:
-        UsageError: something that robosc did not write is in the way, or the folder cannot be
-            written. Nothing has been changed then.
+        UsageError: something that robosc did not write, or that was changed since, is in the way,
+            or the folder cannot be written. Nothing has been changed then.
     """
     target = folder / package.name
     try:
@@ -72,24 +77,33 @@ def _undisturbed() -> Iterator[None]:
             signal.raise_signal(waiting)
 
 
+@dataclass(frozen=True)
+class _Change:
+    """What is to be done to the package in ``folder``, links followed.
+
+    ``fresh`` are the files that are new or different, ``gone`` the paths whose present content
+    shall not be there any more, replaced or removed.
+    """
+
+    folder: Path
+    fresh: Mapping[str, File]
+    gone: frozenset[str]
+
+
 def _write(package: Package, target: Path, force: bool) -> Written:
-    changed = [path for path, file in package.files.items() if not _is_same(target / path, file)]
-    _check_way(package, target, changed, force)
-    stale = _stale(package, target)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{package.name}-", dir=target.parent) as name:
-        stage = Path(name)
-        for path in changed:
-            _stage(stage / path, package.files[path])
-        for path in changed:
-            _clear(target / path)
-            (target / path).parent.mkdir(parents=True, exist_ok=True)
-            os.replace(stage / path, target / path)  # noqa: PTH105 - atomic, over what is there
-    for path in stale:
-        (target / path).unlink()
-        _remove_empty((target / path).parent, target)
-    unchanged = [path for path in package.files if path not in set(changed)]
-    return Written(target, tuple(changed), tuple(unchanged), tuple(stale))
+    files = {**package.files, RECORD: record_of(package.files)}
+    if target.is_symlink() and not target.exists():
+        raise UsageError(f"{target} is a link to nothing")
+    folder = target.resolve()
+    record = read_record(folder) or {}
+    fresh = {path: file for path, file in files.items() if not _is_same(folder / path, file)}
+    gone = _make_way(folder, target, list(fresh), record, force)
+    lost = [path for path in sorted(record) if path not in files and (folder / path).exists()]
+    stale = [path for path in lost if is_as_recorded(folder, path, record)]
+    kept = [path for path in lost if path not in stale]
+    _apply(_Change(folder, fresh, frozenset(gone + stale)))
+    unchanged = [path for path in files if path not in fresh]
+    return Written(target, tuple(fresh), tuple(unchanged), tuple(stale), tuple(kept))
 
 
 def _is_same(path: Path, file: File) -> bool:
@@ -99,65 +113,153 @@ def _is_same(path: Path, file: File) -> bool:
     return executable == file.executable and path.read_bytes() == file.content.encode()
 
 
-def _check_way(package: Package, target: Path, changed: list[str], force: bool) -> None:
-    if force:
-        return
-    if target.exists() and not target.is_dir():
-        raise UsageError(f"{target} is in the way and is no folder")
-    strangers = [path for path in changed if _is_strange(target, path)]
-    if strangers:
-        names = "\n".join(f"  {target / path}" for path in strangers)
+# --- what is in the way --------------------------------------------------------------------------
+
+
+def _make_way(
+    folder: Path, target: Path, fresh: Sequence[str], record: Mapping[str, str], force: bool
+) -> list[str]:
+    """What is replaced by the fresh files.
+
+    Raises UsageError if robosc may not replace it.
+    """
+    found = {path: fault for name in fresh for path, fault in _in_the_way(folder, name, record)}
+    refused = {p: fault for p, fault in found.items() if (fault and not force) or fault == _FOLDER}
+    if refused:
+        lines = [f"  {target / path}: {fault}" for path, fault in refused.items()]
         raise UsageError(
-            f"not written by robosc, and in the way of package {package.name}:\n{names}\n"
-            "(--force replaces them)"
+            "\n".join([f"in the way of package {target.name}:", *lines, _remedy(refused)])
         )
+    return list(found)
 
 
-def _is_strange(target: Path, path: str) -> bool:
-    """Whether something that robosc did not write stands where a file shall go."""
-    for parent in list(Path(path).parents)[:-1]:
-        if (target / parent).exists() and not (target / parent).is_dir():
-            return True
-    place = target / path
-    return os.path.lexists(place) and not _is_ours(place)
+_FOLDER = "a folder where a file shall go"
 
 
-def _is_ours(path: Path) -> bool:
-    if path.is_symlink() or not path.is_file():
-        return False
-    with path.open("rb") as file:
-        return MARKER.encode() in file.read(_HEAD)
+def _remedy(refused: Mapping[str, str]) -> str:
+    if _FOLDER in refused.values():
+        return "(move folders away yourself; --force replaces files only)"
+    return "(--force replaces what is there)"
 
 
-def _stale(package: Package, target: Path) -> list[str]:
-    """Files that robosc wrote into the package before and that are no part of it any more."""
-    if not target.is_dir():
-        return []
-    found = (path for path in target.rglob("*") if path.is_file() and not path.is_symlink())
-    names = (path.relative_to(target).as_posix() for path in found)
-    return sorted(
-        name
-        for name in names
-        if name not in package.files and "/." not in f"/{name}" and _is_ours(target / name)
-    )
+def _in_the_way(folder: Path, name: str, record: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """What has to go for the file ``name``, with what speaks against it; empty if nothing does."""
+    for parent in reversed(Path(name).parents):
+        if os.path.lexists(folder / parent) and not _is_plain_folder(folder / parent):
+            yield parent.as_posix(), "no plain folder, and files shall go below it"
+            return
+    place = folder / name
+    if _is_plain_folder(place):
+        yield name, _FOLDER
+    elif os.path.lexists(place):
+        yield name, _objection(folder, name, record)
 
 
-def _stage(path: Path, file: File) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(file.content.encode())
-    path.chmod(0o755 if file.executable else 0o644)
+def _is_plain_folder(path: Path) -> bool:
+    return path.is_dir() and not path.is_symlink()
 
 
-def _clear(path: Path) -> None:
-    """Make way, which only ``force`` can make necessary: ``os.replace`` needs a file or nothing."""
-    for parent in reversed(path.parents):
-        if os.path.lexists(parent) and not parent.is_dir():
-            parent.unlink()
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
+def _objection(folder: Path, name: str, record: Mapping[str, str]) -> str:
+    if is_as_recorded(folder, name, record):
+        return ""
+    if name == RECORD and read_record(folder) is not None:
+        return ""
+    return "changed since it was generated" if name in record else "not written by robosc"
 
 
-def _remove_empty(folder: Path, stop: Path) -> None:
-    while folder != stop and not any(folder.iterdir()):
-        folder.rmdir()
-        folder = folder.parent
+# --- doing it ------------------------------------------------------------------------------------
+
+
+def _apply(change: _Change) -> None:
+    folder = change.folder
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with _alone(folder.parent):
+        _sweep(folder)
+        if not change.fresh and not change.gone:
+            return
+        with _stage(folder, folder.parent) as stage:
+            new = stage / folder.name
+            _fill(new, change.fresh)
+            if not os.path.lexists(folder):
+                new.rename(folder)
+                return
+            if _take_place(new, change):
+                rescue(new, folder, change.gone)
+                return
+        _one_by_one(change)
+
+
+def _take_place(new: Path, change: _Change) -> bool:
+    """Let the folder ``new`` and the present one change places, if they can."""
+    folder = change.folder
+    try:
+        if folder.is_dir():
+            link_tree(folder, new, change.gone)
+            _remove_empty(new, change)
+        exchange(new, folder)
+    except OSError:
+        return False  # a mount point, files of somebody else: the other way tells what is wrong
+    return True
+
+
+def _one_by_one(change: _Change) -> None:
+    """File by file, each at once, where the whole folder cannot be exchanged."""
+    folder = change.folder
+    if not folder.is_dir():
+        folder.unlink()
+        folder.mkdir()
+    with _stage(folder, folder) as stage:
+        _fill(stage, change.fresh)
+        for path in sorted(change.gone - change.fresh.keys()):
+            (folder / path).unlink(missing_ok=True)
+        for path in change.fresh:
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            os.replace(stage / path, folder / path)  # noqa: PTH105 - atomic, over what is there
+    _remove_empty(folder, change)
+
+
+def _fill(folder: Path, files: Mapping[str, File]) -> None:
+    folder.mkdir(exist_ok=True)
+    for path, file in files.items():
+        place = folder / path
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(file.content.encode())
+        place.chmod(0o755 if file.executable else 0o644)
+
+
+def _remove_empty(folder: Path, change: _Change) -> None:
+    """Remove the folders that hold nothing any more since their files are gone."""
+    for path in sorted(change.gone - change.fresh.keys()):
+        for parent in list(Path(path).parents)[:-1]:
+            place = folder / parent
+            if place.is_dir() and not any(place.iterdir()):
+                place.rmdir()
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """One robosc at a time writes packages into a folder, where its file system has locks."""
+    place = os.open(folder, os.O_RDONLY)
+    try:
+        with suppress(OSError):
+            fcntl.flock(place, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(place)
+
+
+_STAGE = ".robosc-{}-"
+
+
+@contextmanager
+def _stage(folder: Path, place: Path) -> Iterator[Path]:
+    """A hidden folder for the new files; tools that search for packages pass it over."""
+    with tempfile.TemporaryDirectory(prefix=_STAGE.format(folder.name), dir=place) as name:
+        yield Path(name)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what a robosc left behind that was killed."""
+    for place in (folder.parent, folder):
+        for left in place.glob(f"{_STAGE.format(folder.name)}*"):
+            shutil.rmtree(left, ignore_errors=True)
