@@ -130,12 +130,12 @@ def test_synthesize() -> None:
     assert found["engine"] == "dense"
     assert found["guards"] == [
         {
-            "event": {"kind": "request", "name": "act"},
+            "event": {"kind": "request", "name": "act", "value": None},
             "guard": "A.c = red and A.g and !A.h",
             "status": "as required",
         },
         {
-            "event": {"kind": "tau", "name": "A", "index": 1},
+            "event": {"kind": "tau", "name": "A", "index": 1, "value": "done->idle"},
             "guard": "true",
             "status": "as required",
         },
@@ -144,6 +144,15 @@ def test_synthesize() -> None:
     assert set(found["properties"]) == {
         "bounded response", "confluence", "nonblocking under control",
     }  # fmt: skip
+
+
+def test_a_tau_of_a_whole_automaton_leads_from_nowhere_in_particular() -> None:
+    supervisor = supervisor_of(
+        "component A { behaviour { transition goto a initial marked state a {} state b {} } }"
+        " component B { behaviour { transition goto only initial marked state only {} } }"
+    )
+    shown = [guard["event"]["value"] for guard in synthesize_document(supervisor)["guards"]]
+    assert shown == [None, "only->only"]
 
 
 def test_explanations_in_the_document() -> None:
@@ -155,7 +164,7 @@ def test_explanations_in_the_document() -> None:
         )
     )
     (why,) = found["explanations"]
-    assert why["event"] == {"kind": "request", "name": "s"}
+    assert why["event"] == {"kind": "request", "name": "s", "value": None}
     assert why["trace"] == [
         {"kind": "request", "name": "s", "value": None},
         {"kind": "error", "name": "s", "value": None},

@@ -40,7 +40,8 @@ def step_document(step: Step) -> dict[str, Any]:
 
 def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
     """``synthesize --json``."""
-    robot = supervisor.plant.robot
+    plant = supervisor.plant
+    robot = plant.robot
     return {
         "version": 1,
         "robot": robot.name,
@@ -51,7 +52,7 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
         "controlled_transitions": supervisor.controlled_transitions,
         "guards": [
             {
-                "event": event_document(guard.event),
+                "event": _any_value(plant, guard.event),
                 "guard": to_dsl(guard.expr, robot),
                 "status": guard.status,
             }
@@ -59,7 +60,7 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
         ],
         "explanations": [
             {
-                "event": None if found.event is None else event_document(found.event),
+                "event": None if found.event is None else _any_value(plant, found.event),
                 "reason": found.reason,
                 "trace": [step_document(step) for step in found.trace],
                 "remedy": found.remedy,
@@ -98,6 +99,18 @@ def explore_document(graph: Graph) -> dict[str, Any]:
             for t in graph.transitions
         ],
     }  # fmt: skip
+
+
+def _any_value(plant: Plant, event: Event) -> dict[str, Any]:
+    """A controllable event: a tau's value says where it leads, if that is the same everywhere."""
+    value = None
+    if event.kind is EventKind.TAU:
+        (participant,) = event.participants
+        ways = {(edge.source, edge.target) for edge in participant.edges}
+        names = plant.axes[participant.axis].values
+        if len(ways) == 1:
+            value = "->".join(str(names[location]) for location in ways.pop())
+    return {**event_document(event), "value": value}
 
 
 def _state(plant: Plant, number: int, state: PlantState) -> dict[str, Any]:
