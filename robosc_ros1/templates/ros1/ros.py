@@ -27,7 +27,7 @@ QUEUE = 10
 RESULT_PATIENCE = 2.0
 """Seconds from a goal's end, as its status tells it, until its result counts as lost."""
 HUNG_CALLS = 8
-"""More calls of one service that never return than this are not waited for."""
+"""While so many calls of one service have not returned, further requests end at once as errors."""
 
 _LOGGERS = {
     "debug": rospy.logdebug,
@@ -171,9 +171,12 @@ class _Service:
     def call(self, data, token, timeout):
         request = fill(self._type._request_class(), data)
         with self._lock:
-            if len(self._proxies) >= HUNG_CALLS:
-                raise RuntimeError("%d earlier calls have not returned" % len(self._proxies))
-            self._proxies[token] = None
+            hung = len(self._proxies)
+            if hung < HUNG_CALLS:
+                self._proxies[token] = None
+        if hung >= HUNG_CALLS:
+            self.report(token, "error", "%d earlier calls have not returned" % hung)
+            return
         deadline = time.monotonic() + timeout
         work = threading.Thread(target=self._work, args=(request, token, deadline), daemon=True)
         work.start()
@@ -230,7 +233,7 @@ def _is_absent(error):
     return "unavailable" in text or "unable to connect" in text or "unable to contact" in text
 
 
-_FAILURES = {
+FAILURES = {
     GoalStatus.RECALLED: "recalled",
     GoalStatus.REJECTED: "rejected",
     GoalStatus.PREEMPTED: "preempted",
@@ -344,7 +347,7 @@ class _Action:
                 self.report(token, "response", result)
             else:
                 text = handle.get_goal_status_text()
-                reason = _FAILURES.get(status, "ended without result")
+                reason = FAILURES.get(status, "ended without result")
                 self.report(token, "error", "%s: %s" % (reason, text) if text else reason)
 
 

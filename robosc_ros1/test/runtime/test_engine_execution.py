@@ -242,14 +242,29 @@ def test_an_unforeseen_exception_is_a_safe_stop() -> None:
     assert "ZeroDivisionError" in played.engine.stopped
 
 
-def test_a_command_that_cannot_be_sent_changes_nothing_and_is_tried_again_at_the_rate() -> None:
+def test_a_message_that_cannot_be_sent_changes_nothing_and_is_tried_again_at_the_rate() -> None:
     played = Played(rate=10.0)
-    played.port.broken = {LAMP}
+    played.port.broken = {HALT}
     played.begin()
-    assert not played.controller.lamp_busy
+    assert played.counter("commands") == 2  # the lamp and the arm
     played.wait(0.95)
     assert played.counter("failed") == 10
     assert played.engine.stopped is None
+
+
+@pytest.mark.parametrize("key", [LAMP, ARM])
+def test_a_call_that_cannot_be_started_is_a_request_and_an_error(key: str) -> None:
+    played = Played(rate=10.0)
+    played.port.broken = {key}
+    played.begin()
+    played.wait(0.95)
+    ends = [
+        (e.kind, e.detail)
+        for e in played.engine.journal.take()
+        if e.name == {LAMP: "light", ARM: "reach"}[key]
+    ]
+    assert ends == [("request", None), ("error", "ValueError: broken")] * 10
+    assert played.counter("failed") == 0
 
 
 @pytest.mark.parametrize(

@@ -332,9 +332,9 @@ class Engine:
         start = self._port.call if command.sort == "service" else self._port.start
         try:
             start(command.key, data, token, self.settings.timeout_of(command.key))
-        except Exception:
-            self._calls.end(command.key)
-            raise
+        except Exception as error:
+            # It was requested, and like every request it ends once.
+            self.report(command.key, token, "error", "%s: %s" % (type(error).__name__, error))
 
     # Stopping
 
