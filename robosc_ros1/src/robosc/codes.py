@@ -22,7 +22,8 @@ class Code:
     """One kind of fault.
 
     ``strict``: ``--strict`` makes the warning an error. ``needs_plant``: it is found on the
-    synthesised system, not in the text.
+    synthesised system, not in the text. ``supervised``: it is found when a supervisor is generated
+    that guards another controller.
     """
 
     code: str
@@ -33,6 +34,7 @@ class Code:
     remedy: str
     strict: bool = False
     needs_plant: bool = False
+    supervised: bool = False
 
 
 _TEXT = "Reading the text"
@@ -45,6 +47,7 @@ _LIBRARIES = "Libraries"
 _ROS = "ROS interfaces"
 _WHOLE = "The model as a whole"
 _CONTROLLED = "The controlled system"
+_SUPERVISOR = "Supervisors that guard another controller (`generate --mode supervisor`)"
 
 
 def _error(group: str, code: str, explanation: str, example: str, remedy: str) -> Code:
@@ -67,6 +70,11 @@ def _warning(
 
 def _plant(severity: Severity, code: str, explanation: str, example: str, remedy: str) -> Code:
     return Code(code, severity, _CONTROLLED, explanation, example, remedy, needs_plant=True)
+
+
+def _supervisor(code: str, explanation: str, example: str, remedy: str) -> Code:
+    error = Severity.ERROR
+    return Code(code, error, _SUPERVISOR, explanation, example, remedy, supervised=True)
 
 
 _ALL = (
@@ -757,6 +765,25 @@ _ALL = (
         "marked state a { transition goto b } state b {}",
         "Mark the states in which the component does rest, or guard the transitions that leave"
         " the marked ones.",
+    ),
+    # --- supervisors
+    _supervisor(
+        "commands-alike",
+        "Several commands go out on one topic, and their data do not tell which of them a message"
+        " of the other controller means. They do where the provide statements of all but one give"
+        " constants, or where a field has constant values in each that differ from the others'.",
+        "provide drive with { linear: { x: Sensor.wanted } }\n"
+        "provide turn with { linear: { x: Sensor.wanted }, angular: { z: 1.0 } }",
+        "Provide constant data for one of them, a field that tells them apart, or give it a topic"
+        " of its own.",
+    ),
+    _supervisor(
+        "topic-both-ways",
+        "Robot and controller both send on one topic. A supervisor between them has a topic to"
+        " either side, and each message would go round for ever.",
+        'outgoing message pose with identifier: "/pose", type: double\n'
+        'incoming message goto_pose with identifier: "/pose", type: double',
+        "Use a topic for each direction.",
     ),
 )
 

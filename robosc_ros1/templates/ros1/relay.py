@@ -6,7 +6,7 @@ and relayed as such: goal ids, status, feedback, results and cancels pass as the
 is blocked is rejected in the robot's stead.
 """
 
-import json
+import io
 import threading
 import time
 
@@ -15,17 +15,11 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from rospy.msg import AnyMsg
 from std_msgs.msg import String
 
-from ._runtime.guard import Choice
-from .ros import QUEUE, RosPort, fill
+from ._runtime.recognise import choices_of
+from .ros import FAILURES, QUEUE, RESULT_PATIENCE, RosPort, fill
 
-INPUT_QUEUE = 1000
-ENDS = {
-    GoalStatus.RECALLED: "recalled",
-    GoalStatus.REJECTED: "rejected",
-    GoalStatus.PREEMPTED: "preempted",
-    GoalStatus.ABORTED: "aborted",
-    GoalStatus.LOST: "lost by the server",
-}
+INPUT_QUEUE = 100
+WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
 
 
 def raw_type(message_type):
@@ -50,31 +44,15 @@ def passed_on(raw):
     return message
 
 
-def choices_of(message_type, table):
-    """How messages are recognised, from the table in ``node.py``: (command, data of all that mean
-    it, (path, values) of a field that tells)."""
-    choices = []
-    for key, exact, field in table:
-        if exact:
-            choices.append(Choice(key, _one_of([fill(message_type(), data) for data in exact])))
-        elif field:
-            choices.append(Choice(key, _has(*field)))
-        else:
-            choices.append(Choice(key))
-    return tuple(choices)
+def maker(message_type):
+    """Makes messages from data as they would arrive, with the precision of their fields."""
 
+    def make(data):
+        buffer = io.BytesIO()
+        fill(message_type(), data).serialize(buffer)
+        return message_type().deserialize(buffer.getvalue())
 
-def _one_of(messages):
-    return lambda message: message in messages
-
-
-def _has(path, values):
-    def fits(message):
-        for name in path:
-            message = getattr(message, name if hasattr(message, name) else name + "_")
-        return any(abs(message - v) < 1e-6 if type(v) is float else message == v for v in values)
-
-    return fits
+    return make
 
 
 class RelayPort(RosPort):
@@ -95,7 +73,7 @@ class RelayPort(RosPort):
         for robot, controller, type_, keys in self._inputs:
             self._relay_input(guard, robot, controller, type_, keys)
         for controller, _, type_, table in self._commands:
-            self._relay_command(guard, controller, type_, choices_of(type_, table))
+            self._relay_command(guard, controller, type_, choices_of(table, maker(type_)))
         for controller, _, type_, key in self._served:
             rospy.Service(controller, type_, _serving(guard, type_, key))
         for action in self._actions.values():
@@ -107,26 +85,23 @@ class RelayPort(RosPort):
         else:
             RosPort.send(self, key, data)
 
-    def blocked(self, name, kind, reasons):
-        document = {
-            "version": 1,
-            "time": round(time.time(), 6),
-            "event": {"kind": kind, "name": name, "value": None},
-            "blocked_by": reasons,
-        }
-        self._blocked.publish(json.dumps(document))
+    def blocked(self, text):
+        self._blocked.publish(text)
 
     def _relay_input(self, guard, robot, controller, type_, keys):
         onward = rospy.Publisher(controller, type_, queue_size=INPUT_QUEUE, tcp_nodelay=True)
 
         def heard(raw):
+            if raw._connection_header.get("latching") == "1" and not onward.impl.is_latch:
+                onward.impl.enable_latch()  # a controller that comes later gets it, too
             guard.follow(keys, read(raw, type_), lambda: onward.publish(passed_on(raw)))
 
         self._subscribe(robot, type_, heard)
 
     def _relay_command(self, guard, controller, type_, choices):
         def heard(raw):
-            guard.offer(controller, choices, read(raw, type_), passed_on(raw))
+            message = read(raw, type_) if len(choices) > 1 else None
+            guard.offer(controller, choices, message, passed_on(raw))
 
         self._subscribe(controller, type_, heard)
 
@@ -181,11 +156,13 @@ class ActionRelay:
         self._goal_id = None
         self._accepted = False
         self._cancelled = False
+        self._ended = None  # when its status told that it ended
         self._heard = time.monotonic()
         self._send_goal = self._publisher(self._robot + "/goal", self._goal_type)
         self._send_cancel = self._publisher(self._robot + "/cancel", GoalID)
         self._send_result = self._publisher(self._controller + "/result", self._result_type)
-        self._subscribers = []
+        self._from_robot = []
+        self._from_controller = []
 
     def connect(self, guard):
         def goal(raw):
@@ -204,8 +181,10 @@ class ActionRelay:
                 guard.withdraw(self._key)
             self._send_cancel.publish(passed_on(raw))
 
-        self._listen(self._controller + "/goal", self._goal_type, goal)
-        self._listen(self._controller + "/cancel", GoalID, cancel)
+        self._from_controller = [
+            self._subscriber(self._controller + "/goal", self._goal_type, goal),
+            self._subscriber(self._controller + "/cancel", GoalID, cancel),
+        ]
         self._pass_back("/status", GoalStatusArray, self._on_status)
         self._pass_back("/feedback", self._feedback_type, self._on_feedback)
         self._pass_back("/result", self._result_type, self._on_result, self._send_result)
@@ -217,8 +196,14 @@ class ActionRelay:
         with self._lock:
             self._token, self._goal_id = token, goal_id
             self._accepted = self._cancelled = False
+            self._ended = None
             self._heard = time.monotonic()
-        self._send_goal.publish(message)
+        if self._is_connected():
+            self._send_goal.publish(message)
+        else:
+            deadline = time.monotonic() + timeout
+            work = threading.Thread(target=self._wait, args=(message, token, deadline), daemon=True)
+            work.start()
 
     def cancel(self, token):
         with self._lock:
@@ -239,17 +224,43 @@ class ActionRelay:
 
     # The robot's side
 
+    def _is_connected(self):
+        """Whether a goal would arrive, and all that comes back."""
+        ends = [self._send_goal, *self._from_robot]
+        return all(end.get_num_connections() for end in ends)
+
+    def _wait(self, message, token, deadline):
+        while time.monotonic() < deadline and not rospy.is_shutdown():
+            with self._lock:
+                if self._token != token:
+                    return
+                if self._cancelled:
+                    self.report(token, "error", "cancelled before it was sent")
+                    return
+                if self._is_connected():
+                    self._send_goal.publish(message)
+                    return
+            time.sleep(0.01)
+
     def _on_status(self, array):
         self._heard = time.monotonic()
         with self._lock:
-            token, accepted = self._token, self._accepted
-            if token is None or accepted:
+            if self._token is None:
                 return
-            goal_id = self._goal_id
-            if not any(s.goal_id.id == goal_id and s.status == s.ACTIVE for s in array.status_list):
-                return
-            self._accepted = True
-        self.report(token, "accepted")
+            found = [s.status for s in array.status_list if s.goal_id.id == self._goal_id]
+            if found and found[0] in WORKING:
+                if not self._accepted:
+                    self._accepted = True
+                    self.report(self._token, "accepted")
+            elif not found and self._accepted:
+                # The server was started anew.
+                self.report(self._token, "error", FAILURES[GoalStatus.LOST])
+                self._token = None
+            elif found and found[0] != GoalStatus.PENDING:
+                self._ended = self._ended or self._heard
+                if self._heard - self._ended > RESULT_PATIENCE:
+                    self.report(self._token, "error", "it ended, but its result did not arrive")
+                    self._token = None
 
     def _on_feedback(self, message):
         token = self._token_of(message)
@@ -263,7 +274,7 @@ class ActionRelay:
         if message.status.status == GoalStatus.SUCCEEDED:
             self.report(token, "response", message.result)
         else:
-            reason = ENDS.get(message.status.status, "ended without result")
+            reason = FAILURES.get(message.status.status, "ended without result")
             self.report(token, "error", reason)
         with self._lock:
             if self._token == token:
@@ -275,7 +286,7 @@ class ActionRelay:
 
     def _refuse(self, goal, kind, payload):
         """Tell the controller, in the robot's stead, that its goal came to nothing."""
-        if kind == "error" and payload in ENDS.values():
+        if kind == "error" and payload in FAILURES.values():
             return  # the robot has told it itself
         result = self._result_type()
         result.header.stamp = rospy.Time.now()
@@ -294,8 +305,9 @@ class ActionRelay:
     def _publisher(topic, type_):
         return rospy.Publisher(topic, type_, queue_size=QUEUE, tcp_nodelay=True)
 
-    def _listen(self, topic, type_, heard):
-        self._subscribers.append(rospy.Subscriber(topic, raw_type(type_), heard, tcp_nodelay=True))
+    @staticmethod
+    def _subscriber(topic, type_, heard):
+        return rospy.Subscriber(topic, raw_type(type_), heard, tcp_nodelay=True)
 
     def _pass_back(self, part, type_, heard, onward=None):
         """Relay a topic of the robot's server to the controller, and listen to it."""
@@ -305,4 +317,4 @@ class ActionRelay:
             onward.publish(passed_on(raw))
             heard(read(raw, type_))
 
-        self._listen(self._robot + part, type_, relay)
+        self._from_robot.append(self._subscriber(self._robot + part, type_, relay))

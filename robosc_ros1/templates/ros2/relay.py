@@ -7,47 +7,26 @@ goes back to the controller: feedback, result, status. A call that is blocked is
 response that has its fields at their defaults (ROS 2 knows no failing calls), a goal is rejected.
 """
 
-import json
-import time
-
 from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.task import Future
 from std_msgs.msg import String
 
-from ._runtime.guard import Choice
-from .ros import FAILURES, WATCH, RosPort
+from ._runtime.recognise import choices_of
+from .ros import Action, RosPort
 from .ros_messages import fill, plain, sendable
 from .ros_parameters import quality
 
 
-def choices_of(message_type, table):
-    """How messages are recognised, from the table in ``node.py``: (command, data of all that mean
-    it, (path, values) of a field that tells)."""
-    choices = []
-    for key, exact, field in table:
-        if exact:
-            choices.append(Choice(key, _one_of([fill(message_type(), data) for data in exact])))
-        elif field:
-            choices.append(Choice(key, _has(*field)))
-        else:
-            choices.append(Choice(key))
-    return tuple(choices)
+def read(data, message_type):
+    return plain(deserialize_message(data, message_type))
 
 
-def _one_of(messages):
-    return lambda message: message in messages
-
-
-def _has(path, values):
-    def fits(message):
-        for name in path:
-            message = getattr(message, name)
-        return any(abs(message - v) < 1e-6 if type(v) is float else message == v for v in values)
-
-    return fits
+def maker(message_type):
+    """Makes messages from data as they would arrive, with the precision of their fields."""
+    return lambda data: read(serialize_message(fill(message_type(), data)), message_type)
 
 
 class RelayPort(RosPort):
@@ -85,31 +64,27 @@ class RelayPort(RosPort):
         else:
             RosPort.send(self, key, data)
 
-    def blocked(self, name, kind, reasons):
-        document = {
-            "version": 1,
-            "time": round(time.time(), 6),
-            "event": {"kind": kind, "name": name, "value": None},
-            "blocked_by": reasons,
-        }
-        self._blocked.publish(String(data=json.dumps(document)))
+    def blocked(self, text):
+        self._blocked.publish(String(data=text))
 
     def _relay_input(self, guard, robot, controller, type_, keys):
         # The first message's quality holds for the topic; the controller gets it reliably.
         profile = self._profiles[keys[0]]
-        onward = self._node.create_publisher(type_, controller, quality("reliable", profile.depth))
+        durability = profile.durability.name.lower()
+        onward = quality("reliable", profile.depth, durability)
+        publish = self._node.create_publisher(type_, controller, onward).publish
 
         def heard(data):
-            message = plain(deserialize_message(data, type_))
-            guard.follow(keys, message, lambda: onward.publish(data))
+            guard.follow(keys, read(data, type_), lambda: publish(data))
 
         self._node.create_subscription(type_, robot, heard, profile, raw=True)
 
     def _relay_command(self, guard, controller, type_, table):
-        choices = choices_of(type_, table)
+        choices = choices_of(table, maker(type_))
 
         def heard(data):
-            guard.offer(controller, choices, deserialize_message(data, type_), data)
+            message = read(data, type_) if len(choices) > 1 else None
+            guard.offer(controller, choices, message, data)
 
         profile = self._profiles[table[0][0]]
         self._node.create_subscription(type_, controller, heard, profile, raw=True)
@@ -133,23 +108,19 @@ def _serving(guard, courier, key):
     return serve
 
 
-class ActionRelay:
-    """One action: the robot's server, shown to the controller, its goals let pass by the guard."""
+class ActionRelay(Action):
+    """One action: the robot's server, shown to the controller, its goals let pass by the guard.
+
+    A goal is accepted when the guard lets it pass, and sent to the robot under the same id when it
+    is executed; what comes of it there is what comes of it here.
+    """
 
     def __init__(self, node, courier, controller, robot, type_, key):
-        self.report = None
-        self._node = node
-        self._courier = courier
-        self._type = type_
+        Action.__init__(self, node, courier, robot, type_)
         self._key = key
         self._name = controller
         self._guard = None
-        self._client = ActionClient(node, type_, robot)
-        # Touched by the executor's thread only.
-        self._passed = []  # tokens of goals that were let pass and are about to be executed
-        self._handles = {}  # by token, of goals under way: None until the robot has accepted
-        self._cancelled = set()  # tokens of goals under way that are to be cancelled
-        self._heard = time.monotonic()
+        self._passed = {}  # goals that are about to be executed, by their request
 
     def connect(self, guard):
         self._guard = guard
@@ -163,111 +134,72 @@ class ActionRelay:
             callback_group=ReentrantCallbackGroup(),
         )
 
-    def is_busy(self):
-        return bool(self._cancelled)
-
-    # The engine's side
-
-    def start(self, data, token):
-        # Before the answer that makes the server accept the goal and execute it.
-        def begin():
-            self._passed.append(token)
-            self._handles[token] = None
-
-        self._courier.do(begin)
-
-    def cancel(self, token):
-        self._courier.do(lambda: self._cancel(token))
-
-    def abandon(self, token):
-        self.cancel(token)
-
-    def silence(self):
-        return time.monotonic() - self._heard
-
     # The controller's side
 
-    async def _asked(self, goal):
+    async def _asked(self, request):
         decided = Future()
 
         def answer(kind, _):
             if kind in ("passed", "blocked"):
                 self._courier.do(lambda: decided.set_result(kind == "passed"))
+            elif kind == "error":
+                self._courier.do(lambda: self._give_up(request))
 
-        self._guard.request(self._key, goal, answer)
+        self._guard.request(self._key, request, answer)
         return GoalResponse.ACCEPT if await decided else GoalResponse.REJECT
 
     def _cancel_asked(self, _):
         self._guard.withdraw(self._key)
         return CancelResponse.ACCEPT
 
-    async def _execute(self, goal):
-        token = self._passed.pop(0)
-        self._heard = time.monotonic()
-        ended = Future()
-        self._courier.poll((self, token), lambda: self._send(goal, token, ended))
-        status, result = await ended
-        self._handles.pop(token, None)
-        self._cancelled.discard(token)
+    async def _execute(self, onward):
+        goal = self._passed.get(id(onward.request))
+        goal.uuid = onward.goal_id
+        goal.feedback = onward.publish_feedback
+        self._send(goal)
+        status, result = await goal.ended
+        del self._passed[id(onward.request)]
         if status == GoalStatus.STATUS_SUCCEEDED:
-            goal.succeed()
-        elif status == GoalStatus.STATUS_CANCELED and goal.is_cancel_requested:
-            goal.canceled()
+            onward.succeed()
+        elif status == GoalStatus.STATUS_CANCELED and onward.is_cancel_requested:
+            onward.canceled()
         else:
-            goal.abort()
+            onward.abort()
         return self._type.Result() if result is None else result
 
-    # The robot's side
+    def _give_up(self, request):
+        """The request ended without the robot's server: it is lost, or too slow."""
+        self._end(self._passed.get(id(request)), GoalStatus.STATUS_ABORTED)
 
-    def _send(self, goal, token, ended):
-        """Send the goal if the server is there; whether there is nothing more to try."""
-        if token in self._cancelled:
-            self._finish(ended, token, "error", "cancelled before it was sent")
-            return True
-        if not self._client.server_is_ready():
-            return False
+    @staticmethod
+    def _end(goal, status, result=None):
+        if goal is not None and not goal.ended.done():
+            goal.ended.set_result((status, result))
 
-        def feedback(message):
-            goal.publish_feedback(message.feedback)
-            self.report(token, "feedback", plain(message.feedback))
+    # What comes of a goal at the robot; before the answer that makes the server execute it
 
-        future = self._client.send_goal_async(goal.request, feedback, goal.goal_id)
-        future.add_done_callback(lambda done: self._answered(done.result(), token, ended))
-        return True
+    def _begin(self, goal):
+        goal.ended = Future()
+        self._keep(goal)
+        self._passed[id(goal.message)] = goal
 
-    def _answered(self, handle, token, ended):
-        if not handle.accepted:
-            self._finish(ended, token, "error", "rejected")
-            return
-        self._handles[token] = handle
-        self._heard = time.monotonic()
-        self.report(token, "accepted")
-        result = handle.get_result_async()
-        result.add_done_callback(lambda done: self._finished(done.result(), token, ended))
-        self._courier.poll((self, token), lambda: self._watch(token), WATCH)
-        if token in self._cancelled:
-            handle.cancel_goal_async()
+    def _feedback(self, goal, message):
+        goal.feedback(message.feedback)
+        Action._feedback(self, goal, message)
 
-    def _watch(self, token):
-        """Look after the server of a goal that is under way; whether the goal has ended."""
-        if self._client.server_is_ready():
-            self._heard = time.monotonic()
-        return token not in self._handles
+    def _finished(self, goal, future):
+        answer = future.result()
+        self._end(goal, answer.status, answer.result)
+        Action._finished(self, goal, future)
 
-    def _finished(self, answer, token, ended):
-        if answer.status == GoalStatus.STATUS_SUCCEEDED:
-            self.report(token, "response", plain(answer.result))
-        else:
-            self.report(token, "error", FAILURES.get(answer.status, "ended without result"))
-        ended.set_result((answer.status, answer.result))
+    def _finish(self, goal, kind, payload):
+        Action._finish(self, goal, kind, payload)
+        if kind == "error":
+            self._end(goal, GoalStatus.STATUS_ABORTED)
 
-    def _finish(self, ended, token, kind, reason):
-        self.report(token, kind, reason)
-        ended.set_result((GoalStatus.STATUS_ABORTED, None))
-
-    def _cancel(self, token):
-        if token not in self._handles or token in self._cancelled:
-            return
-        self._cancelled.add(token)
-        if self._handles[token] is not None:
-            self._handles[token].cancel_goal_async()
+    def _watch(self, goal):
+        over = Action._watch(self, goal)
+        if over:  # if its result did not come, it never will
+            self._end(goal, GoalStatus.STATUS_ABORTED)
+            self._goals.pop(goal.token, None)
+        return over

@@ -61,7 +61,7 @@ class RosPort(Port):
             key: _Service(node, self.courier, name, type_) for name, type_, key in services
         }
         self._actions = {
-            key: _Action(node, self.courier, name, type_) for name, type_, key in actions
+            key: Action(node, self.courier, name, type_) for name, type_, key in actions
         }
         self.exit_code = 0
         self.on_exit = None
@@ -229,7 +229,7 @@ class _Service:
             self._token = self._future = None
 
 
-class _Action:
+class Action:
     """Goals of one action, at most one of them of interest to the engine."""
 
     def __init__(self, node, courier, name, type_):
@@ -243,7 +243,7 @@ class _Action:
         self._heard = time.monotonic()
 
     def start(self, data, token):
-        goal = _Goal(token, fill(self._type.Goal(), data))
+        goal = Goal(token, fill(self._type.Goal(), data))
         self._heard = time.monotonic()
         self._courier.do(lambda: self._begin(goal))
 
@@ -261,10 +261,16 @@ class _Action:
         return any(goal.cancelled for goal in list(self._goals.values()))
 
     def _begin(self, goal):
+        self._keep(goal)
+        self._send(goal)
+
+    def _keep(self, goal):
         for token, old in list(self._goals.items()):
             if old.abandoned and len(self._goals) >= KEPT_GOALS:
                 del self._goals[token]  # its server is not going to answer
         self._goals[goal.token] = goal
+
+    def _send(self, goal):
         if not self._try(goal):
             self._courier.poll((self, goal.token), lambda: self._try(goal))
 
@@ -276,7 +282,7 @@ class _Action:
             return False
         goal.sent = True
         future = self._client.send_goal_async(
-            goal.message, feedback_callback=lambda message: self._feedback(goal, message)
+            goal.message, lambda message: self._feedback(goal, message), goal.uuid
         )
         future.add_done_callback(lambda future: self._answered(goal, future))
         return True
@@ -365,12 +371,13 @@ class _Action:
             self._cancel(token)  # the server must not go on with what nobody waits for
 
 
-class _Goal:
+class Goal:
     """A goal on its way: not sent, sent, accepted (it has a handle)."""
 
     def __init__(self, token, message):
         self.token = token
         self.message = message
+        self.uuid = None  # a new one
         self.handle = None
         self.sent = False
         self.cancelled = False

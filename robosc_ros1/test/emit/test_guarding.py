@@ -7,7 +7,7 @@ from emit.generated_code import supervisor_of
 
 from robosc.emit.guarding import Recognition, recognitions
 from robosc.emit.ros2_supervisor import emit
-from robosc.errors import UsageError
+from robosc.errors import ModelError
 
 MODEL = """
 robot Cart {
@@ -72,14 +72,16 @@ def test_one_command_may_mean_all_the_rest() -> None:
 @pytest.mark.parametrize(
     ("provides", "fault"),
     [
-        ([DRIVE, STOP], "cannot tell turn from drive on the topic /vel: no field has constant"),
+        ([DRIVE, STOP], "cannot tell 'turn' from 'drive' on the topic '/vel': no field has"),
         (
             [DRIVE, "provide turn with { linear: { x: 0 } }", STOP],
-            "cannot tell stop from turn on the topic /vel: they can carry the same data",
+            "cannot tell 'stop' from 'turn' on the topic '/vel': they can carry the same data",
         ),
     ],
 )
 def test_what_cannot_be_told_apart_is_refused(provides: list[str], fault: str) -> None:
-    with pytest.raises(UsageError, match=fault) as refused:
+    with pytest.raises(ModelError) as refused:
         emit(supervisor_of(MODEL % "\n".join(provides)), "cart_supervisor")
-    assert str(refused.value).startswith("model.rscd:")
+    (diagnostic,) = refused.value.diagnostics
+    assert diagnostic.code == "commands-alike"
+    assert fault in diagnostic.message

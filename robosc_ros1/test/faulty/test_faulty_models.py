@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from robosc.cli import main
 from robosc.codes import CODES, page
 from robosc.errors import render_all
 from robosc.model.resolve import load
@@ -36,9 +37,9 @@ def test_output_is_exact(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_every_code_about_text_and_model_has_a_faulty_model() -> None:
-    # The codes of the plant have models in the tests of the synthesis.
-    without = [c.code for c in CODES.values() if c.code not in MODELS and not c.needs_plant]
-    assert without == []
+    # The codes of the plant have models in the tests of the synthesis, those of supervisors below.
+    codes = [c for c in CODES.values() if not c.needs_plant and not c.supervised]
+    assert [c.code for c in codes if c.code not in MODELS] == []
 
 
 def test_every_faulty_model_shows_a_code_that_exists() -> None:
@@ -50,3 +51,24 @@ def test_the_page_of_diagnostics_is_up_to_date() -> None:
     assert written.read_text(encoding="utf-8") == page(), "run: python3 -m robosc.codes " + str(
         written
     )
+
+
+SUPERVISED = sorted(p.stem for p in (FOLDER / "supervised").glob("*.rscd"))
+
+
+def test_every_code_of_supervisors_has_a_faulty_model() -> None:
+    assert sorted(c.code for c in CODES.values() if c.supervised) == SUPERVISED
+
+
+@pytest.mark.parametrize("code", SUPERVISED)
+def test_output_is_exact_when_a_supervisor_is_generated(
+    code: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(FOLDER / "supervised")
+    arguments = ["generate", f"{code}.rscd", "--output", str(tmp_path), "--mode"]
+    assert main([*arguments, "controller"]) == 0
+    capsys.readouterr()
+    assert main([*arguments, "supervisor"]) == 1
+    expected = (FOLDER / "supervised" / f"{code}.txt").read_text(encoding="utf-8")
+    assert capsys.readouterr().err == expected
+    assert [path.name for path in tmp_path.iterdir()] == ["cart_controller"]

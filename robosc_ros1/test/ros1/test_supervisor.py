@@ -6,12 +6,14 @@ The test plays both: the robot under its own names, the controller under those t
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 from ros1.stage import Node, Puppet, Stage
 from ros_support import EXAMPLES, Master, Workspace, run_robosc
+from runtime.schemas import validate
 
 NODE = "line_follower_supervisor"
 TWIST = "geometry_msgs/Twist"
@@ -61,9 +63,11 @@ def other(guarded: Stage) -> Iterator[Puppet]:
         yield running
 
 
-def blocked(other: Puppet, since: int) -> str:
-    """What the report about a blocked command says."""
-    return str(other.hears(f"/{NODE}/blocked", since=since)["data"])
+def blocked(other: Puppet, since: int = 0) -> tuple[str, list[str]]:
+    """Which command is reported as blocked, and why."""
+    document = json.loads(other.hears(f"/{NODE}/blocked", since=since)["data"])
+    validate(document, "blocked")
+    return document["event"]["name"], [reason["text"] for reason in document["blocked_by"]]
 
 
 def vel(other: Puppet, fields: dict[str, Any]) -> None:
@@ -75,7 +79,9 @@ def test_messages_pass_with_their_own_data_or_are_blocked(
 ) -> None:
     with guarded.controller(other, NODE) as node:
         vel(other, speed(0.3))
-        assert "requirement move needs DistanceSensor.current = free" in blocked(other, 0)
+        name, reasons = blocked(other)
+        assert name == "move"
+        assert "requirement move needs DistanceSensor.current = free" in reasons
         # More than once: a publisher does not wait for its subscribers.
         robot.publish("/distance", FLOAT, 2.0, times=20, rate=20.0)
         other.hears("/supervised/distance", lambda m: m["data"] == 2.0)
@@ -86,7 +92,7 @@ def test_messages_pass_with_their_own_data_or_are_blocked(
         # Nothing forbids to drive now, so there is no need to stop.
         mark = other.mark
         vel(other, STOP)
-        assert '"name": "stop"' in blocked(other, mark)
+        assert blocked(other, mark)[0] == "stop"
         assert len(robot.all_heard("/vel")) == 1
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
+from runtime.schemas import validate
 
-from robosc.runtime.guard import Choice, Guard
+from robosc.runtime.guard import Guard
+from robosc.runtime.model import Command, Requirement
+from robosc.runtime.recognise import Choice
 from robosc.runtime.settings import Settings
 
 GO_ONLY = (Choice(GO),)
@@ -19,16 +23,19 @@ class GuardedPort(PlayedPort):
         super().__init__()
         self.blocks: list[tuple[str, str, list[str]]] = []
 
-    def blocked(self, name: str, kind: str, reasons: list[dict[str, str]]) -> None:
-        self.blocks.append((name, kind, [reason["text"] for reason in reasons]))
+    def blocked(self, text: str) -> None:
+        document = json.loads(text)
+        validate(document, "blocked")
+        reasons = [reason["text"] for reason in document["blocked_by"]]
+        self.blocks.append((document["event"]["name"], document["event"]["kind"], reasons))
 
 
 class Bench:
     """A guard whose inputs are played one by one."""
 
-    def __init__(self, **settings: Any) -> None:
+    def __init__(self, controller: LampController | None = None, **settings: Any) -> None:
         self.port = GuardedPort()
-        self.controller = LampController()
+        self.controller = controller or LampController()
         self.forwarded: list[Any] = []
         self.answers: list[tuple[str, Any]] = []
         self.time = 0.0
@@ -202,3 +209,77 @@ def test_after_a_safe_stop_everything_is_blocked() -> None:
     bench.guard.cycle()
     assert bench.offer(3) == []
     assert bench.port.blocks == [("go", "request", ["safe stop: enough"])]
+
+
+class OnceController(LampController):
+    """Going forbids to go again; that is no reason to stop it."""
+
+    COMMANDS = (
+        Command(GO, "request", "can_go_once", None, None, None, "do_go", (0, 3)),
+        *LampController.COMMANDS[1:],
+    )
+    REQUIREMENTS = (
+        *LampController.REQUIREMENTS,
+        Requirement("go needs standing", "lamp.rscd:4", "is_standing"),
+    )
+    goes = False
+
+    def is_standing(self) -> bool:
+        return not self.goes
+
+    def can_go_once(self) -> bool:
+        return self.clear and not self.goes
+
+    def do_go(self) -> None:
+        self.goes = True
+
+
+def test_what_a_command_forbids_by_itself_does_not_end_it() -> None:
+    bench = Bench(OnceController(), stop_command=HALT)
+    bench.sense(50)
+    assert bench.offer(3, DRIVE) == [(GO, 3)]
+    bench.sense(60)
+    assert bench.port.take() == []
+    assert bench.offer(3, DRIVE) == []
+    bench.sense(2)
+    assert bench.port.take() == [HALT]
+
+
+def test_a_stop_of_the_controller_is_not_stopped_again() -> None:
+    bench = Bench(stop_command=HALT)
+    assert bench.offer(0, DRIVE) == [(HALT, 0)]
+    bench.sense(50)
+    assert bench.port.take() == []
+
+
+class ShortController(LampController):
+    """A guard that leaves out a requirement, because it follows in all states of the system."""
+
+    def can_go(self) -> bool:
+        return True
+
+
+def test_requirements_hold_also_where_guards_mean_nothing() -> None:
+    bench = Bench(ShortController(), stop_command=HALT)
+    assert bench.offer(3, DRIVE) == []
+    assert bench.port.blocks == [("go", "request", ["go needs clear"])]
+    bench.sense(50)
+    assert bench.offer(3, DRIVE) == [(GO, 3)]
+    bench.sense(2)
+    assert bench.port.take() == [HALT]
+
+
+def test_a_goal_that_ended_is_not_cancelled() -> None:
+    bench = Bench(stop_command=HALT)
+    bench.request(ARM)
+    bench.report(ARM, "response")
+    bench.sense(50)
+    assert bench.port.cancelled == []
+
+
+def test_how_often_something_was_blocked_is_counted_and_shown() -> None:
+    bench = Bench()
+    bench.offer(3)
+    bench.offer(3)
+    assert bench.guard.journal.counters["blocked"] == 2
+    assert bench.guard.changed.is_set()

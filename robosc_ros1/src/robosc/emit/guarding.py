@@ -12,10 +12,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from robosc.errors import UsageError
+from robosc.errors import ModelError, Note
 from robosc.ir.expr import evaluate
 from robosc.model.entities import Communication, Data, DataObject, Kind, Robot
 from robosc.model.expr import Binary, Expr, Literal, Unary, walk
+from robosc.model.report import Report
 from robosc.model.types import Value
 
 __all__ = ["Recognition", "recognitions"]
@@ -49,8 +50,10 @@ def recognitions(robot: Robot) -> dict[tuple[str, str], tuple[Recognition, ...]]
     """By topic and type (``package/Type``), in model order.
 
     Raises:
-        UsageError: messages of one topic cannot be told apart by their data.
+        ModelError: messages of one topic cannot be told apart by their data, or the robot sends on
+            it, too.
     """
+    report = Report()
     topics: dict[tuple[str, str], list[Communication]] = {}
     for communication in robot.communications.values():
         if communication.kind is Kind.INCOMING:
@@ -58,19 +61,34 @@ def recognitions(robot: Robot) -> dict[tuple[str, str], tuple[Recognition, ...]]
             place = (communication.identifier, f"{binding.package}/{binding.type}")
             topics.setdefault(place, []).append(communication)
     found: dict[tuple[str, str], tuple[Recognition, ...]] = {}
-    faults: list[str] = []
+    _check_directions(robot, report)
     for place, messages in topics.items():
         if len(messages) == 1:
             found[place] = (Recognition(messages[0].key),)
         else:
-            found[place] = tuple(_told_apart(messages, robot, faults))
-    if faults:
-        raise UsageError("\n".join(faults))
+            found[place] = tuple(_told_apart(messages, robot, report))
+    if report.has_errors:
+        raise ModelError(report.diagnostics)
     return found
 
 
+def _check_directions(robot: Robot, report: Report) -> None:
+    """A topic between robot and supervisor that goes both ways would also go round."""
+    sent = {c.identifier: c for c in robot.communications.values() if c.kind is Kind.OUTGOING}
+    for message in robot.communications.values():
+        other = sent.get(message.identifier)
+        if message.kind is Kind.INCOMING and other is not None:
+            report.add(
+                "topic-both-ways",
+                message.span,
+                f"robot and controller both send on the topic '{message.identifier}'",
+                "give them a topic each",
+                [Note("the robot does here", other.span)],
+            )
+
+
 def _told_apart(
-    messages: Sequence[Communication], robot: Robot, faults: list[str]
+    messages: Sequence[Communication], robot: Robot, report: Report
 ) -> Iterator[Recognition]:
     provided = {m.key: list(_provided(m, robot)) for m in messages}
     exact = [m for m in messages if provided[m.key] and all(p.complete for p in provided[m.key])]
@@ -81,19 +99,19 @@ def _told_apart(
             content = tuple(sorted((p, v) for p, v in part.constants.items() if v not in (0, "")))
             other = seen.setdefault(content, message)
             if other is not message:
-                faults.append(_fault(message, other, robot, "they can carry the same data"))
+                _refuse(message, other, "they can carry the same data", robot, report)
         yield Recognition(message.key, exact=tuple(_nested(p) for p in provided[message.key]))
     if len(others) == 1:
         yield Recognition(others[0].key)
     elif others:
-        yield from _by_field(others, provided, robot, faults)
+        yield from _by_field(others, provided, robot, report)
 
 
 def _by_field(
     messages: Sequence[Communication],
     provided: Mapping[str, list[_Provided]],
     robot: Robot,
-    faults: list[str],
+    report: Report,
 ) -> Iterator[Recognition]:
     """Messages with changing data, by a field that is constant in all of them."""
     for path in dict.fromkeys(
@@ -107,15 +125,20 @@ def _by_field(
                 yield Recognition(message.key, field=(path, tuple(kept)))
             return
     reason = "no field has constant values in the data of each that differ"
-    faults.append(_fault(messages[1], messages[0], robot, reason))
+    _refuse(messages[1], messages[0], reason, robot, report)
 
 
-def _fault(message: Communication, other: Communication, robot: Robot, reason: str) -> str:
+def _refuse(
+    message: Communication, other: Communication, reason: str, robot: Robot, report: Report
+) -> None:
     names = robot.display_names
-    return (
-        f"{message.span.source.path}:{message.span.line}: a supervisor cannot tell"
-        f" {names[message.key]} from {names[other.key]} on the topic {message.identifier}: {reason}"
-        " (give one of them constant data, a field that tells them apart, or a topic of its own)"
+    report.add(
+        "commands-alike",
+        message.span,
+        f"a supervisor cannot tell '{names[message.key]}' from '{names[other.key]}' on the topic"
+        f" '{message.identifier}': {reason}",
+        "provide constant data for one of them, or give it a topic of its own",
+        [Note("the other message is here", other.span)],
     )
 
 

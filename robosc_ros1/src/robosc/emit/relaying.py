@@ -63,8 +63,8 @@ def relay_context(
     ``action_parts`` are the names below an action's own, which are remapped one by one.
 
     Raises:
-        UsageError: messages of one topic cannot be told apart by their data, or the configuration's
-            section about the supervisor has a wrong key.
+        ModelError: see :func:`.guarding.recognitions`.
+        UsageError: the configuration's section about the supervisor has a wrong key.
     """
     means = {r.key: r for found in recognitions(robot).values() for r in found}
     known = {f.name: getattr(base, f.name) for f in fields(base)}

@@ -24,8 +24,8 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     """The package, ready to be written and built with colcon.
 
     Raises:
-        UsageError: messages of one topic cannot be told apart by their data, or the configuration
-            does not fit.
+        ModelError: a supervisor cannot do what it must with the topics of the model.
+        UsageError: the configuration does not fit.
     """
     robot = supervisor.plant.robot
     source = file_of(robot.span)

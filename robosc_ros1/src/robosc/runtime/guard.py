@@ -8,22 +8,24 @@ requirements that forbid it.
 
 A message that was passed is *in effect* until another one passes on its topic, a goal until it
 ends. If what is in effect becomes forbidden, and a stop command is set, that is sent, and the goal
-cancelled: nobody else would end a movement that is under way.
+cancelled: nobody else would end a movement that is under way. A command may forbid itself by what
+it does (a requirement that it does not start twice); that is no reason to stop it.
 """
 
 from __future__ import annotations
 
 import time
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
 from .engine import Engine
 from .model import Command, Controller
 from .pace import PacedCommand
 from .port import Port
-from .report import blocked_by
+from .recognise import Choice, recognised
+from .report import blocked_by, dump, violated
 from .settings import Settings
 
-__all__ = ["Choice", "Guard", "GuardPort"]
+__all__ = ["Guard", "GuardPort"]
 
 Reasons = List[Dict[str, str]]
 Answer = Callable[[str, Any], None]
@@ -31,21 +33,11 @@ Answer = Callable[[str, Any], None]
 with the reason."""
 
 
-class Choice(NamedTuple):
-    """A command that messages of a topic may mean.
-
-    ``fits`` tells whether a message means it (None: any message does that means no other).
-    """
-
-    key: str
-    fits: Optional[Callable[[Any], bool]] = None
-
-
 class GuardPort(Port):
     """Data are what came from the other controller, to be passed on as it is."""
 
-    def blocked(self, name: str, kind: str, reasons: Reasons) -> None:
-        """Tell that a command was blocked."""
+    def blocked(self, text: str) -> None:
+        """Publish a document about a command that was blocked, on ``~blocked``."""
         raise NotImplementedError
 
 
@@ -60,17 +52,26 @@ class Guard(Engine):
         steady: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(controller, port, settings, steady)
-        self._blocks = port.blocked
+        self._publish = port.blocked
+        self.journal.counters["blocked"] = 0
         self._entries: Dict[Tuple[str, str], Command] = {
             (c.key, c.kind): c for c in controller.COMMANDS
         }
         self._paced: Dict[Tuple[str, str], PacedCommand] = {
             (c.key, c.kind): c for c in self._pace.commands
         }
+        requests = [c for c in controller.COMMANDS if c.kind == "request"]
         self._guards: Dict[str, Callable[[], bool]] = {
-            c.key: getattr(controller, c.guard) for c in controller.COMMANDS if c.kind == "request"
+            c.key: getattr(controller, c.guard) for c in requests
         }
-        self._effect: Dict[str, str] = {}  # topic -> key of the message in effect
+        # A guard may leave out what follows in all states that the supervisor allows; the stop
+        # command may lead elsewhere.
+        self._required: Dict[str, List[Callable[[], bool]]] = {
+            c.key: [getattr(controller, controller.REQUIREMENTS[i].holds) for i in c.requirements]
+            for c in requests
+        }
+        # By topic or key of an action: what is in effect, and what itself has brought against it.
+        self._effect: Dict[str, Tuple[str, FrozenSet[str]]] = {}
         self._answers: Dict[str, Answer] = {}  # by key, of the request under way
 
     # From any thread
@@ -112,24 +113,22 @@ class Guard(Engine):
         forward()
 
     def _offer(self, topic: str, choices: Sequence[Choice], message: Any, payload: Any) -> None:
-        key = _recognised(choices, message)
+        key = recognised(choices, message)
         if key is None:
             names = ", ".join(self._names[choice.key] for choice in choices)
             reason = {"kind": "unknown", "text": "its data are those of none of " + names}
-            self._blocks("", "request", [reason])
-            self._log("warning", topic, "a message on %s was blocked: %s" % (topic, reason["text"]))
-            return
-        if self._passes(key, "request", payload):
-            self._effect[topic] = key
+            self._block("", topic, "request", [reason])
+        else:
+            self._passes(key, "request", payload, topic)
 
     def _request(self, key: str, payload: Any, answer: Answer) -> None:
         reasons = self._reasons(key, "request")
         if reasons:
-            self._block(key, "request", reasons)
+            self._block(self._names[key], key, "request", reasons)
             answer("blocked", reasons)
             return
         self._answers[key] = answer
-        if self._passes(key, "request", payload):
+        if self._passes(key, "request", payload, key):
             answer("passed", None)
         else:
             self._answers.pop(key, None)
@@ -137,7 +136,7 @@ class Guard(Engine):
 
     def _cancel(self, key: str) -> None:
         if not self._reasons(key, "cancel"):
-            self._passes(key, "cancel", None)
+            self._passes(key, "cancel", None, key)
             return
         for running, token in self._calls.running():
             if running == key:
@@ -149,17 +148,22 @@ class Guard(Engine):
             return [{"kind": "stopped", "text": "safe stop: " + self.stopped}]
         command = self._paced[key, kind]
         if command.possible and command.allowed():
-            return []
+            return self._violated(key) if kind == "request" else []
         return blocked_by(self.controller, self._entries[key, kind])
 
-    def _passes(self, key: str, kind: str, payload: Any) -> bool:
+    def _violated(self, key: str) -> Reasons:
+        if all(holds() for holds in self._required[key]):
+            return []
+        return violated(self.controller, self._entries[key, "request"])
+
+    def _passes(self, key: str, kind: str, payload: Any, place: str) -> bool:
         """Have a command take place if it is allowed; whether it did."""
         reasons = self._reasons(key, kind)
+        name = self._names[key]
         if reasons:
-            self._block(key, kind, reasons)
+            self._block(name, place, kind, reasons)
             return False
         command = self._paced[key, kind]
-        name = self._names[key]
         try:
             self._dispatch(command, payload)
         except Exception as error:
@@ -173,16 +177,35 @@ class Guard(Engine):
         command.count += 1
         self.journal.counters["commands"] += 1
         self.journal.note(kind, name)
-        self._after(key if kind == "cancel" else None)
+        super()._after(key if kind == "cancel" else None)
+        if kind == "cancel":
+            self._effect.pop(key, None)
+        elif command.sort != "service" and key != self.settings.stop_command:
+            self._effect[place] = (key, self._against(key))
+        else:
+            self._effect.pop(place, None)
+        self._revoke()
         return True
 
-    def _block(self, key: str, kind: str, reasons: Reasons) -> None:
-        name = self._names[key]
-        self._blocks(name, kind, reasons)
+    def _block(self, name: str, place: str, kind: str, reasons: Reasons) -> None:
+        """Report a command; ``name`` is empty for a message that means none."""
+        document = {
+            "version": 1,
+            "time": round(time.time(), 6),
+            "number": self.journal.number,
+            "event": {"kind": kind, "name": name, "value": None},
+            "blocked_by": reasons,
+        }
+        self.journal.counters["blocked"] += 1
+        self.changed.set()
+        self._publish(dump(document))
         texts = "; ".join(reason["text"] for reason in reasons)
-        self._log("warning", key + kind, "%s of %s was blocked: %s" % (kind, name, texts))
+        what = "%s of %s" % (kind, name) if name else "a message on %s" % place
+        self._log("warning", place + kind, "%s was blocked: %s" % (what, texts))
 
     def _input(self, entry: Any, message: Any) -> None:
+        if entry.ends is not None:
+            self._effect.pop(entry.key, None)
         super()._input(entry, message)
         if entry.ends is not None:
             answer = self._answers.pop(entry.key, None)
@@ -191,32 +214,35 @@ class Guard(Engine):
 
     def _after(self, ended: Optional[str]) -> None:
         super()._after(ended)
-        if self.settings.stop_command and self.stopped is None and not self._closing:
-            self._revoke()
+        self._revoke()
+
+    def _against(self, key: str) -> FrozenSet[str]:
+        """What speaks against a command that is in effect; its own phase does not."""
+        if self._guards[key]():
+            reasons = self._violated(key)
+        else:
+            reasons = blocked_by(self.controller, self._entries[key, "request"])
+        return frozenset(r["text"] for r in reasons if r["kind"] in ("requirement", "synthesis"))
 
     def _revoke(self) -> None:
-        """End what is in effect and has become forbidden."""
-        forbidden = [t for t, key in self._effect.items() if not self._guards[key]()]
-        for topic in forbidden:
-            name = self._names[self._effect.pop(topic)]
-            self._log("warning", topic, "%s is no longer allowed: it is stopped" % name)
-        goals = [
-            key
-            for key, _ in self._calls.running()
-            if (key, "cancel") in self._paced and not self._reasons(key, "cancel")
-        ]
-        for key in goals:
-            self._log("warning", key, "%s is no longer allowed: cancelled" % self._names[key])
-            self._passes(key, "cancel", None)
-        if forbidden:
+        """End what is in effect and has become forbidden, if a stop command is set."""
+        if not self.settings.stop_command or self.stopped is not None or self._closing:
+            return
+        ended = []
+        for place, (key, own) in self._effect.items():
+            against = self._against(key)
+            if against <= own:
+                self._effect[place] = (key, against)
+            else:
+                ended.append((place, key))
+        stop = False
+        for place, key in ended:
+            if self._effect.pop(place, None) is None:
+                continue  # ended by what was done about another
+            self._log("warning", place, "%s is no longer allowed: stopped" % self._names[key])
+            if self._paced[key, "request"].sort == "incoming":
+                stop = True
+            elif (key, "cancel") in self._paced and not self._reasons(key, "cancel"):
+                self._passes(key, "cancel", None, key)
+        if stop:
             self._send_stop(self._paced[self.settings.stop_command, "request"])
-
-
-def _recognised(choices: Sequence[Choice], message: Any) -> Optional[str]:
-    rest = None
-    for choice in choices:
-        if choice.fits is None:
-            rest = choice.key
-        elif choice.fits(message):
-            return choice.key
-    return rest

@@ -20,7 +20,9 @@ from .journal import Entry
 from .model import Command, Controller
 from .values import jsonable
 
-__all__ = ["Outlet", "Reporter", "blocked_by", "dump", "event_document", "state_document"]
+__all__ = [
+    "Outlet", "Reporter", "blocked_by", "dump", "event_document", "state_document", "violated",
+]  # fmt: skip
 
 OK, WARN, ERROR = 0, 1, 2  # the levels of diagnostic_msgs/DiagnosticStatus, REP 107
 _LATEST = 10
@@ -85,15 +87,20 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
     if command.kind == "cancel":
         reasons.append({"kind": "requirement", "text": "no requirement on it is violated"})
         return reasons
-    failed = [
-        {"kind": "requirement", "text": requirement.text, "place": requirement.place}
-        for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
-        if not getattr(controller, requirement.holds)()
-    ]
+    failed = violated(controller, command)
     if not failed:
         text = command.reason or "it could lead to where the requirements cannot be kept"
         failed.append({"kind": "synthesis", "text": text})
     return reasons + failed
+
+
+def violated(controller: Controller, command: Command) -> List[Dict[str, str]]:
+    """The requirements on a command that are not met now."""
+    return [
+        {"kind": "requirement", "text": requirement.text, "place": requirement.place}
+        for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
+        if not getattr(controller, requirement.holds)()
+    ]
 
 
 def state_document(snapshot: Dict[str, Any], latest: List[Dict[str, Any]]) -> Dict[str, Any]:
@@ -235,8 +242,8 @@ class Reporter:
         counters: Dict[str, int] = snapshot["counters"]
         news = [
             "%d new %s" % (counters[name] - self._last_counters.get(name, 0), name)
-            for name in ("mismatches", "errors", "failed", "undefined")
-            if counters[name] > self._last_counters.get(name, 0)
+            for name in ("mismatches", "errors", "failed", "undefined", "blocked")
+            if counters.get(name, 0) > self._last_counters.get(name, 0)
         ]
         self._last_counters = dict(counters)
         if self._log_fault:
