@@ -4,11 +4,10 @@
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-from ._runtime.settings import Parameter, ParameterError
+from ._runtime.quality import QUALITIES, quality_name, quality_parameters, shared
+from ._runtime.settings import ParameterError, declared, read
 
-_IGNORED = ("use_sim_time", "start_type_description_service", "qos_overrides")
-_RELIABILITY = ("reliable", "best_effort")
-_DURABILITY = ("volatile", "transient_local")
+_IGNORED = ("start_type_description_service", "qos_overrides")
 
 
 def quality(reliability, depth, durability="volatile"):
@@ -21,78 +20,47 @@ def quality(reliability, depth, durability="volatile"):
     )
 
 
-def parameters(node, declared):
-    """The values that were given to the node, by the names of ``declared``, and those unknown.
+def spelled(name):
+    """A parameter's name as ROS 2 has it, where the engine has slashes."""
+    return name.replace("/", ".")
 
-    ROS 2 has dots in nested names where the engine has slashes. The node takes them at its start
-    and not later; it was made to declare whatever is given, so that a wrong type can be told in
-    the same words as everything else.
+
+def configured(node, communications, topics):
+    """The settings, the quality of service of each message by key, and warnings.
+
+    ``topics`` are their names with the keys of the messages on them. The node takes parameters at
+    its start and not later; it was made to declare whatever is given, so that a wrong type can be
+    told in the same words as everything else.
     """
-    given = {
-        name: value.value
-        for name, value in node.get_parameters_by_prefix("").items()
-        if name.partition(".")[0] not in _IGNORED
-    }
-    for parameter in declared:
-        name = parameter.name.replace("/", ".")
+    more = quality_parameters(communications)
+    given = shared(communications, _given(node), topics, spelled)
+    settings, warnings = read(communications, given, more, spelled)
+    for parameter in declared(communications) + more:
+        name = spelled(parameter.name)
         descriptor = ParameterDescriptor(
             description=parameter.meaning, read_only=True, dynamic_typing=True
         )
-        if name in given:
+        if node.has_parameter(name):
             node.set_descriptor(name, descriptor)
         else:
-            node.declare_parameter(name, parameter.default, descriptor)
-    return {name.replace(".", "/"): value for name, value in given.items()}
+            value = given.get(parameter.name, parameter.default)
+            node.declare_parameter(name, value, descriptor)
+    profiles = {
+        c.key: quality(**{q: settings.more[quality_name(c, q)] for q in QUALITIES})
+        for c in communications
+        if c.sort in ("incoming", "outgoing")
+    }
+    return settings, profiles, warnings
 
 
-def quality_parameters(communications):
-    """The parameters of the messages' quality of service: inputs and commands differ by default.
-
-    A best-effort subscription hears both reliable and best-effort publishers; a reliable one hears
-    reliable publishers only, but loses nothing.
-    """
-    result = []
-    for communication in communications:
-        if communication.sort not in ("incoming", "outgoing"):
-            continue
-        prefix = "qos/%s/" % communication.name.replace(".", "/")
-        reliability = "reliable" if communication.sort == "incoming" else "best_effort"
-        depth = 10 if communication.sort == "incoming" else 100
-        what = " of " + communication.name
-        result += [
-            Parameter(
-                prefix + "reliability", "string", reliability, "reliability" + what, _RELIABILITY
-            ),
-            Parameter(
-                prefix + "durability", "string", "volatile", "durability" + what, _DURABILITY
-            ),
-            Parameter(prefix + "depth", "integer", depth, "length of the queue" + what, minimum=1),
-        ]
-    return result
-
-
-def profiles(communications, given):
-    """The quality of service of each message by key, from parameters, which are taken out."""
-    values = {}
-    faults = []
-    for parameter in quality_parameters(communications):
-        value = values[parameter.name] = given.pop(parameter.name, parameter.default)
-        if parameter.choices and value not in parameter.choices:
-            must = "one of " + ", ".join(parameter.choices)
-        elif not parameter.choices and (type(value) is not int or value < 1):
-            must = "an integer of at least 1"
-        else:
-            continue
-        faults.append("parameter ~%s must be %s, not %r" % (parameter.name, must, value))
-    if faults:
-        raise ParameterError("\n".join(faults))
-    result = {}
-    for communication in communications:
-        prefix = "qos/%s/" % communication.name.replace(".", "/")
-        if prefix + "depth" in values:
-            result[communication.key] = quality(
-                values[prefix + "reliability"],
-                values[prefix + "depth"],
-                values[prefix + "durability"],
-            )
-    return result
+def _given(node):
+    """What the node was given, by the engine's names."""
+    given = {name: p.value for name, p in node.get_parameters_by_prefix("").items()}
+    simulated = given.pop("use_sim_time", False)
+    if not isinstance(simulated, bool):
+        raise ParameterError("parameter use_sim_time must be true or false, not %r" % (simulated,))
+    return {
+        name.replace(".", "/"): value
+        for name, value in given.items()
+        if name.partition(".")[0] not in _IGNORED
+    }

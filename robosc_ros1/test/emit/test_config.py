@@ -8,6 +8,7 @@ import pytest
 from emit.golden_packages import model_path
 
 from robosc import pipeline
+from robosc.emit import ros1, ros2
 from robosc.emit.config import Config, load_config
 from robosc.errors import UsageError
 
@@ -87,6 +88,8 @@ def test_faulty_files_are_refused(tmp_path: Path, name: str, text: str, complain
         ({"order": "any"}, "~order must be one of"),
         ({"rat": 3}, "unknown parameter ~rat; did you mean ~rate?"),
         ({"stop_command": "kindel"}, "~stop_command must name"),
+        ({"qos/kindle/depth": 0}, "~qos/kindle/depth must be an integer of at least 1, not 0"),
+        ({"qos/kindle/reliable": True}, "did you mean ~qos/kindle/reliability?"),
     ],
 )
 def test_parameters_must_fit_the_robot(parameters: dict[str, object], complaint: str) -> None:
@@ -95,6 +98,24 @@ def test_parameters_must_fit_the_robot(parameters: dict[str, object], complaint:
         Config(parameters=parameters).checked(robot)
     assert complaint in str(caught.value)
     assert Config(parameters={"rate": 5, "stop_command": "snuff"}).checked(robot)
+
+
+def test_messages_on_one_topic_have_one_quality_of_service() -> None:
+    supervisor = pipeline.synthesize(pipeline.load(model_path("gauntlet")).robot)
+    config = Config(parameters={"qos/shout/depth": 3, "qos/up/reliability": "reliable"})
+    package = ros2.emit(supervisor, "gauntlet_controller", config)
+    told = package.files["config/gauntlet_controller.yaml"].content
+    assert "# length of the queue of say, shout\n    qos.say.depth: 3\n" in told
+    assert 'qos.up.reliability: "reliable"' in told
+    assert "qos.shout" not in told
+    # A file that serves both targets means nothing to ROS 1.
+    first = ros1.emit(supervisor, "gauntlet_controller", config)
+    assert "qos" not in first.files["config/gauntlet_controller.yaml"].content
+    with pytest.raises(UsageError) as caught:
+        Config(parameters={"qos/say/depth": 3, "qos/shout/depth": 4}).checked(
+            supervisor.plant.robot
+        )
+    assert "~qos/say/depth and ~qos/shout/depth must be the same" in str(caught.value)
 
 
 def test_generate_obeys_the_file_beside_the_model(tmp_path: Path) -> None:

@@ -131,21 +131,38 @@ def test_namespace_and_name_are_the_launchers(graph: Graph, controller: Start) -
     robot.expect_state("/left/arm", lambda s: s["robot"] == "GuardedArm")
 
 
-def test_parameters_of_a_wrong_kind_are_refused_by_name(graph: Graph, controller: Start) -> None:
-    node = controller(rate="fast", qos__zone__depth=5)
+def test_wrong_parameters_are_refused_by_name(graph: Graph, controller: Start) -> None:
+    wrong = {"rate": "fast", "qos__zone__depth": 0, "stop_command": "jump", "timeout__lock": True}
+    node = controller(qos__zone__reliability="always", **wrong)
     assert node.wait() == 2
-    assert "parameter ~rate must be a number, not 'fast'" in node.output
-    node = controller(qos__zone__reliability="always")
+    for complaint in (
+        "parameter rate must be a number, not 'fast'",
+        "parameter qos.zone.reliability must be one of reliable, best_effort, not 'always'",
+        "parameter qos.zone.depth must be an integer of at least 1, not 0",
+        "parameter timeout.lock must be a number, not True",
+        "(lock, reach, warn, speed), not 'jump'",
+    ):
+        assert complaint in node.output
+    assert "Traceback" not in node.output
+
+
+def test_simulated_time_is_a_switch(graph: Graph, controller: Start) -> None:
+    node = controller(use_sim_time="perhaps")
     assert node.wait() == 2
-    assert "~qos/zone/reliability must be one of reliable, best_effort" in node.output
+    assert "parameter use_sim_time must be true or false, not 'perhaps'" in node.output
 
 
 def test_unknown_parameters_are_warned_of(graph: Graph, controller: Start) -> None:
-    node = controller(tate=2.0)
+    node = controller(tate=2.0, timeout__lok=1.0, qos__zone__reliabilty="reliable")
     robot = graph.peer()
     robot.watch("guarded_arm")
     robot.expect_state("guarded_arm", lambda s: True)
-    assert "unknown parameter ~tate is ignored; did you mean ~rate?" in node.output
+    for name, near in (
+        ("tate", "rate"),
+        ("timeout.lok", "timeout.lock"),
+        ("qos.zone.reliabilty", "qos.zone.reliability"),
+    ):
+        assert f"unknown parameter {name} is ignored; did you mean {near}?" in node.output
 
 
 def test_parameters_are_fixed_once_the_node_runs(graph: Graph, controller: Start) -> None:

@@ -17,11 +17,11 @@ from typing import Any
 
 from robosc.emit.controller import SORTS
 from robosc.errors import UsageError
-from robosc.model.entities import Communication, Robot
-from robosc.runtime import settings
+from robosc.model.entities import Communication, Kind, Robot
+from robosc.runtime import quality, settings
 from robosc.runtime.model import Communication as Declared
 
-__all__ = ["DEFAULTS", "Config", "declared_communications", "load_config"]
+__all__ = ["DEFAULTS", "Config", "declared_communications", "load_config", "shared_topics"]
 
 OWN = "robosc.yaml"
 ORIGINAL = "controller-config.json"
@@ -49,18 +49,22 @@ class Config:
     supervisor: Mapping[str, Any] = field(default_factory=_empty)
 
     def checked(self, robot: Robot) -> Config:
-        """The same, if the parameters fit the robot.
+        """The same, if the parameters fit the robot; each quality of a message is that of all
+        messages on its topic. (ROS 1 has no such quality, but one file may serve both.)
 
         Raises:
             UsageError: one has a wrong value or is unknown.
         """
+        communications = declared_communications(robot)
+        more = quality.quality_parameters(communications)
         try:
-            _, warnings = settings.read(declared_communications(robot), self.parameters)
+            given = quality.shared(communications, self.parameters, shared_topics(robot))
+            _, warnings = settings.read(communications, given, more)
         except settings.ParameterError as error:
             raise UsageError(str(error)) from error
         if warnings:
             raise UsageError("\n".join(w.replace(" is ignored", "") for w in warnings))
-        return self
+        return replace(self, parameters=MappingProxyType(given))
 
 
 DEFAULTS = Config()
@@ -75,6 +79,17 @@ def declared_communications(robot: Robot) -> list[Declared]:
         return Declared(key, robot.display_names[key], SORTS[communication.kind])
 
     return [declared(c) for c in robot.communications.values()]
+
+
+def shared_topics(robot: Robot) -> list[tuple[str, list[str]]]:
+    """Each topic with the keys of the messages that come or go there."""
+    topics: dict[tuple[str, Kind, str], list[str]] = {}
+    for communication in robot.communications.values():
+        if communication.kind in (Kind.INCOMING, Kind.OUTGOING):
+            type_ = f"{communication.binding.package}/{communication.binding.type}"
+            place = (communication.identifier, communication.kind, type_)
+            topics.setdefault(place, []).append(communication.key)
+    return [(name, keys) for (name, _, _), keys in topics.items()]
 
 
 def load_config(model: Path, file: Path | None = None) -> Config:

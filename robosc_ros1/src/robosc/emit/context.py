@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from robosc.emit.config import Config, declared_communications
@@ -26,8 +26,13 @@ class ParameterView:
     doc: str
 
 
-def parameter_views(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
-    """All parameters of the robot's node, with the defaults of the configuration."""
+def parameter_views(
+    robot: Robot, config: Config, more: Iterable[settings.Parameter] = ()
+) -> tuple[ParameterView, ...]:
+    """All parameters of the robot's node, with the defaults of the configuration.
+
+    ``more`` are those that only one version of ROS has.
+    """
     return tuple(
         ParameterView(
             p.name,
@@ -36,7 +41,7 @@ def parameter_views(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
             _yaml(config.parameters.get(p.name, p.default)),
             p.meaning + (f" ({', '.join(p.choices)})" if p.choices else ""),
         )
-        for p in settings.declared(declared_communications(robot))
+        for p in (*settings.declared(declared_communications(robot)), *more)
     )
 
 

@@ -17,13 +17,14 @@ from robosc.emit.common import (
     plant_module,
     topics,
 )
-from robosc.emit.config import DEFAULTS, Config
+from robosc.emit.config import DEFAULTS, Config, declared_communications, shared_topics
 from robosc.emit.context import ParameterView, parameter_views, readme_context
 from robosc.emit.controller import ControllerContext, controller_context
 from robosc.emit.engine import render, verbatim
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.model.entities import Communication, Kind, Robot
+from robosc.runtime.quality import quality_parameters
 from robosc.supervisor import Supervisor
 
 __all__ = ["WIRING", "emit", "package_context", "spelling"]
@@ -128,20 +129,16 @@ def spelling(communication: Communication) -> tuple[str, str]:
 
 
 def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
-    """Those of ROS 1 with dots for slashes, and the quality of service of each message."""
-    views = [replace(p, name=p.name.replace("/", ".")) for p in parameter_views(robot, config)]
-    for communication in robot.communications.values():
-        if communication.kind in _FOLDERS:
-            continue
-        name = robot.display_names[communication.key]
-        incoming = communication.kind is Kind.INCOMING
-        for quality, type_, default, doc in (
-            ("reliability", "string", '"reliable"' if incoming else '"best_effort"',
-             f"reliability of {name} (reliable, best_effort)"),
-            ("durability", "string", '"volatile"',
-             f"durability of {name} (volatile, transient_local)"),
-            ("depth", "integer", "10" if incoming else "100", f"length of the queue of {name}"),
-        ):  # fmt: skip
-            full = f"qos.{name}.{quality}"
-            views.append(ParameterView(full, full.replace(".", "_"), type_, default, doc))
-    return tuple(views)
+    """Those of ROS 1 with dots for slashes, and the quality of service of each topic.
+
+    The quality goes by the first message on the topic; that of others may be left out, for it is
+    the same.
+    """
+    others = {keys[0]: keys[1:] for _, keys in shared_topics(robot)}
+    more = []
+    for message in declared_communications(robot):
+        also = "".join(f", {robot.display_names[key]}" for key in others.get(message.key, ()))
+        for parameter in quality_parameters([message]) if message.key in others else ():
+            more.append(parameter._replace(meaning=parameter.meaning + also))
+    views = parameter_views(robot, config, more)
+    return tuple(replace(p, name=p.name.replace("/", ".")) for p in views)

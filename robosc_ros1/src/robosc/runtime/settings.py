@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from .model import Communication
 
@@ -20,6 +20,7 @@ __all__ = [
     "declared",
     "flatten",
     "parameter_name",
+    "private",
     "read",
 ]
 
@@ -57,6 +58,8 @@ class Settings(NamedTuple):
     legacy_state_topic: str = ""
     timeout: Mapping[str, float] = {}
     goal_timeout: Mapping[str, float] = {}
+    more: Mapping[str, Any] = {}
+    """Values, by name, of the parameters that only this version of ROS has."""
 
     def timeout_of(self, key: str) -> float:
         return self.timeout.get(key, 5.0)
@@ -137,39 +140,52 @@ def flatten(tree: Mapping[str, Any], prefix: str = "") -> Dict[str, Any]:
     return flat
 
 
+def private(name: str) -> str:
+    """A parameter as ROS 1 spells it."""
+    return "~" + name
+
+
 def read(
-    communications: Sequence[Communication], given: Mapping[str, Any]
+    communications: Sequence[Communication],
+    given: Mapping[str, Any],
+    more: Sequence[Parameter] = (),
+    spelled: Callable[[str], str] = private,
 ) -> Tuple[Settings, List[str]]:
     """The settings from parameters by full name, and warnings about names that mean nothing.
+
+    ``more`` are parameters that only this version of ROS has, ``spelled`` gives a name as its users
+    write it.
 
     Raises:
         ParameterError: values of the wrong type or outside what is allowed; all of them are named.
     """
-    parameters = {p.name: p for p in declared(communications)}
+    parameters = {p.name: p for p in (*declared(communications), *more)}
     warnings = []
     for name in given:
         if name not in parameters:
             near = difflib.get_close_matches(name, parameters, 1)
-            hint = "; did you mean ~%s?" % near[0] if near else ""
-            warnings.append("unknown parameter ~%s is ignored%s" % (name, hint))
+            hint = "; did you mean %s?" % spelled(near[0]) if near else ""
+            warnings.append("unknown parameter %s is ignored%s" % (spelled(name), hint))
     faults = []
     values: Dict[str, Any] = {}
     for parameter in parameters.values():
         value = given.get(parameter.name, parameter.default)
         fault = _fault(parameter, value)
         if fault:
-            faults.append("parameter ~%s must be %s, not %r" % (parameter.name, fault, value))
+            shown = spelled(parameter.name)
+            faults.append("parameter %s must be %s, not %r" % (shown, fault, value))
         else:
             values[parameter.name] = float(value) if parameter.type == "number" else value
     names = {c.name: c.key for c in communications if c.sort != "outgoing"}
     stop = values.get("stop_command", "")
     if stop and stop not in names:
         faults.append(
-            "parameter ~stop_command must name a message, service or action that the controller"
-            " can request (%s), not %r" % (", ".join(names), stop)
+            "parameter %s must name a message, service or action that the controller"
+            " can request (%s), not %r" % (spelled("stop_command"), ", ".join(names), stop)
         )
     if faults:
         raise ParameterError("\n".join(faults))
+    values["more"] = {p.name: values.pop(p.name) for p in more}
     return _settings(communications, values, names.get(stop, "")), warnings
 
 

@@ -14,11 +14,11 @@ import std_msgs.msg
 
 from ._runtime.engine import Engine
 from ._runtime.report import Reporter, dump
-from ._runtime.settings import ParameterError, declared, read
+from ._runtime.settings import ParameterError
 from .controller import GauntletController
 from .model import MODEL
 from .ros import RosOutlet, RosPort
-from .ros_parameters import parameters, profiles, quality_parameters
+from .ros_parameters import configured
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
@@ -68,15 +68,13 @@ def main(args=None):
 
 def run(node, ended):
     controller = GauntletController()
-    communications = controller.COMMUNICATIONS
-    given = parameters(node, declared(communications) + quality_parameters(communications))
-    qualities = profiles(communications, given)
-    settings, warnings = read(communications, given)
+    topics = [(topic, keys) for topic, _, keys in SUBSCRIPTIONS + PUBLICATIONS]
+    settings, profiles, warnings = configured(node, controller.COMMUNICATIONS, topics)
     for warning in warnings:
         node.get_logger().warning(warning)
 
     outlet = RosOutlet(node, dump(MODEL), settings.publish_events, settings.legacy_state_topic)
-    port = RosPort(node, PUBLICATIONS, SERVICES, ACTIONS, qualities)
+    port = RosPort(node, PUBLICATIONS, SERVICES, ACTIONS, profiles)
     port.on_exit = ended.set
     engine = Engine(controller, port, settings)
     reporter = Reporter(engine, outlet)
