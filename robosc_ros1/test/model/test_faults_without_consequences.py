@@ -201,3 +201,65 @@ def test_booleans_of_other_languages() -> None:
     text = "robot R { requirement always True => B.c }"
     _, diagnostics = load(Source("model.rscd", text))
     assert diagnostics[0].hint == "did you mean 'true'?"
+
+
+@pytest.mark.parametrize(
+    ("keyword", "text"),
+    [
+        ("state", "state { transition goto idle }"),
+        ("variable", "variable : boolean"),
+        ("variable", "variable 1st: boolean"),
+    ],
+)
+def test_a_name_that_is_missing_in_a_behaviour_may_be_any(keyword: str, text: str) -> None:
+    use = {
+        "state": "on request to move goto busy",
+        "variable": "on request to move if first do second := true goto idle",
+    }
+    model = f"""
+    component Motor {{
+        incoming message move with type: none
+        behaviour {{
+            initial marked state idle {{ {use[keyword]} }}
+            {text}
+        }}
+    }}
+    """
+    assert [code for code, _ in faults(model)] == ["syntax"]
+
+
+@pytest.mark.parametrize(
+    ("text", "use"),
+    [
+        ("component { incoming message go with type: none }", "requirement go needs Motor.idle"),
+        ("component A { incoming message with type: none }", "requirement go needs Motor.idle"),
+        ("component A { service with request: none }", "requirement go needs Motor.idle"),
+        ("component { behaviour {} }", "requirement move needs Other.idle"),
+        ("datatype object { x: double }", "component A { outgoing message m with type: Point }"),
+        ("datatype enum from double to {}", "component A { outgoing message m with type: Point }"),
+        ("interface use A from b", "component A { outgoing message m with type: none links l }"),
+    ],
+)
+def test_a_name_that_is_missing_may_be_any_of_its_kind(text: str, use: str) -> None:
+    motor = """
+    component Motor {
+        incoming message move with type: none
+        behaviour { initial marked state idle {} }
+    }
+    """
+    assert [code for code, _ in faults(motor + text + use)] == ["syntax"]
+    (told,) = faults(motor + use)
+    assert told[0].startswith("unknown-"), "without the other fault it is told"
+
+
+def test_a_prefix_that_is_none_makes_no_topics(tmp_path: Path) -> None:
+    (tmp_path / "Arms.rscd").write_text(
+        "library Arms { component Arm { outgoing message angle with type: double } }"
+    )
+    robot = """robot Twin {
+        component Left from Arms import Arm with prefix: "1st"
+        component Right from Arms import Arm with prefix: "2nd"
+        component Third from Arms import Arm
+    }"""
+    _, found = load(Source(str(tmp_path / "twin.rscd"), robot))
+    assert [d.code for d in found] == ["ros-name", "ros-name"]

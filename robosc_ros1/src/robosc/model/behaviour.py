@@ -220,7 +220,7 @@ class BehaviourResolver:
             return name.text
         self.whole = False
         scope = self._instance.types.scope
-        if not scope.is_lost(name.text):
+        if not scope.is_lost(name.text, "state"):
             self._report.add(
                 "unknown-state",
                 name.span,

@@ -26,6 +26,9 @@ EVENTS_OF: Mapping[Kind, tuple[EventKind, ...]] = {
 }
 
 
+_KEYWORDS = ("message", "service", "action")
+
+
 def resolve_communication(
     access: Access, names: Names, scope: FileScope, report: Report
 ) -> CommunicationInfo | None:
@@ -63,7 +66,7 @@ def _bare(
         )
         return None
     # A component that could not be imported may well have brought it.
-    if scope.is_lost(name) or names.assembly.broken:
+    if scope.is_lost(name, *_KEYWORDS) or names.assembly.broken:
         return None
     component = names.component(name)
     if component is not None:
@@ -82,7 +85,7 @@ def _qualified(
     root = access.root.text
     component = names.component(root)
     if component is None:
-        if not names.is_broken(root) and not scope.is_lost(root):
+        if not names.is_broken(root) and not scope.is_lost(root, "component"):
             report.add(
                 "unknown-name",
                 access.root.span,
@@ -91,7 +94,7 @@ def _qualified(
             )
         return None
     found = component.communications.get(member.text)
-    if found is None and not scope.is_lost(member.text):
+    if found is None and not scope.is_lost(member.text, *_KEYWORDS):
         report.add(
             "unknown-communication",
             member.span,

@@ -289,7 +289,7 @@ def _interface(info: CommunicationInfo, report: Report) -> tuple[InterfaceNode |
     scope.used_interfaces.add(links.text)
     found = scope.interfaces.get(links.text)
     if found is None:
-        if not scope.is_lost(links.text):
+        if not scope.is_lost(links.text, "interface"):
             hint = report.suggest(links.text, scope.interfaces)
             report.add(
                 "unknown-interface",
@@ -314,17 +314,18 @@ def _identifier(info: CommunicationInfo, report: Report) -> str | None:
         hint = None if written is not None else 'add: identifier: "a_name_that_ros_allows",'
         report.add("ros-name", span, f"ROS does not allow the name {name!r}: {fault}", hint)
         return None
-    return join(info.instance.prefix, name)
+    prefix = info.instance.prefix
+    return None if prefix is None else join(prefix, name)
 
 
-def check_prefix(node: StringNode, report: Report) -> str:
-    """A usable prefix: the one written, or none after an error."""
+def check_prefix(node: StringNode, report: Report) -> str | None:
+    """The prefix as it is written; None after an error."""
     text = node.text
     stripped = text.rstrip("/")
     fault = None if text in ("", "/") else ros_name_fault(stripped)
     if fault is not None:
         report.add("ros-name", node.span, f"ROS does not allow the prefix {text!r}: {fault}")
-        return ""
+        return None
     return text
 
 

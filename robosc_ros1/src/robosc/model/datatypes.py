@@ -176,7 +176,7 @@ class TypeTable:
         return None
 
     def _unknown(self, node: NamedTypeNode) -> None:
-        if self.scope.is_lost(node.name.text):
+        if self.scope.is_lost(node.name.text, "enum", "object"):
             return
         basic = ("string", "boolean", "double", "integer", "none")
         meant = _FOREIGN.get(node.name.text.lower().rstrip("0123456789"))

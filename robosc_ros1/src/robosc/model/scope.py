@@ -6,6 +6,7 @@ references to them are silent, since the syntax error was reported already.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -35,6 +36,15 @@ _Declaration = TypeVar(
 )
 
 
+_NAMED_BY = re.compile(
+    r"\b(action|component|enum|interface|message|object|service|state|variable)"
+    r"(?:\s+(?:with|from|use))?\s*\Z",
+    re.ASCII,
+)
+"""The keyword whose name is missing where a fault follows; what stands behind the name was then
+read as the name."""
+
+
 @dataclass
 class FileScope:
     """The declarations of one robot or library by name; the first of two equal names wins."""
@@ -42,6 +52,8 @@ class FileScope:
     source: Source
     node: FileNode
     faults: tuple[Span, ...] = ()
+    nameless: frozenset[str] = frozenset()
+    """Keywords of declarations that lack their name: it may be any that is not known otherwise."""
     components: dict[str, ComponentNode | ImportNode] = field(default_factory=dict)
     datatypes: dict[str, ObjectNode | EnumNode] = field(default_factory=dict)
     interfaces: dict[str, InterfaceNode] = field(default_factory=dict)
@@ -58,7 +70,8 @@ class FileScope:
         cls, source: Source, node: FileNode, syntax: tuple[Diagnostic, ...], report: Report
     ) -> FileScope:
         faults = tuple(d.span for d in syntax if d.severity is Severity.ERROR)
-        scope = cls(source, node, faults)
+        before = (_NAMED_BY.search(source.text, max(0, f.start - 200), f.start) for f in faults)
+        scope = cls(source, node, faults, frozenset(match[1] for match in before if match))
         for item in node.declarations:
             match item:
                 case ComponentNode() | ImportNode():
@@ -84,10 +97,11 @@ class FileScope:
     def origin(self) -> str:
         return self.node.name.text
 
-    def is_lost(self, name: str) -> bool:
+    def is_lost(self, name: str, *keywords: str) -> bool:
         """Whether a name without declaration may have one in text that does not count: it did not
-        parse, or declares something a second time."""
-        return name in self.node.broken or name in self.lost
+        parse, or declares something a second time. ``keywords`` begin what the name may mean."""
+        lost = name in self.node.broken or name in self.lost
+        return lost or not self.nameless.isdisjoint(keywords)
 
     def lose(self, node: DeclarationNode | BehaviourNode) -> None:
         """What is declared in it cannot be referred to, which is reported already."""

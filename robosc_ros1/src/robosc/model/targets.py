@@ -47,7 +47,7 @@ class Targets:
 
     def _unknown_target(self, access: Access) -> None:
         own, name = self._instance, access.root.text
-        if own.types.scope.is_lost(name):
+        if own.types.scope.is_lost(name, "variable"):
             return
         if name in own.states:
             self._not_assignable(access, f"'{name}' is a state; use goto")
@@ -67,7 +67,7 @@ class Targets:
         root = access.root.text
         scope = self._instance.types.scope
         if component is None:
-            if self._names.is_broken(root) or scope.is_lost(root):
+            if self._names.is_broken(root) or scope.is_lost(root, "component"):
                 return
             known = list(self._names.components)
             self._report.add(
@@ -85,7 +85,7 @@ class Targets:
             )
         elif member.text in component.states:
             self._not_assignable(access, f"'{access.span.text}' is a state")
-        elif not scope.is_lost(member.text):
+        elif not scope.is_lost(member.text, "variable"):
             self._report.add(
                 "unknown-member",
                 member.span,

@@ -12,6 +12,10 @@ from robosc.syntax.nodes import Access, Name
 __all__ = ["NameFaults", "last_name"]
 
 
+_MEANINGS = ("component", "enum", "state", "variable")
+"""Keywords of what a name in an expression may mean."""
+
+
 class NameFaults:
     """Reports faults of names seen from one place; lost names are silent."""
 
@@ -24,7 +28,7 @@ class NameFaults:
         """A name that means nothing here, where a type may be needed."""
         name = access.root.text
         scope = self._types.scope
-        if scope.is_lost(name) or (access.path and scope.is_lost(last_name(access))):
+        if scope.is_lost(name, *_MEANINGS) or (access.path and scope.is_lost(last_name(access))):
             return
         names = self._names
         if access.path:
