@@ -233,6 +233,21 @@ def test_a_bad_prefix_is_marked(model: Path) -> None:
     assert codes(read(model, text)[1]) == ["ros-name"]
 
 
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [("WHEELS", "did you mean 'Wheels'?"), ("Engines", "there are: Hands, Wheels")],
+)
+def test_a_library_that_is_not_there_is_looked_for_by_name(
+    model: Path, name: str, hint: str
+) -> None:
+    (model.parent / "wheels.rscd").write_text(WHEELS)
+    (model.parent / "hands.rscd").write_text(HANDS)
+    (error,) = read(model, f"component A from {name} import B")[1]
+    assert error.code == "library-not-found"
+    assert error.hint is not None
+    assert error.hint.startswith(f"{hint}\nlooked in: ")
+
+
 def test_one_library_imported_from_two_folders_is_one(model: Path) -> None:
     shared = model.parents[1] / "shared"
     shared.mkdir()

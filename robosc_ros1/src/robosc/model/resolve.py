@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 
 from robosc.errors import Diagnostic, Note, Severity, has_errors, sort_diagnostics
@@ -196,14 +195,13 @@ class _Loader:
             return None
         search = self._finder.find(name, scope.source.path)
         if not search.files:
-            near = get_close_matches(name, self._finder.names(scope.source.path), n=1)
-            meant = f"did you mean '{near[0]}'?\n" if near else ""
+            meant = report.suggest(name, self._finder.names(scope.source.path))
             looked = f"looked in: {listing(search.folders)}\nadd a folder with --library-path"
             report.add(
                 "library-not-found",
                 node.library.span,
                 f"there is no library '{name}'",
-                meant + looked,
+                f"{meant}\n{looked}" if meant else looked,
             )
             return None
         # What one importer finds, another in another folder may find elsewhere.
@@ -355,7 +353,9 @@ class _FileResolver:
                 ),
             )
             return None
-        chain = join(prefix, original.prefix) if original.prefix else prefix
+        chain = prefix
+        if prefix is not None and original.prefix != "":
+            chain = None if original.prefix is None else join(prefix, original.prefix)
         instance = Instance(node.name.text, original.node, original.types, chain, node)
         instance.original = original
         instance.library = library.assembly

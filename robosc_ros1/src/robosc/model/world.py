@@ -56,9 +56,10 @@ class Instance:
     """A component under the name that it has in the file being resolved.
 
     ``node`` and ``types`` are those of the declaration, in a library for an import; ``prefix`` is
-    the whole chain of prefixes, joined, None after an error; ``original`` and ``library`` are what an import took it
-    from. The tables hold the first of two equal names; a variable whose type has an error is there
-    with None. ``further`` are behaviours beyond the one that a component may have.
+    the whole chain of prefixes, joined, or None after an error; ``original`` and ``library`` are
+    what an import took it from. The tables hold the first of two equal names; a variable whose type
+    has an error is there with None. ``further`` are behaviours beyond the one that a component may
+    have.
     """
 
     name: str
