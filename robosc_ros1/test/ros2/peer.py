@@ -231,6 +231,10 @@ class Peer:
     def topics(self) -> dict[str, list[str]]:
         return dict(self.node.get_topic_names_and_types())
 
+    def senders(self, name: str) -> list[str]:
+        """The nodes that publish a topic."""
+        return [end.node_name for end in self.node.get_publishers_info_by_topic(name)]
+
     def qos_of(self, node: str, name: str) -> list[str]:
         """Reliability and durability of a node's end of a topic, once it is known."""
         for _ in range(300):

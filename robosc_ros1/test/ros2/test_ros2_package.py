@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import runpy
-import sys
-import types
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from catkin_pkg.package import parse_package
+from ros2.launching import Node, started
 from ros2.ros2_support import Bed, Graph, Process
 
 Start = Callable[..., Process]
@@ -66,64 +64,30 @@ def test_colcon_runs_the_package_s_own_test(bed: Bed, built: Any) -> None:
     assert "test_every_command_is_allowed" in log.read_text()
 
 
-class Recorder:
-    """Stands for a class of launch, of which there are no wheels: keeps what it was made with."""
-
-    def __init__(self, *given: Any, **named: Any) -> None:
-        self.given = given
-        self.named = named
-
-
 @pytest.fixture
-def launch(monkeypatch: pytest.MonkeyPatch, built: Any) -> Callable[..., dict[str, Any]]:
-    """Runs the launch file with arguments; what the node is started with."""
-
-    class Configuration:
-        def __init__(self, name: str) -> None:
-            self.name = name
-
-        def perform(self, context: dict[str, str]) -> str:
-            return context[self.name]
-
-    parts = {
-        "ament_index_python.packages": {
-            "get_package_share_directory": lambda name: f"/share/{name}"
-        },
-        "launch": {"LaunchDescription": Recorder},
-        "launch.actions": {"DeclareLaunchArgument": Recorder, "OpaqueFunction": Recorder},
-        "launch.substitutions": {"LaunchConfiguration": Configuration},
-        "launch_ros.actions": {"Node": Recorder},
-    }
-    for name, content in parts.items():
-        module = types.ModuleType(name)
-        module.__dict__.update(content)
-        monkeypatch.setitem(sys.modules, name, module)
+def launch(built: Any) -> Callable[..., Node]:
+    """What the launch file starts with some arguments."""
     file: Path = built.folder / "src" / "guarded_arm" / "launch" / "guarded_arm.launch.py"
 
-    def run(**arguments: str) -> dict[str, Any]:
-        description = runpy.run_path(str(file))["generate_launch_description"]()
-        *declared, action = description.given[0]
-        values = {d.given[0]: d.named["default_value"] for d in declared}
-        assert set(arguments) <= set(values)
-        (node,) = action.named["function"](values | arguments)
-        named: dict[str, Any] = node.named
-        return named
+    def run(**arguments: str) -> Node:
+        (node,) = started(file, lambda package: f"/share/{package}", **arguments)
+        return node
 
     return run
 
 
-def test_the_launch_file_starts_the_node(launch: Callable[..., dict[str, Any]]) -> None:
+def test_the_launch_file_starts_the_node(launch: Callable[..., Node]) -> None:
     node = launch()
-    assert (node["package"], node["executable"]) == ("guarded_arm", "guarded_arm")
-    assert (node["name"], node["namespace"], node["respawn"]) == ("guarded_arm", "", False)
-    assert node["parameters"] == ["/share/guarded_arm/config/guarded_arm.yaml", {}]
+    assert (node.package, node.executable) == ("guarded_arm", "guarded_arm")
+    assert (node.name, node.namespace, node.respawn) == ("guarded_arm", "", False)
+    assert node.parameters == ["/share/guarded_arm/config/guarded_arm.yaml", {}]
 
 
 def test_the_launch_file_takes_parameters_as_arguments(
-    launch: Callable[..., dict[str, Any]],
+    launch: Callable[..., Node],
 ) -> None:
     node = launch(ns="left", rate="5", timeout_lock="0.5", stop_command="warn", respawn="true")
-    assert (node["namespace"], node["respawn"]) == ("left", True)
-    assert node["parameters"][1] == {"rate": 5, "timeout.lock": 0.5, "stop_command": "warn"}
+    assert (node.namespace, node.respawn) == ("left", True)
+    assert node.parameters[1] == {"rate": 5, "timeout.lock": 0.5, "stop_command": "warn"}
     node = launch(remap="beacon=/lamp ~state=told")
-    assert node["remappings"] == [("beacon", "/lamp"), ("~/state", "told")]
+    assert node.remappings == [("beacon", "/lamp"), ("~/state", "told")]

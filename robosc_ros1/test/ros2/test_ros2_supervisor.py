@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from ros2.launching import started
 from ros2.ros2_support import Graph, Peer, Process
 from ros_support import await_condition
 
@@ -186,3 +187,49 @@ def test_a_goal_whose_server_is_absent_comes_to_nothing(
     other.order("send_goal", name="supervised/reach", type=MOVE, data={})
     assert other.expect("result", name="supervised/reach")["status"] == 6
     robot.expect_state(NODE, lambda s: s["components"]["Arm"] == "resting")
+
+
+def test_the_launch_file_starts_both_with_the_right_names(
+    graph: Graph, built: Any, robot: Peer
+) -> None:
+    install = built.folder / "install"
+    file = install / NODE / "share" / NODE / "launch" / f"{NODE}.launch.py"
+    nodes = started(
+        file,
+        lambda package: str(install / package / "share" / package),
+        stop_command="speed",
+        controller_package="guarded_arm",
+        controller_executable="guarded_arm",
+        qos_zone_reliability="reliable",
+        qos_go_reliability="reliable",
+    )
+    assert [(n.package, n.name) for n in nodes] == [(NODE, NODE), ("guarded_arm", "controller")]
+    for node in nodes:
+        command = node.command(install, graph.folder)
+        graph.start(*command, **built.environment(node.package))
+    # The controller sees the person, hears the operator, locks the door, and reaches.
+    robot.publish("person", READING, NEAR)
+    robot.expect("message", name="beacon")
+    robot.publish("person", READING, FAR)
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    request = robot.expect("request", name="door/lock")
+    robot.order("tell_server", id=request["id"], data={"success": True})
+    sent = robot.expect("goal", name="reach")
+    assert sent["data"] == {"target": 2.0}
+    robot.order("tell_server", id=sent["id"], end="succeed", result={"code": 0})
+    robot.expect_state(NODE, lambda s: s["variables"]["Arm.last"] == "good")
+    # All of that went through the supervisor: nobody else sends to the robot.
+    assert robot.order("senders", name="beacon") == [NODE]
+
+
+def test_the_launch_file_starts_the_supervisor_alone(built: Any) -> None:
+    file = built.folder / "src" / NODE / "launch" / f"{NODE}.launch.py"
+    (node,) = started(file, lambda package: f"/share/{package}", ns="left", timeout_lock="0.5")
+    assert (node.package, node.namespace) == (NODE, "left")
+    assert node.parameters == [f"/share/{NODE}/config/{NODE}.yaml", {"timeout.lock": 0.5}]
+    file = built.folder / "src" / NODE / "launch" / f"{NODE}.launch.py"
+    words = {"controller_package": "p", "controller_args": "-x 'a b'", "controller_name": ""}
+    _, other = started(file, str, **words, ns="left", use_sim_time="true")
+    assert (other.name, other.namespace, other.arguments) == (None, "left", ["-x", "a b"])
+    assert ("reach/_action/get_result", "supervised/reach/_action/get_result") in other.remappings
+    assert other.parameters == [{"use_sim_time": True}]
