@@ -29,6 +29,7 @@ from robosc.model.entities import Component, Provide, Requirement, Robot
 from robosc.model.expr import Expr
 from robosc.model.expressions import BOOLEAN, RULE, Incoming, Typer
 from robosc.model.libraries import LibraryFinder, Reader
+from robosc.model.overlap import check_overlaps
 from robosc.model.report import Muted, Report, listing
 from robosc.model.rosbind import Binder
 from robosc.model.rosmsg import MessageDefinitions
@@ -293,7 +294,11 @@ class _FileResolver:
         model = settle_state(model, self.assembly, self._report)
         check_case(self._scope, self.assembly, self._report)
         check_topics(self.assembly, self._report)
-        if not self._report.has_errors and not self.assembly.broken:
+        library = self._scope.node.kind == "library"
+        whole = not self._report.has_errors and not self.assembly.broken
+        if library or not whole:
+            check_overlaps(model.components, self._report, library=library)
+        if whole:
             check_unused(self._scope, self.assembly, model, self._loader.universe, self._report)
         return model
 

@@ -1,0 +1,124 @@
+"""Guards that do not exclude each other, as far as the text tells.
+
+Whether two guards can hold together depends on the states that the robot can be in, so it is told
+from its state space. A model with errors has none, and a library neither; for these the guards are
+compared over all values of what they read. In a library that is told only of guards that read
+nothing but what comes in, because a robot may never bring its variables to those values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations, product
+from math import prod
+from typing import TypeAlias
+
+from robosc.errors import Note
+from robosc.model.entities import Behaviour, Component, ResultTransition
+from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, ValueRef, VariableRef, walk
+from robosc.model.report import Report
+from robosc.model.statements import fold_text
+from robosc.model.types import Value, domain
+from robosc.model.values import fold
+
+__all__ = ["check_overlaps"]
+
+_MOST_CASES = 2000
+
+_Leaf: TypeAlias = VariableRef | ValueRef | StateRef
+_Case: TypeAlias = Mapping[_Leaf, Value]
+
+
+def check_overlaps(components: Iterable[Component], report: Report, *, library: bool) -> None:
+    """Report each transition whose guard can hold together with an earlier one's."""
+    states = {
+        c.name: [s.name for s in c.behaviour.states] if c.behaviour else [] for c in components
+    }
+    for component in components:
+        if component.behaviour is None or component.library is not None:
+            continue
+        for place, first, second in _pairs(component.behaviour):
+            assert first.guard is not None and second.guard is not None
+            here = {**states, component.name: [place]} if place else states
+            guards = [first.guard, second.guard]
+            if not (library and _reads_the_state(guards)) and _can_hold_together(guards, here):
+                _report(component, first, second, report)
+
+
+def _pairs(
+    behaviour: Behaviour,
+) -> Iterator[tuple[str | None, ResultTransition, ResultTransition]]:
+    """Guarded transitions for one event, with the state that they leave; None: any."""
+    places = [(None, behaviour.transitions), *((s.name, s.transitions) for s in behaviour.states)]
+    for place, transitions in places:
+        guarded = [t for t in transitions if t.guard is not None]
+        for first, second in combinations(guarded, 2):
+            if (first.event, first.communication) == (second.event, second.communication):
+                yield place, first, second
+
+
+def _reads_the_state(guards: Iterable[Expr]) -> bool:
+    return any(isinstance(p, VariableRef | StateRef) for g in guards for p in walk(g))
+
+
+def _can_hold_together(guards: Sequence[Expr], states: Mapping[str, Sequence[str]]) -> bool:
+    leaves = {
+        part: None
+        for guard in guards
+        for part in walk(guard)
+        if isinstance(part, VariableRef | ValueRef | StateRef)
+    }
+    axes = _axes(leaves, states)
+    if axes is None or prod(len(axis) for axis in axes) > _MOST_CASES:
+        return False
+    for parts in product(*axes):
+        case = {leaf: value for part in parts for leaf, value in part.items()}
+        if all(fold(_put_in(guard, case)) is True for guard in guards):
+            return True
+    return False
+
+
+def _axes(
+    leaves: Iterable[_Leaf], states: Mapping[str, Sequence[str]]
+) -> list[Sequence[_Case]] | None:
+    """What can vary on its own; None if it is not finite. A component is in one of its states."""
+    axes: list[Sequence[_Case]] = []
+    in_states: dict[str, list[StateRef]] = {}
+    for leaf in leaves:
+        if isinstance(leaf, StateRef):
+            in_states.setdefault(leaf.component, []).append(leaf)
+            continue
+        values = domain(leaf.type)
+        if values is None or values[:_MOST_CASES] != values:
+            return None
+        axes.append([{leaf: value} for value in values])
+    for component, refs in in_states.items():
+        axes.append([{ref: ref.state == s for ref in refs} for s in states.get(component, ())])
+    return axes
+
+
+def _put_in(expr: Expr, case: _Case) -> Expr:
+    match expr:
+        case VariableRef() | ValueRef() | StateRef():
+            return Literal(case[expr], expr.type)
+        case Unary(operand=operand):
+            return replace(expr, operand=_put_in(operand, case))
+        case Binary(left=left, right=right):
+            return replace(expr, left=_put_in(left, case), right=_put_in(right, case))
+    return expr
+
+
+def _report(
+    component: Component, first: ResultTransition, second: ResultTransition, report: Report
+) -> None:
+    guards = [fold_text(t.guard.span.text) for t in (first, second) if t.guard and t.guard.span]
+    name = second.communication.rpartition(".")[2]
+    report.add(
+        "guard-overlap",
+        second.span,
+        f"the guards '{guards[0]}' and '{guards[1]}' of two transitions on"
+        f" {name}.{second.event.value} of {component.name} can hold together",
+        "make the guards exclude each other",
+        [Note("the other transition", first.span)],
+    )
