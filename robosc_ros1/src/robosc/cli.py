@@ -237,17 +237,21 @@ def _lsp(args: Arguments) -> int:
 
 
 def _view(args: Arguments) -> int:
-    from robosc import pipeline
-    from robosc.view.start import Where, view_log, view_model, view_node
+    from robosc.view.server import Where
 
     where = Where(args.host, args.port)
     if args.ros is not None:
         if args.model is not None:
             raise UsageError("a running node tells its model itself: leave MODEL out")
-        view_node(args.ros, where)
+        from robosc.view.node import view_node
+
+        view_node(args.ros, where, os.environ)
         return 0
     if args.model is None:
         raise UsageError("what is to be viewed? Give a MODEL, or a running node with --ros NODE")
+    from robosc import pipeline
+    from robosc.view.start import view_log, view_model
+
     loaded = pipeline.load(args.model, _options(args))
     _report(loaded.diagnostics)
     supervisor = pipeline.supervise(loaded.robot, args.progress)
@@ -415,7 +419,7 @@ def _view_arguments(parser: argparse.ArgumentParser) -> None:
         "model", metavar="MODEL", nargs="?", help="a .rscd file with a robot, to be played"
     )
     source = parser.add_mutually_exclusive_group()
-    source.add_argument("--ros", metavar="NODE", help="watch a running controller of ROS 1")
+    source.add_argument("--ros", metavar="NODE", help="watch a running controller, of either ROS")
     source.add_argument("--log", metavar="FILE", help="look through an event log of MODEL's node")
     source.add_argument(
         "--execute",

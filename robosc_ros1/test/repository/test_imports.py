@@ -37,9 +37,10 @@ THIRD_PARTY = {
     "genpy": ("model.rosmsg", "emit"),
     "catkin_pkg": ("model.rosmsg", "emit"),
     # A node of ROS that only listens; whatever else is shown needs no ROS.
-    "rospy": ("view.listening",),
-    "rosgraph": ("view.listening",),
-    "std_msgs": ("view.listening",),
+    "rospy": ("view.ros1",),
+    "rosgraph": ("view.ros1",),
+    "rclpy": ("view.ros2",),
+    "std_msgs": ("view.ros1", "view.ros2"),
 }
 """Library to the modules that may import it."""
 

@@ -246,6 +246,20 @@ class Peer:
             time.sleep(0.05)
         raise TimeoutError(f"{node} has no end of {name}")
 
+    def ends_of(self, prefix: str) -> dict[str, list[str]]:
+        """Topics and services of the nodes whose name begins so: published, heard, served."""
+        found: dict[str, list[str]] = {"publishes": [], "hears": [], "serves": []}
+        for name, space in self.node.get_node_names_and_namespaces():
+            if name.startswith(prefix):
+                ask = self.node
+                for key, names in (
+                    ("publishes", ask.get_publisher_names_and_types_by_node(name, space)),
+                    ("hears", ask.get_subscriber_names_and_types_by_node(name, space)),
+                    ("serves", ask.get_service_names_and_types_by_node(name, space)),
+                ):
+                    found[key] += [topic for topic, _ in names]
+        return found
+
     def repeat(self, name: str, type: str, data: Any, qos: dict[str, Any]) -> None:
         """Publish ten times a second from now on, as sensors do."""
         self.publish(name, type, data, 0, qos)

@@ -13,7 +13,7 @@ import pytest
 from ros1.stage import Node, Puppet, Stage, event
 from ros_support import Master, Workspace, await_condition
 from view.browser import Browser
-from view.watching import MODEL
+from view.watching import MODEL, command_is, is_in, link_says
 
 NODE = "line_follower_controller"
 DISTANCE = ("/distance", "std_msgs/Float32")
@@ -51,27 +51,19 @@ def address(process: subprocess.Popen[bytes]) -> str:
     return str(await_condition(printed, "the address of the page"))
 
 
-def is_in(component: str, state: str) -> str:
-    card = f"[data-component={component}]"
-    lit = f"document.querySelector('{card} .state.active text')?.textContent === '{state}'"
-    return f"document.querySelector('{card}')?.dataset.state === '{state}' && {lit}"
-
-
 def test_the_page_shows_what_the_controller_tells(
     stage: Stage, puppet: Puppet, url: str, browser: Browser
 ) -> None:
     browser.open(url)
-    browser.sees("document.getElementById('link').textContent.startsWith('waiting for')")
+    browser.sees(link_says("waiting for"))
     with stage.controller(puppet, NODE) as node:
-        browser.sees("document.getElementById('link').textContent === 'live'")
+        browser.sees(link_says("live"))
         browser.sees("document.getElementById('robot').textContent === 'LineFollower'")
         puppet.publish(*DISTANCE, 1.0, times=1)
         node.enters("Motor", "moving")
         browser.sees(is_in("DistanceSensor", "sensing"))
         browser.sees(is_in("Motor", "moving"))
-        browser.sees(
-            "document.querySelector('[data-command=\"move.request\"]').dataset.is === 'enabled'"
-        )
+        browser.sees(command_is("move.request", "enabled"))
         reasons_are_those_of_the_topic(browser, node, "stop.request", "stop needs")
 
         puppet.publish(*DISTANCE, 0.1, times=1)
@@ -91,7 +83,7 @@ def test_the_page_shows_what_the_controller_tells(
         )
         sent = "document.querySelector('[data-command=\"stop.request\"] .sent').textContent"
         browser.sees(f"{sent}.includes('linear: {{x: 0}}')")
-    browser.sees("document.getElementById('link').textContent.startsWith('silent')")
+    browser.sees(link_says("silent"))
 
 
 def reasons_are_those_of_the_topic(browser: Browser, node: Node, command: str, words: str) -> None:
@@ -120,7 +112,7 @@ def test_a_controller_that_begins_again(
         with stage.controller(puppet, NODE) as node:
             puppet.publish(*DISTANCE, 1.0, times=1)
             node.enters("DistanceSensor", "sensing")
-            browser.sees("document.getElementById('link').textContent === 'live'")
+            browser.sees(link_says("live"))
             browser.sees(is_in("DistanceSensor", "sensing"))
             # The list holds events of this run only, each once.
             last = node.tells(event("response", "distance"), since=mark)["number"]
@@ -128,7 +120,7 @@ def test_a_controller_that_begins_again(
             numbers = browser.run("return page.events.map((e) => e.number)")
             assert numbers == sorted(set(numbers))
             assert browser.run("return page.events[0].time") > begun
-        browser.sees("document.getElementById('link').textContent.startsWith('silent')")
+        browser.sees(link_says("silent"))
 
 
 def test_the_viewer_takes_part_in_nothing(

@@ -19,7 +19,7 @@ from robosc.simulate.execute import Execution
 from robosc.simulate.single import SingleEvents
 from robosc.view.hub import Hub
 from robosc.view.played import Played
-from robosc.view.server import PageServer, Unable
+from robosc.view.server import PageServer, Unable, Where
 
 FREE = {"event": {"kind": "response", "name": "distance", "value": "free"}}
 
@@ -166,5 +166,5 @@ def test_wrong_usage_is_told(robosc: Any, arguments: list[str], words: str) -> N
 
 
 def test_the_server_serves_this_machine_only_unless_told() -> None:
-    with PageServer("127.0.0.1", 0, Hub(), {}) as server:
+    with PageServer(Where(port=0), Hub(), {}) as server:
         assert server.server_address[0] == "127.0.0.1"

@@ -10,7 +10,7 @@ from view.watching import Watcher, ask, serving
 
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
-from robosc.view.server import PAGE, PageServer, Unable
+from robosc.view.server import PAGE, PageServer, Unable, Where
 
 
 def test_a_late_follower_gets_the_latest_documents_and_events() -> None:
@@ -116,14 +116,14 @@ def test_a_port_that_is_taken_is_an_error_only_where_it_was_asked_for() -> None:
     with serving(Hub()) as server:
         port = server.server_address[1]
         with pytest.raises(UsageError, match=f"port {port}"):
-            PageServer("127.0.0.1", int(port), Hub(), {})
+            PageServer(Where(port=int(port)), Hub(), {})
     with (
-        PageServer("127.0.0.1", None, Hub(), {}) as one,
-        PageServer("127.0.0.1", None, Hub(), {}) as two,
+        PageServer(Where(), Hub(), {}) as one,
+        PageServer(Where(), Hub(), {}) as two,
     ):
         assert one.url != two.url
 
 
 def test_a_host_that_is_not_this_machines_is_an_error() -> None:
     with pytest.raises(UsageError, match=r"203\.0\.113\.7"):
-        PageServer("203.0.113.7", 0, Hub(), {})
+        PageServer(Where("203.0.113.7", 0), Hub(), {})

@@ -15,9 +15,12 @@ from robosc import pipeline
 from robosc.simulate.execute import Execution
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
-from robosc.view.server import Answers, PageServer
+from robosc.view.server import Answers, PageServer, Where
 
-__all__ = ["MODEL", "Watcher", "ask", "line_follower", "log_of", "serving"]
+__all__ = [
+    "MODEL", "Watcher", "ask", "command_is", "is_in", "line_follower", "link_says", "log_of",
+    "serving",
+]  # fmt: skip
 
 MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
 
@@ -31,7 +34,7 @@ def line_follower() -> Supervisor:
 @contextlib.contextmanager
 def serving(hub: Hub, answers: Answers | None = None) -> Iterator[PageServer]:
     """A server on any port of this machine."""
-    with PageServer("127.0.0.1", 0, hub, answers or {}) as server:
+    with PageServer(Where(port=0), hub, answers or {}) as server:
         thread = threading.Thread(target=server.serve_forever, args=(0.01,))
         thread.start()
         try:
@@ -101,3 +104,22 @@ def log_of(supervisor: Supervisor, *lines: tuple[str, str, Any] | float) -> list
         json.dumps({"version": 1, "number": number, **happening.document()})
         for number, happening in enumerate(happened, 1)
     ]
+
+
+# --- what a page shows, as expressions in it -----------------------------------------------------
+
+
+def is_in(component: str, state: str) -> str:
+    """A component's card tells the state, and lights it in the diagram."""
+    card = f"[data-component={component}]"
+    lit = f"document.querySelector('{card} .state.active text')?.textContent === '{state}'"
+    return f"document.querySelector('{card}')?.dataset.state === '{state}' && {lit}"
+
+
+def command_is(command: str, word: str) -> str:
+    return f"document.querySelector('[data-command=\"{command}\"]')?.dataset.is === '{word}'"
+
+
+def link_says(words: str) -> str:
+    """How things stand between the page and its source begins with these words."""
+    return f"document.getElementById('link').textContent.startsWith('{words}')"

@@ -15,6 +15,8 @@ from collections.abc import Iterable
 __all__ = ["Follower", "Hub", "compact"]
 
 _KEPT = 5000
+_LONGEST = 4_000_000
+"""Characters of all events that are kept: an event can carry a whole map."""
 _AT_FIRST = 200
 """Events that a new follower is told of."""
 
@@ -25,7 +27,8 @@ class Hub:
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._latest: dict[str, tuple[int, str]] = {}
-        self._events: deque[str] = deque(maxlen=_KEPT)
+        self._events: deque[str] = deque()
+        self._length = 0
         self._added = 0
         self._cleared = 0
         self._version = 0
@@ -44,7 +47,10 @@ class Hub:
             before = self._added
             for event in events:
                 self._events.append(event)
+                self._length += len(event)
                 self._added += 1
+                while len(self._events) > _KEPT or self._length > _LONGEST:
+                    self._length -= len(self._events.popleft())
             if self._added > before:
                 self._changed.notify_all()
 
@@ -52,6 +58,7 @@ class Hub:
         """Forget all events: another run begins, and followers are told ("run")."""
         with self._changed:
             self._events.clear()
+            self._length = 0
             self._cleared = self._added
             self._version += 1
             self._latest["run"] = self._version, str(self._version)

@@ -1,136 +1,87 @@
-"""A running controller of ROS 1 as a source: its topics ``~model``, ``~state`` and ``~events``.
+"""A running controller as a source: what it tells on ``~model``, ``~state`` and ``~events``.
 
-This node only listens: it publishes nothing, offers nothing, calls nothing but the master. Whoever
-sees the controller's topics can follow it, and it can come and go while this waits for it.
+How it is listened to depends on the ROS (:mod:`~robosc.view.ros1`, :mod:`~robosc.view.ros2`); what
+is heard, and whether it still comes, is the same.
 """
 
 from __future__ import annotations
 
-import contextlib
 import json
-import logging
 import threading
 import time
-from typing import Any
+from typing import Protocol
 
-from robosc.errors import UsageError
 from robosc.runtime.report import dump
 from robosc.view.hub import Hub
 
-__all__ = ["Listener"]
+__all__ = ["CHECK", "Heard", "Listener"]
 
 _SILENT = 3.0
 """Seconds without a state, which comes once per second at least, after which the node is gone."""
-_CHECK = 0.5
+CHECK = 0.5
+"""Seconds between two looks at how things stand."""
 
 
-class Listener:
-    """Listens to one node.
+class Listener(Protocol):
+    """A node of ROS that only listens: it publishes nothing of the robot's and calls nobody.
 
-    Raises:
-        UsageError: ROS does not take its name.
-        ModuleNotFoundError: this Python has no rospy.
+    It may be there before the node it listens to, and stays when that goes.
     """
 
-    def __init__(self, node: str, hub: Hub) -> None:
-        import rosgraph.names
-        import rospy  # noqa: F401  # not there: better now than in a thread
-
-        self._node = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), node)
-        if not rosgraph.names.is_legal_name(node) or node.startswith("~"):
-            raise UsageError(f"{node!r} is no name of a node")
-        self._hub = hub
-        self._heard = float("-inf")
-        self._subscribers: list[Any] = []
-        hub.put("hello", dump({"source": "ros", "title": self._node}))
-        self._say(False, f"waiting for {self._node}")
-
-    def start(self) -> None:
-        threading.Thread(target=self._run, name="listener", daemon=True).start()
+    def start(self) -> None: ...
 
     def close(self) -> None:
-        """Leave the master without a trace."""
-        import rospy
+        """Leave without a trace."""
 
-        rospy.signal_shutdown("nobody watches any more")
+
+class Heard:
+    """What is heard of one node, passed on to a hub. The callbacks may come in any thread."""
+
+    def __init__(self, node: str, hub: Hub) -> None:
+        self.node = node
+        self._hub = hub
+        self._at = float("-inf")
+        self.otherwise = f"waiting for {node}"
+        """What there is to say while nothing is heard."""
+        hub.put("hello", dump({"source": "ros", "title": node}))
+        self._tell()
+
+    def watch(self) -> None:
+        """Begin to tell how things stand, whatever else in this process hangs."""
+        threading.Thread(target=self._run, name="watch", daemon=True).start()
+
+    def model(self, text: str) -> None:
+        document = _document(text, "components")
+        if document is not None:
+            self._hub.put("model", document)
+
+    def state(self, text: str) -> None:
+        document = _document(text, "commands")
+        if document is not None:
+            self._at = time.monotonic()
+            self._hub.put("state", document)
+            self._tell()
+
+    def event(self, text: str) -> None:
+        document = _document(text, "outcome")
+        if document is not None:
+            self._hub.add([document])
 
     def _run(self) -> None:
-        import rosgraph
-        import rospy
+        while True:
+            time.sleep(CHECK)
+            self._tell()
 
-        logging.getLogger("rosout").addHandler(logging.NullHandler())
-        while not rosgraph.is_master_online():
-            self._say(False, f"waiting for a master on {rosgraph.get_master_uri()}")
-            time.sleep(_CHECK)
-        # Signals are the server's; several viewers may watch one node.
-        rospy.init_node("robosc_view", anonymous=True, disable_signals=True, disable_rosout=True)
-        master = rosgraph.Master(rospy.get_name())
-        while not rospy.is_shutdown():
-            self._keep_registered(master)
-            time.sleep(_CHECK)
-
-    def _keep_registered(self, master: Any) -> None:
-        """Subscribe, and again with another master; tell how things stand."""
-        import rosgraph
-        import rospy
-
-        try:
-            known = master.lookupNode(rospy.get_name()) is not None
-        except rosgraph.MasterError:
-            known = False
-        except OSError:
-            self._tell(f"no master on {rosgraph.get_master_uri()}")
-            return
-        if not known or not self._subscribers:
-            self._subscribe()
-        self._tell(f"waiting for {self._node}")
-
-    def _subscribe(self) -> None:
-        import rospy
-        import std_msgs.msg
-
-        for subscriber in self._subscribers:
-            with contextlib.suppress(OSError, rospy.ROSException):
-                subscriber.unregister()
-        topics = {"model": self._on_model, "state": self._on_state, "events": self._on_event}
-        self._subscribers = [
-            rospy.Subscriber(
-                f"{self._node}/{topic}", std_msgs.msg.String, listener, tcp_nodelay=True
-            )
-            for topic, listener in topics.items()
-        ]
-
-    def _tell(self, otherwise: str) -> None:
-        silence = time.monotonic() - self._heard
+    def _tell(self) -> None:
+        silence = time.monotonic() - self._at
         if silence < _SILENT:
-            self._say(True, "live")
+            status = {"good": True, "text": "live"}
         elif silence == float("inf"):
-            self._say(False, otherwise)
+            status = {"good": False, "text": self.otherwise}
         else:
-            self._say(False, f"silent for {silence:.0f} s; {otherwise}")
-
-    def _say(self, good: bool, text: str) -> None:
-        self._hub.put("status", dump({"good": good, "text": text}))
-
-    # --- what is heard ---------------------------------------------------------------------------
-
-    def _on_model(self, message: Any) -> None:
-        text = _document(message.data, "components")
-        if text is not None:
-            self._hub.put("model", text)
-
-    def _on_state(self, message: Any) -> None:
-        text = _document(message.data, "commands")
-        if text is not None:
-            if time.monotonic() - self._heard > _SILENT:
-                self._say(True, "live")
-            self._heard = time.monotonic()
-            self._hub.put("state", text)
-
-    def _on_event(self, message: Any) -> None:
-        text = _document(message.data, "outcome")
-        if text is not None:
-            self._hub.add([text])
+            text = f"silent for {silence:.0f} s; {self.otherwise}"
+            status = {"good": False, "text": text, "stale": True}
+        self._hub.put("status", dump(status))
 
 
 def _document(text: str, field: str) -> str | None:

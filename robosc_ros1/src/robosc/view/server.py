@@ -9,8 +9,11 @@ from __future__ import annotations
 import errno
 import ipaddress
 import json
+import socket
+import sys
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -19,7 +22,7 @@ from urllib.parse import urlsplit
 from robosc.errors import UsageError
 from robosc.view.hub import Hub, compact
 
-__all__ = ["DEFAULT_PORT", "Answers", "PageServer", "Unable"]
+__all__ = ["DEFAULT_PORT", "PAGE", "Answers", "PageServer", "Unable", "Where"]
 
 DEFAULT_PORT = 8642
 
@@ -31,9 +34,13 @@ _FILES = {
 }
 _PERIOD = 1 / 30
 """Seconds between two pieces of a stream: more than a screen shows would be lost on it."""
-_SILENCE = 10.0
-"""Seconds after which a stream without news says so, or finds that nobody reads it."""
+_SILENCE = 2.0
+"""Seconds after which a stream without news says so: the page takes silence for a broken link."""
 _LONGEST = 100_000
+_POLICY = (
+    "default-src 'self'; object-src 'none'; base-uri 'none'; form-action 'none';"
+    " frame-ancestors 'none'"
+)
 
 Answers: TypeAlias = Mapping[str, Callable[[Any], Any]]
 """Path to what answers a JSON document that is posted there."""
@@ -43,23 +50,27 @@ class Unable(Exception):
     """What a browser asked for cannot be done; the message is for whoever sits before it."""
 
 
-class PageServer(ThreadingHTTPServer):
-    """Serves until it is told to end. Raises UsageError if it cannot listen there.
+@dataclass(frozen=True)
+class Where:
+    """Where to listen; ``port`` None is the usual one, or any other if that is taken."""
 
-    ``port`` None takes the usual one, or any other if that is taken.
-    """
+    host: str = "127.0.0.1"
+    port: int | None = None
+
+
+class PageServer(ThreadingHTTPServer):
+    """Serves until it is told to end. Raises UsageError if it cannot listen there."""
 
     daemon_threads = True
     # A browser that reloads often must not find the door closed.
     request_queue_size = 64
 
-    def __init__(self, host: str, port: int | None, hub: Hub, answers: Answers) -> None:
+    def __init__(self, where: Where, hub: Hub, answers: Answers) -> None:
         self.hub = hub
         self.answers = answers
+        host, port = where.host, where.port
         self._host = host
         if ":" in host:
-            import socket
-
             self.address_family = socket.AF_INET6
         try:
             super().__init__((host, DEFAULT_PORT if port is None else port), _Handler)
@@ -74,15 +85,26 @@ class PageServer(ThreadingHTTPServer):
         host = f"[{self._host}]" if ":" in self._host else self._host
         return f"http://{host}:{self.server_address[1]}/"
 
+    def run(self) -> None:
+        """Tell where to look, and serve until interrupted."""
+        print(self.url, flush=True)
+        print("Ctrl-C ends it", file=sys.stderr, flush=True)
+        self.serve_forever(poll_interval=0.2)
+
     def welcomes(self, host: str | None) -> bool:
         """Whether a request may name its host so.
 
         A page from elsewhere can have its own name lead to this machine (DNS rebinding); it then
-        still asks for that name.
+        still asks for that name. So there are addresses, and the names that this machine has.
         """
-        if not _is_local(self._host):
-            return True
-        return host is not None and _is_local(urlsplit(f"//{host}").hostname or "")
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+        except ValueError:
+            return False
+        if _is_local(self._host):
+            return _is_local(name)
+        own = socket.gethostname().lower()
+        return name in (self._host, "localhost", own, f"{own}.local") or _address(name) is not None
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A browser that goes away is no fault; there is nobody to tell of others."""
@@ -90,13 +112,19 @@ class PageServer(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     server: PageServer
+    # Seconds for a request to come, and for each piece of a stream to go: a browser that reads no
+    # more, but is not closed either, must not be kept for ever.
+    timeout = 20
 
     def do_GET(self) -> None:
         path = urlsplit(self.path).path
         if not self.server.welcomes(self.headers.get("Host")):
-            self._send(403, "text/plain", b"this server is for its own machine\n")
+            self._send(403, "text/plain", b"ask for this machine by its address or its own name\n")
         elif path == "/stream":
-            self._stream()
+            if self._is_foreign():
+                self._send(403, "text/plain", b"this is for this server's own page\n")
+            else:
+                self._stream()
         elif path in _FILES:
             name, kind = _FILES[path]
             self._send(200, f"{kind}; charset=utf-8", (PAGE / name).read_bytes())
@@ -108,8 +136,9 @@ class _Handler(BaseHTTPRequestHandler):
     def do_POST(self) -> None:
         answer = self.server.answers.get(urlsplit(self.path).path)
         # Pages from elsewhere cannot post this type without asking first, which nobody answers.
-        foreign = self.headers.get_content_type() != "application/json"
-        if foreign or not self.server.welcomes(self.headers.get("Host")):
+        is_json = self.headers.get_content_type() == "application/json"
+        welcome = self.server.welcomes(self.headers.get("Host")) and not self._is_foreign()
+        if not (is_json and welcome):
             self._reply(403, {"message": "only this server's own page may ask this"})
             return
         if answer is None:
@@ -128,13 +157,20 @@ class _Handler(BaseHTTPRequestHandler):
         except Unable as fault:
             self._reply(409, {"message": str(fault)})
 
+    def _is_foreign(self) -> bool:
+        """Whether a browser says that a page from elsewhere asks; other programs say nothing."""
+        origin = self.headers.get("Origin")
+        if origin is not None and urlsplit(origin).netloc != self.headers.get("Host", "").lower():
+            return True
+        return self.headers.get("Sec-Fetch-Site", "none") not in ("same-origin", "none")
+
     def _stream(self) -> None:
         self._head(200, "text/event-stream; charset=utf-8", None)
         follower = self.server.hub.follow()
         try:
             while True:
                 text = follower.take(_SILENCE)
-                self.wfile.write(f"data:{text}\n\n".encode() if text else b":\n\n")
+                self.wfile.write(f"data:{text or '{}'}\n\n".encode())
                 self.wfile.flush()
                 time.sleep(_PERIOD)
         except OSError:
@@ -154,7 +190,9 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_header("Content-Length", str(length))
         self.send_header("Cache-Control", "no-store")
         self.send_header("X-Content-Type-Options", "nosniff")
-        self.send_header("Content-Security-Policy", "default-src 'self'; frame-ancestors 'none'")
+        self.send_header("Cross-Origin-Resource-Policy", "same-origin")
+        self.send_header("Referrer-Policy", "no-referrer")
+        self.send_header("Content-Security-Policy", _POLICY)
         self.end_headers()
 
     def log_message(self, format: str, *args: Any) -> None:
@@ -162,9 +200,12 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def _is_local(host: str) -> bool:
-    if host == "localhost":
-        return True
+    address = _address(host)
+    return host == "localhost" or (address is not None and address.is_loopback)
+
+
+def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
     try:
-        return ipaddress.ip_address(host).is_loopback
+        return ipaddress.ip_address(host)
     except ValueError:
-        return False
+        return None

@@ -1,30 +1,19 @@
-"""From a command line to a page that is served."""
+"""From a command line to a page that is served: a model, or an event log of its node."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from robosc.errors import UsageError
 from robosc.simulate.faults import Wrong
 from robosc.simulate.start import machine_maker, parameters
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
-from robosc.view.listening import Listener
 from robosc.view.played import Played
 from robosc.view.recorded import Recording
-from robosc.view.server import PageServer
+from robosc.view.server import PageServer, Where
 
-__all__ = ["Where", "view_log", "view_model", "view_node"]
-
-
-@dataclass(frozen=True)
-class Where:
-    """Where to listen; ``port`` None is any that is free, the usual one if possible."""
-
-    host: str = "127.0.0.1"
-    port: int | None = None
+__all__ = ["view_log", "view_model"]
 
 
 def view_model(
@@ -41,7 +30,9 @@ def view_model(
     except Wrong as fault:
         raise UsageError(str(fault)) from None
     played = Played(machine, hub)
-    _serve(PageServer(where.host, where.port, hub, played.answers), played.start)
+    with PageServer(where, hub, played.answers) as server:
+        played.start()
+        server.run()
 
 
 def view_log(supervisor: Supervisor, log: str, where: Where, stop_command: str | None) -> None:
@@ -52,29 +43,5 @@ def view_log(supervisor: Supervisor, log: str, where: Where, stop_command: str |
     """
     hub = Hub()
     recording = Recording(supervisor, log, hub, stop_command)
-    _serve(PageServer(where.host, where.port, hub, recording.answers), lambda: None)
-
-
-def view_node(node: str, where: Where) -> None:
-    """Show a running node of ROS 1, until interrupted.
-
-    Raises:
-        UsageError: it cannot listen there, or the node's name is none.
-        ModuleNotFoundError: this Python has no rospy.
-    """
-    hub = Hub()
-    listener = Listener(node, hub)
-    _serve(PageServer(where.host, where.port, hub, {}), listener.start, listener.close)
-
-
-def _serve(
-    server: PageServer, start: Callable[[], None], close: Callable[[], None] = lambda: None
-) -> None:
-    with server:
-        start()
-        print(server.url, flush=True)
-        print("Ctrl-C ends it", file=sys.stderr, flush=True)
-        try:
-            server.serve_forever(poll_interval=0.2)
-        finally:
-            close()
+    with PageServer(where, hub, recording.answers) as server:
+        server.run()

@@ -6,7 +6,10 @@ const byId = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
 const KEPT = 400; // events in memory
 const SHOWN = 120; // events in the list
+const MANY = 8; // components that are too many to see all at once
+const LONGEST = 300; // characters of a value
 const MINUTE = 60;
+const BROKEN = 7000; // milliseconds of silence; the server says something every two seconds
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
 function make(tag, properties = {}, ...children) {
@@ -35,13 +38,21 @@ function toggle(element, name, on) {
   if (element.classList.contains(name) !== on) element.classList.toggle(name, on);
 }
 
+/** JSON, with integers beyond the doubles as they were written, where the browser can tell. */
+function read(text) {
+  return JSON.parse(text, (_, value, context) =>
+    Number.isInteger(value) && !Number.isSafeInteger(value) ? (context?.source ?? value) : value);
+}
+
 function valueText(value) {
   if (value === null || value === undefined) return "";
   if (Array.isArray(value)) return `[${value.map(valueText).join(", ")}]`;
   if (typeof value === "object") {
     return `{${Object.entries(value).map(([k, v]) => `${k}: ${valueText(v)}`).join(", ")}}`;
   }
-  if (typeof value === "number" && !Number.isInteger(value)) return String(+value.toPrecision(6));
+  if (typeof value === "number" && !Number.isInteger(value)) {
+    return String(Math.abs(value) < 1e5 ? +value.toPrecision(6) : +value.toFixed(1));
+  }
   return String(value);
 }
 
@@ -49,6 +60,8 @@ const eventName = (event) =>
   event.kind === "tau" ? `${event.name}.tau${event.index ?? ""}`
   : event.name ? `${event.name}.${event.kind}` : event.kind;
 const isOwn = (event) => ["request", "cancel", "tau"].includes(event.kind);
+/** A component may be called `constructor`. */
+const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : undefined);
 const shorten = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);
 
 // --- where the parts of an automaton lie ---------------------------------------------------------
@@ -242,20 +255,23 @@ function layOut(nodes, links) {
   return { width: Math.max(...boxes.map((box) => box.x + box.right)) + 14, height: y };
 }
 
-/** A curve through the bends, upright at each, in the direction of the arrow. */
+/** A curve through the bends, upright at ends and labels, in the direction of the arrow. */
 function pathOf(link) {
   const points = [[link.leaves, link.upper.y + link.upper.height / 2]];
   for (const bend of link.way) {
     if (bend.height) points.push([bend.x, bend.y - bend.height / 2], [bend.x, bend.y + bend.height / 2]);
-    else points.push([bend.x, bend.y]);
+    else points.push([bend.x, bend.y, "free"]);
   }
   points.push([link.enters, link.lower.y - link.lower.height / 2]);
   if (link.back) points.reverse();
-  let text = `M${points[0].map(round)}`;
+  const slopes = points.map(([, , free], i) =>
+    free ? (points[i + 1][0] - points[i - 1][0]) / (points[i + 1][1] - points[i - 1][1]) : 0);
+  let text = `M${round(points[0][0])},${round(points[0][1])}`;
   for (let i = 1; i < points.length; i++) {
     const [[x0, y0], [x1, y1]] = [points[i - 1], points[i]];
-    const middle = (y0 + y1) / 2;
-    text += `C${round(x0)},${round(middle)} ${round(x1)},${round(middle)} ${round(x1)},${round(y1)}`;
+    const half = (y1 - y0) / 2;
+    text += `C${round(x0 + slopes[i - 1] * half)},${round(y0 + half)} ` +
+      `${round(x1 - slopes[i] * half)},${round(y1 - half)} ${round(x1)},${round(y1)}`;
   }
   return text;
 }
@@ -284,6 +300,7 @@ function linesOf(transition) {
 }
 
 const LINE = 14;
+const SMALLEST = 0.75; // of their size, to which diagrams shrink before they have to be scrolled
 
 function sizeOf(transitions) {
   const lines = transitions.flatMap(linesOf);
@@ -292,8 +309,9 @@ function sizeOf(transitions) {
 }
 
 class Diagram {
-  constructor(component, fire) {
+  constructor(component, number, fire) {
     this.component = component;
+    this.number = number;
     this.states = new Map();
     this.parts = new Map(); // event to its transitions, with what shows them
     this.active = null;
@@ -306,16 +324,17 @@ class Diagram {
     const nodes = this.nodes();
     const links = this.links(nodes);
     const size = layOut(nodes, links);
-    const name = `tip-${this.component.name}`;
+    const name = `tip-${this.number}`;
     const tip = draw("marker", {
       id: name, viewBox: "0 0 10 10", refX: 9, refY: 5, markerWidth: 8, markerHeight: 8, orient: "auto",
       markerUnits: "userSpaceOnUse",
     }, draw("path", { d: "M0 1L10 5L0 9z" }));
     const picture = draw("svg", {
       viewBox: `0 0 ${round(size.width)} ${round(size.height)}`, width: round(size.width),
-      height: round(size.height), role: "img",
+      height: round(size.height), role: "group",
       "aria-label": `Automaton of ${this.component.name}`,
     }, draw("defs", {}, tip));
+    picture.style.minWidth = `${round(size.width * SMALLEST)}px`;
     for (const link of links) picture.append(this.drawLink(link, name));
     for (const node of nodes) picture.append(...this.drawNode(node, name));
     return picture;
@@ -391,7 +410,11 @@ class Diagram {
     if (!this.parts.has(key)) this.parts.set(key, []);
     this.parts.get(key).push({ transition, words, flash });
     this.words.push({ key, words });
-    words.addEventListener("click", () => words.classList.contains("able") && this.fire(key));
+    const fire = () => words.classList.contains("able") && this.fire(key);
+    words.addEventListener("click", fire);
+    words.addEventListener("keydown", (event) => {
+      if (event.key === "Enter") fire();
+    });
   }
 
   drawNode(node, tip) {
@@ -462,12 +485,14 @@ function wholeText(t) {
 // --- cards, commands, events ---------------------------------------------------------------------
 
 class Card {
-  constructor(component, fire) {
-    this.diagram = new Diagram(component, fire);
+  constructor(component, number, fire) {
+    this.diagram = new Diagram(component, number, fire);
     this.now = make("span", { className: "now" });
+    this.tile = make("b");
+    this.link = make("a", { href: `#component-${number}` }, `${component.name} `, this.tile);
     this.values = new Map();
     const title = make("h2", {}, component.name, make("small", {}, component.place));
-    this.element = make("article", { className: "card" }, title, this.now,
+    this.element = make("article", { className: "card", id: `component-${number}`, tabIndex: -1 }, title, this.now,
       make("div", { className: "drawing" }, this.diagram.element));
     this.element.dataset.component = component.name;
     this.addEverywhere(component);
@@ -504,10 +529,14 @@ class Card {
     if (state !== undefined) {
       this.diagram.show(state);
       write(this.now, `is ${state}`);
+      if (this.tile.textContent !== state) {
+        if (this.tile.textContent) light(this.tile);
+        write(this.tile, state);
+      }
       this.element.dataset.state = state;
     }
     for (const [name, cell] of this.values) {
-      const text = valueText(variables[name]);
+      const text = shorten(valueText(own(variables, name)), LONGEST);
       if (cell.textContent !== text) {
         if (cell.textContent) light(cell);
         cell.textContent = text;
@@ -534,7 +563,7 @@ function light(element) {
 }
 
 class CommandRow {
-  constructor(command, fire) {
+  constructor(command) {
     this.lamp = make("span", { className: "lamp", role: "img" });
     this.tally = make("span", { className: "tally" });
     this.below = make("div", { className: "below" });
@@ -560,7 +589,7 @@ class CommandRow {
     }
     write(this.tally, command.count ? `${command.count}×` : "");
     if (!this.last && command.data) {
-      write(this.sent, command.enabled ? `would send ${valueText(command.data)}` : "");
+      write(this.sent, command.enabled ? `would send ${shorten(valueText(command.data), LONGEST)}` : "");
     }
     const told = JSON.stringify(command.blocked_by);
     if (told === this.told) return;
@@ -570,7 +599,7 @@ class CommandRow {
 
   send(value) {
     this.last = true;
-    write(this.sent, valueText(value) ? `sent ${valueText(value)}` : "sent");
+    write(this.sent, `sent ${shorten(valueText(value), LONGEST)}`.trimEnd());
   }
 
   forget() {
@@ -588,16 +617,15 @@ function reasonLine(reason) {
 
 function eventRow(document) {
   const { event, outcome, detail, time } = document;
-  const kind = outcome !== "applied" ? "bad" : event.kind === "tau" ? "step" : isOwn(event) ? "own" : "robot";
   const text = make("span", {}, eventName(event));
-  const value = valueText(event.value);
+  const value = shorten(valueText(event.value), LONGEST);
   if (value) text.append(" ", make("span", { className: "value" }, value));
   const more = [outcome === "applied" ? null : outcome, detail].filter(Boolean).join(": ");
   if (more) text.append(` · ${more}`);
   if (document.missed) {
     text.append(make("div", { className: "gap" }, `${document.missed} before it were not told`));
   }
-  return make("li", { className: kind }, make("time", {}, clock(time)), text);
+  return make("li", { className: sortOf(document) }, make("time", {}, clock(time)), text);
 }
 
 function clock(seconds) {
@@ -606,64 +634,131 @@ function clock(seconds) {
   return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${two(date.getMilliseconds(), 3)}`;
 }
 
-/** Events per second of the last minute, by what they are. */
-class Rates {
+const SORTS = [["robot", "--robot"], ["own", "--accent"], ["step", "--line"], ["bad", "--halt"]];
+const searchText = ({ event, outcome }) =>
+  `${eventName(event)} ${valueText(event.value)} ${outcome}`.toLowerCase();
+const sortOf = ({ event, outcome }) =>
+  outcome !== "applied" ? "bad" : event.kind === "tau" ? "step" : isOwn(event) ? "own" : "robot";
+
+/** A canvas as sharp as the screen, empty; its context, width and height. */
+function blank(canvas) {
+  const ratio = devicePixelRatio || 1;
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+  if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
+  if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  context.textAlign = "left";
+  return { context, width, height };
+}
+
+/** When events were, by this machine's clock: how many per second, and each on a line of its own. */
+class Times {
   constructor() { this.clear(); }
 
-  clear() { this.seconds = new Map(); this.latest = 0; }
-
-  add(document) {
-    const kind = document.outcome !== "applied" ? "bad" : isOwn(document.event) ? "own" : "robot";
-    this.count(Math.floor(document.time), kind);
+  clear() {
+    Object.assign(this, { seconds: new Map(), ticks: [], shown: [], latest: 0 });
   }
 
-  count(second, kind) {
-    this.latest = Math.max(this.latest, second);
-    if (!this.seconds.has(second)) this.seconds.set(second, { robot: 0, own: 0, bad: 0 });
-    this.seconds.get(second)[kind]++;
+  count(time, sort) {
+    const second = Math.floor(time);
+    this.latest = Math.max(this.latest, time);
+    if (!this.seconds.has(second)) this.seconds.set(second, { robot: 0, own: 0, step: 0, bad: 0 });
+    this.seconds.get(second)[sort]++;
     if (this.seconds.size > 3 * MINUTE) {
       for (const old of this.seconds.keys()) if (old < this.latest - MINUTE) this.seconds.delete(old);
     }
   }
 
+  tick(time, document) {
+    const name = document.event.name ?? document.event.kind;
+    this.ticks.push({ time, name, sort: sortOf(document), text: searchText(document) });
+    if (this.ticks.length > 2 * TICKS) this.ticks.splice(0, TICKS);
+  }
+
   /** Mean of the last whole seconds. */
   mean(now, over = 3) {
     let sum = 0;
-    for (let s = now - over; s < now; s++) {
-      const at = this.seconds.get(s);
-      if (at) sum += at.robot + at.own + at.bad;
+    for (let s = Math.floor(now) - over; s < Math.floor(now); s++) {
+      sum += Object.values(this.seconds.get(s) ?? {}).reduce((a, b) => a + b, 0);
     }
     return sum / over;
   }
 
-  draw(canvas, now) {
-    const ratio = devicePixelRatio || 1;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
-    if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
-    const context = canvas.getContext("2d");
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, width, height);
-    const sums = Array.from({ length: MINUTE }, (_, i) => this.seconds.get(now - MINUTE + 1 + i));
-    const most = Math.max(5, ...sums.map((s) => (s ? s.robot + s.own + s.bad : 0)));
+  drawRates(canvas, now, colours) {
+    const { context, width, height } = blank(canvas);
+    const last = Math.floor(now);
+    const seconds = Array.from({ length: MINUTE }, (_, i) => this.seconds.get(last - MINUTE + 1 + i));
+    const sums = seconds.map((s) => (s ? s.robot + s.own + s.step + s.bad : 0));
+    const most = Math.max(5, ...sums);
     const step = width / MINUTE;
-    sums.forEach((second, i) => {
+    seconds.forEach((second, i) => {
       let y = height - 1;
-      for (const [kind, colour] of [["robot", "--robot"], ["own", "--accent"], ["bad", "--halt"]]) {
-        const part = second ? (second[kind] / most) * (height - 14) : 0;
-        context.fillStyle = colourOf(colour);
+      for (const [sort, name] of second ? SORTS : []) {
+        const part = (second[sort] / most) * (height - 14);
+        context.fillStyle = colours[name];
         context.fillRect(i * step, y - part, Math.max(1, step - 1), part);
         y -= part;
       }
     });
-    context.fillStyle = colourOf("--quiet");
+    context.fillStyle = colours["--quiet"];
     context.fillRect(0, height - 1, width, 1);
-    context.font = "10px system-ui, sans-serif";
+    context.font = SMALL;
     context.fillText(`${most}/s`, 0, 9);
     context.textAlign = "right";
     context.fillText("last minute", width, 9);
-    context.textAlign = "left";
   }
+
+  /** A lane for each communication that was heard of, if there is room; who has one keeps it. */
+  drawLanes(canvas, now, colours, wanted) {
+    const begin = now - WINDOW;
+    const first = this.ticks.findLastIndex((t) => t.time < begin) + 1;
+    const ticks = this.ticks.slice(first).filter((t) => t.text.includes(wanted));
+    const names = new Set(ticks.map((t) => t.name));
+    const stay = this.shown.filter((name) => names.delete(name));
+    const lanes = [...stay, ...[...names].slice(0, LANES - stay.length)].sort();
+    const hidden = stay.length + names.size - lanes.length;
+    this.shown = lanes;
+    const tall = `${(Math.max(1, lanes.length) + 1) * LANE}px`;
+    if (canvas.style.height !== tall) canvas.style.height = tall;
+    const { context, width } = blank(canvas);
+    context.font = SMALL;
+    const left = Math.min(width * 0.4, Math.max(40, ...lanes.map((n) => context.measureText(n).width)) + 8);
+    const x = (time) => left + ((time - begin) / WINDOW) * (width - left - 2);
+    context.fillStyle = colours["--rule"];
+    lanes.forEach((_, i) => context.fillRect(left, i * LANE + LANE / 2, width - left, 1));
+    const places = new Map(lanes.map((name, i) => [name, i * LANE]));
+    for (const [sort, colour] of SORTS) {
+      context.fillStyle = colours[colour];
+      for (const tick of ticks) {
+        const y = tick.sort === sort ? places.get(tick.name) : undefined;
+        if (y !== undefined) context.fillRect(x(tick.time), y + 2, 2, LANE - 4);
+      }
+    }
+    context.fillStyle = colours["--ink"];
+    lanes.forEach((name, i) => context.fillText(fit(context, name, left - 6), 0, (i + 1) * LANE - 4));
+    context.fillStyle = colours["--quiet"];
+    const y = (lanes.length + 1) * LANE - 2;
+    context.fillText(hidden ? `and ${hidden} more` : "", 0, y);
+    for (const ago of [0, 5, 10, 15]) {
+      context.textAlign = ago ? "center" : "right";
+      context.fillText(ago ? `−${ago} s` : "now", x(now - ago), y);
+    }
+  }
+}
+
+const SMALL = "10px system-ui, sans-serif";
+const WINDOW = 20; // seconds that lanes show
+const LANES = 8;
+const LANE = 15; // pixels
+const TICKS = 4000;
+
+/** A text, cut where it would be wider. */
+function fit(context, text, width) {
+  let most = text.length;
+  while (most > 1 && context.measureText(shorten(text, most)).width > width) most--;
+  return shorten(text, most);
 }
 
 // --- the whole page ------------------------------------------------------------------------------
@@ -671,9 +766,12 @@ class Rates {
 const page = {
   hello: null, model: null, state: null, status: null,
   cards: new Map(), rows: new Map(),
-  followed: {}, // component to the state that the events led to so far
+  followed: new Map(), // component to the state that the events led to so far
   events: [], fresh: [], number: 0, time: 0, run: 0, later: null,
-  rates: new Rates(),
+  times: new Times(),
+  ahead: null, // seconds by which this machine's clock is ahead of the node's
+  heard: performance.now(), // when the server said something
+  shown: null, // the state that the page shows
   held: false, waiting: false, redrawList: true,
   choices: [],
 };
@@ -683,22 +781,52 @@ function schedule() {
   page.waiting = true;
   requestAnimationFrame(() => {
     page.waiting = false;
-    render();
+    attempt(render);
   });
+}
+
+/** What comes over ROS may be anything: where the page cannot show it, it says so and goes on. */
+function attempt(action) {
+  try {
+    action();
+  } catch (fault) {
+    tell("fault", `Something that was told cannot be shown (${fault}). Is it a controller made by robosc?`);
+  }
 }
 
 /** Everything that a piece of the stream can hold. */
 function receive(news) {
+  page.heard = performance.now();
   if (news.hello) greet(news.hello);
   if (news.model) build(news.model, JSON.stringify(news.model));
   if ("run" in news) forget();
   if (news.status) page.status = news.status;
+  compareClocks(news);
   for (const document of news.events ?? []) note(document);
   if (news.state) {
     page.state = news.state;
     noteLater(news.state.latest ?? []);
   }
   schedule();
+}
+
+/**
+ * Events are shown by this machine's clock, which need not be the robot's: the smallest difference
+ * that was seen is the one without delay, unless a clock was set.
+ */
+function compareClocks(news) {
+  const sign = page.ahead === null ? news.state : (news.events?.at(-1) ?? news.state);
+  if (!sign) return;
+  const ahead = Date.now() / 1000 - sign.time;
+  const fresh = page.status?.good !== false;
+  if (page.ahead === null) page.ahead = fresh ? ahead : 0;
+  else if (fresh && (ahead < page.ahead || ahead > page.ahead + 3)) page.ahead = ahead;
+}
+
+function place(document) {
+  const time = document.time + (page.ahead ?? 0);
+  page.times.count(time, sortOf(document));
+  page.times.tick(time, document);
 }
 
 function note(document) {
@@ -712,7 +840,7 @@ function note(document) {
   if (before && document.number > before + 1) document.missed = document.number - before - 1;
   page.events.push(document);
   page.fresh.push(document);
-  page.rates.add(document);
+  place(document);
   if (page.events.length > 2 * KEPT) page.events.splice(0, page.events.length - KEPT);
   if (page.fresh.length > KEPT) page.fresh.splice(0, page.fresh.length - KEPT);
 }
@@ -743,21 +871,23 @@ function putBefore(documents) {
   for (const document of documents) {
     const row = page.rows.get(eventName(document.event));
     if (row && !row.last && document.outcome === "applied") row.send(document.event.value);
-    page.rates.add(document);
+    place(document);
   }
 }
 
 function forget() {
   page.run++;
-  Object.assign(page, { events: [], fresh: [], number: 0, time: 0, followed: {}, redrawList: true });
-  page.rates.clear();
+  Object.assign(page, { events: [], fresh: [], number: 0, time: 0, redrawList: true });
+  page.followed.clear();
+  page.times.clear();
   for (const row of page.rows.values()) row.forget();
 }
 
 function greet(hello) {
   page.hello = hello;
+  tell("fault", "");
   write(byId("source"), hello.title);
-  byId("playing").hidden = hello.source !== "model";
+  byId("playing").hidden = byId("to-playing").hidden = hello.source !== "model";
   byId("undo").hidden = Boolean(hello.clock);
   byId("scrub").hidden = hello.source !== "log";
   byId("freeze").hidden = hello.source === "log";
@@ -767,19 +897,24 @@ function greet(hello) {
 
 function build(model, text) {
   if (text === page.model) return; // the stream was opened again
-  page.model = text;
-  document.title = `${model.robot} · robosc`;
-  write(byId("robot"), model.robot);
-  page.cards.clear();
-  page.rows.clear();
-  page.followed = {};
   const drawn = model.components.filter((c) => c.states.length);
-  for (const component of drawn) page.cards.set(component.name, new Card(component, fireByName));
+  const cards = drawn.map((component, i) => new Card(component, i, fireByName));
   const rest = model.components.filter((c) => !c.states.length).map((c) => c.name);
   const note = rest.length ? [make("p", { className: "others" }, `Without behaviour: ${rest.join(", ")}`)] : [];
-  byId("components").replaceChildren(...[...page.cards.values()].map((c) => c.element), ...note);
   const commands = model.commands.filter((c) => c.event.kind !== "tau");
-  for (const command of commands) page.rows.set(eventName(command.event), new CommandRow(command));
+  const rows = commands.map((command) => new CommandRow(command));
+  page.model = text;
+  page.cards = new Map(drawn.map((component, i) => [component.name, cards[i]]));
+  page.rows = new Map(rows.map((row) => [row.key, row]));
+  page.followed.clear();
+  // A node that begins again may be another robot's: its state comes within a second.
+  if (page.state && !drawn.every((c) => own(page.state.components, c.name) !== undefined)) page.state = null;
+  page.shown = null;
+  document.title = `${model.robot} · robosc`;
+  write(byId("robot"), model.robot);
+  byId("components").replaceChildren(...cards.map((c) => c.element), ...note);
+  byId("overview").hidden = cards.length < MANY;
+  byId("overview").replaceChildren(...cards.map((c) => make("li", {}, c.link)));
   byId("command-list").replaceChildren(...[...page.rows.values()].map((r) => r.element));
 }
 
@@ -788,7 +923,8 @@ function render() {
   page.fresh = [];
   if (page.state && page.cards.size) {
     flash(fresh);
-    showState(page.state);
+    if (page.state !== page.shown) showState(page.state);
+    page.shown = page.state;
   }
   showEvents(fresh);
   showStatus();
@@ -802,12 +938,12 @@ function flash(fresh) {
     if (outcome !== "applied") continue;
     if (event.kind === "request" || event.kind === "cancel") sent.set(eventName(event), event.value);
     for (const [name, card] of page.cards) {
-      const state = page.followed[name] ?? page.state.components[name];
-      const after = page.state.number >= number ? page.state.components[name] : undefined;
+      const state = page.followed.get(name) ?? own(page.state.components, name);
+      const after = page.state.number >= number ? own(page.state.components, name) : undefined;
       const part = card.diagram.taken(event, state, after);
       if (!part) continue;
       lit.add(part.flash);
-      page.followed[name] = part.transition.to ?? state;
+      page.followed.set(name, part.transition.to ?? state);
     }
   }
   lit.forEach(flashPath);
@@ -821,8 +957,8 @@ function flash(fresh) {
 
 function showState(state) {
   // Events may be ahead of the state, which comes less often.
-  if (state.number >= page.number) page.followed = { ...state.components };
-  for (const [name, card] of page.cards) card.show(state.components[name], state.variables);
+  if (state.number >= page.number) page.followed = new Map(Object.entries(state.components));
+  for (const [name, card] of page.cards) card.show(own(state.components, name), state.variables);
   for (const command of state.commands) page.rows.get(eventName(command.event))?.show(command);
   showPhases(state.communications);
   byId("marked").hidden = !state.marked;
@@ -863,12 +999,12 @@ function gauge(name, text, trouble = false) {
 }
 
 function now() {
-  return page.hello?.source === "log" ? page.rates.latest : Math.floor(Date.now() / 1000);
+  return page.hello?.source === "log" ? page.times.latest : Date.now() / 1000;
 }
 
 function showStatus() {
   const live = page.hello?.source !== "log";
-  if (live) gauge("events/s", page.rates.mean(now()).toFixed(1));
+  if (live) gauge("events/s", page.times.mean(now()).toFixed(1));
   const counters = page.state?.counters ?? {};
   for (const name of ["inputs", "commands", "errors"]) gauge(name, String(counters[name] ?? 0));
   for (const name of ["mismatches", "failed", "undefined", "late"]) {
@@ -876,20 +1012,32 @@ function showStatus() {
     if (count || gauges.has(name) || name === "mismatches") gauge(name, String(count), count > 0);
   }
   const told = page.state?.stopped;
-  const alert = byId("alert");
-  alert.hidden = !told;
-  if (told) write(alert, `Safe stop: ${told}`);
-  const status = page.status ?? { good: true, text: page.hello?.source === "log" ? "recording" : "playing" };
+  tell("alert", told && `Safe stop: ${told}`);
+  const broken = link.open === false || performance.now() - page.heard > BROKEN;
+  const usual = { good: true, text: live ? "playing" : "recording" };
+  if (link.open === null) return;
+  const status = broken ? { good: false, text: "the server is gone", stale: true } : (page.status ?? usual);
   const pill = byId("link");
-  write(pill, link.open ? (page.held ? "held" : status.text) : "the server is gone");
-  toggle(pill, "good", link.open && status.good && !page.held);
-  toggle(pill, "bad", !link.open || status.good === false);
+  write(pill, page.held ? "held" : status.text);
+  toggle(pill, "good", status.good && !page.held);
+  toggle(pill, "bad", !status.good);
+  const old = Boolean(status.stale && page.state && live);
+  tell("stale", old && `Out of date: ${status.text}. Everything below is how it was at ${clock(page.state.time)}.`);
+  toggle(document.body, "stale", old);
+  byId("empty").hidden = page.cards.size > 0 || page.rows.size > 0;
+  write(byId("empty"), broken ? "" : `Nothing to show yet: ${status.text}.`);
+}
+
+/** A line across the page, as long as there is something to say. */
+function tell(id, text) {
+  byId(id).hidden = !text;
+  write(byId(id), text || "");
 }
 
 function showEvents(fresh) {
   const list = byId("events");
   const wanted = byId("filter").value.trim().toLowerCase();
-  const fits = (d) => !wanted || `${eventName(d.event)} ${valueText(d.event.value)} ${d.outcome}`.toLowerCase().includes(wanted);
+  const fits = (document) => searchText(document).includes(wanted);
   if (page.redrawList) {
     const rows = page.events.filter(fits).slice(-SHOWN).reverse().map(eventRow);
     list.replaceChildren(...rows);
@@ -899,7 +1047,11 @@ function showEvents(fresh) {
     list.prepend(...rows);
     while (list.childElementCount > SHOWN) list.lastElementChild.remove();
   }
-  page.rates.draw(byId("rates"), now());
+  const style = getComputedStyle(document.documentElement);
+  const names = ["--robot", "--accent", "--line", "--halt", "--quiet", "--rule", "--ink"];
+  const colours = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(name)]));
+  page.times.drawRates(byId("rates"), now(), colours);
+  page.times.drawLanes(byId("lanes"), now(), colours, wanted);
 }
 
 // --- playing the model ---------------------------------------------------------------------------
@@ -914,12 +1066,22 @@ function showChoices(choices, undo) {
   page.choices = [...choices].sort((a, b) => a.controllable - b.controllable);
   const able = new Set(choices.map((c) => eventName(c.event)));
   for (const { diagram } of page.cards.values()) {
-    for (const { key, words } of diagram.words) toggle(words, "able", able.has(key));
+    for (const { key, words } of diagram.words) enable(words, able.has(key));
   }
   const focused = document.activeElement?.dataset?.choice;
   const typed = new Map([...byId("choices").querySelectorAll("input")].map((i) => [i.dataset.choice, i.value]));
   byId("choices").replaceChildren(...page.choices.map((choice, i) => choiceRow(choice, i, typed)));
   if (focused) byId("choices").querySelector(`[data-choice="${CSS.escape(focused)}"]`)?.focus();
+}
+
+/** What is written at a transition fires its event, while that is possible. */
+function enable(words, on) {
+  if (words.classList.contains("able") === on) return;
+  toggle(words, "able", on);
+  for (const [name, value] of [["role", "button"], ["tabindex", "0"]]) {
+    if (on) words.setAttribute(name, value);
+    else words.removeAttribute(name);
+  }
 }
 
 function choiceRow(choice, index, typed) {
@@ -1019,21 +1181,25 @@ const recording = {
       if (outcome === "applied") page.rows.get(eventName(event))?.send(event.value);
     }
     // The transitions of what was skipped are not known to have followed one another.
-    page.followed = steps > 0 && steps <= events.length ? page.followed : {};
+    if (steps <= 0 || steps > events.length) page.followed.clear();
     page.state = state ?? page.state;
-    page.status = lost ? { good: false, text: `leaves the model: ${lost}` } : { good: true, text: "recording" };
-    this.countRates();
+    page.status = lost ? { good: false, text: "leaves the model" } : { good: true, text: "recording" };
+    tell("lost", lost && `Here the log leaves the model; the last state that is known stays. ${lost}`);
+    this.placeAll(events);
     byId("moment").value = at;
     write(byId("where"), `${at} of ${this.count} · ${dayAndClock(this.times[at - 1])}`);
     schedule();
   },
 
-  countRates() {
-    page.rates.clear();
+  placeAll(events) {
+    page.times.clear();
     const names = { x: "bad", c: "own", r: "robot" };
-    const now = Math.floor(this.times[this.at - 1]);
+    const now = this.times[this.at - 1];
     for (let i = this.at - 1; i >= 0 && this.times[i] > now - MINUTE; i--) {
-      page.rates.count(Math.floor(this.times[i]), names[this.sorts[i]]);
+      page.times.count(this.times[i], names[this.sorts[i]]);
+    }
+    for (const document of events) {
+      if (document.time <= now) page.times.tick(document.time, document);
     }
   },
 
@@ -1082,7 +1248,7 @@ function dayAndClock(seconds) {
 // --- the link to the server, keys ----------------------------------------------------------------
 
 const link = {
-  open: false, stream: null,
+  open: null, stream: null, // open is null until the first time
 
   /** A browser opens few streams to one server: a page that nobody sees leaves its to others. */
   follow() {
@@ -1094,7 +1260,7 @@ const link = {
     if (this.stream) return;
     this.stream = new EventSource("stream");
     this.stream.onopen = () => { this.open = true; schedule(); };
-    this.stream.onmessage = (message) => receive(JSON.parse(message.data));
+    this.stream.onmessage = (message) => attempt(() => receive(read(message.data)));
     this.stream.onerror = () => { this.open = false; schedule(); };
   },
 };
@@ -1144,5 +1310,10 @@ byId("moment").addEventListener("input", (event) => {
 document.addEventListener("keydown", onKey);
 document.addEventListener("visibilitychange", () => link.follow());
 addEventListener("resize", schedule);
-setInterval(() => { if (!document.hidden) schedule(); }, 1000);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", schedule);
+setInterval(() => {
+  if (document.hidden) return;
+  if (page.held) showStatus();
+  else schedule();
+}, 250);
 link.follow();

@@ -1,0 +1,93 @@
+"""Listening to a controller of ROS 1."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import threading
+import time
+from typing import Any
+
+from robosc.errors import UsageError
+from robosc.view.hub import Hub
+from robosc.view.listening import CHECK, Heard
+
+__all__ = ["Ros1"]
+
+
+class Ros1:
+    """Listens to one node, for as long as there is a master, and with the next one again.
+
+    Raises:
+        UsageError: ROS does not take its name.
+        ModuleNotFoundError: this Python has no rospy.
+    """
+
+    def __init__(self, node: str, hub: Hub) -> None:
+        import rosgraph.names
+        import rospy  # noqa: F401  # not there: better now than in a thread
+
+        if not rosgraph.names.is_legal_name(node) or node.startswith("~") or not node.strip("/"):
+            raise UsageError(f"{node!r} is no name of a node")
+        name = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), node)
+        self._heard = Heard(rosgraph.names.canonicalize_name(name), hub)
+        self._subscribers: list[Any] = []
+
+    def start(self) -> None:
+        self._heard.watch()
+        threading.Thread(target=self._run, name="listener", daemon=True).start()
+
+    def close(self) -> None:
+        import rospy
+
+        rospy.signal_shutdown("nobody watches any more")
+
+    def _run(self) -> None:
+        import rosgraph
+        import rospy
+
+        logging.getLogger("rosout").addHandler(logging.NullHandler())
+        while not rosgraph.is_master_online():
+            self._heard.otherwise = f"waiting for a master on {rosgraph.get_master_uri()}"
+            time.sleep(CHECK)
+        # Signals are the server's; several viewers may watch one node.
+        rospy.init_node("robosc_view", anonymous=True, disable_signals=True, disable_rosout=True)
+        master = rosgraph.Master(rospy.get_name())
+        while not rospy.is_shutdown():
+            self._keep_registered(master)
+            time.sleep(CHECK)
+
+    def _keep_registered(self, master: Any) -> None:
+        """Subscribe, and again with another master, which does not know of this node."""
+        import rosgraph
+        import rospy
+
+        try:
+            known = master.lookupNode(rospy.get_name()) is not None
+        except rosgraph.MasterError:
+            known = False
+        except OSError:
+            self._heard.otherwise = f"no master on {rosgraph.get_master_uri()}"
+            return
+        if not known or not self._subscribers:
+            self._subscribe()
+        self._heard.otherwise = f"waiting for {self._heard.node}"
+
+    def _subscribe(self) -> None:
+        import rospy
+        import std_msgs.msg
+
+        for subscriber in self._subscribers:
+            with contextlib.suppress(OSError, rospy.ROSException):
+                subscriber.unregister()
+        heard = self._heard
+        topics = {"model": heard.model, "state": heard.state, "events": heard.event}
+        self._subscribers = [
+            rospy.Subscriber(
+                f"{heard.node}/{topic}",
+                std_msgs.msg.String,
+                lambda message, listener=listener: listener(message.data),
+                tcp_nodelay=True,
+            )
+            for topic, listener in topics.items()
+        ]

@@ -1,0 +1,89 @@
+"""The live picture of a generated controller on real rclpy, in a browser."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+from collections.abc import Callable, Iterator
+
+import pytest
+from ros2.ros2_support import Graph, Process
+from ros_support import SOURCES, await_condition
+from view.browser import Browser
+from view.watching import command_is, is_in, link_says
+
+Start = Callable[..., Process]
+NODE = "line_follower_controller"
+DISTANCE = ("/distance", "std_msgs/msg/Float32")
+
+
+@pytest.fixture
+def viewer(graph: Graph) -> Iterator[Process]:
+    path = os.pathsep.join((str(SOURCES), graph.environment["PYTHONPATH"]))
+    command = (graph.bed.python, "-m", "robosc", "view", "--ros", NODE, "--port", "0")
+    yield graph.start(*command, PYTHONPATH=path)
+
+
+@pytest.fixture
+def url(viewer: Process) -> str:
+    def printed() -> str | None:
+        assert viewer.popen.poll() is None, viewer.output
+        found = re.search(r"http://\S+", viewer.output)
+        return found and found[0]
+
+    return str(await_condition(printed, "the address of the page"))
+
+
+def test_the_page_shows_what_a_controller_of_ros_2_tells(
+    graph: Graph, controller: Start, url: str, browser: Browser
+) -> None:
+    browser.open(url)
+    browser.sees(link_says(f"waiting for /{NODE}"))
+    node = controller(NODE)
+    browser.sees(link_says("live"))
+    browser.sees("document.getElementById('robot').textContent === 'LineFollower'")
+    robot, other = graph.peer(), graph.peer("other")
+    # What came before the sensor's subscription was matched is lost, as from any sensor.
+    robot.order("repeat", name=DISTANCE[0], type=DISTANCE[1], data={"data": 1.0}, qos={})
+    browser.sees(is_in("DistanceSensor", "sensing"))
+    browser.sees(is_in("Motor", "moving"))
+    browser.sees(command_is("move.request", "enabled"))
+    sent = "document.querySelector('[data-command=\"move.request\"] .sent').textContent"
+    browser.sees(f"{sent}.startsWith('sent {{linear: {{x: ')")
+    robot.process.end()
+    other.order("repeat", name=DISTANCE[0], type=DISTANCE[1], data={"data": 0.1}, qos={})
+    browser.sees(is_in("Motor", "stopped"))
+    browser.sees(command_is("move.request", "forbidden"))
+    why = browser.text("[data-command='move.request'] .below:last-child")
+    assert "move needs DistanceSensor.current = free" in why
+    assert re.search(r"line_follower\.rscd:\d+", why)
+    browser.sees("page.events.some((e) => e.event.name === 'stop')")
+
+    node.end()
+    browser.sees("document.body.classList.contains('stale')")
+    # Another robot's controller takes its name.
+    controller("guarded_arm", remap=[f"__node:={NODE}"])
+    browser.sees(link_says("live"))
+    browser.sees("document.getElementById('robot').textContent === 'GuardedArm'")
+    browser.sees(is_in("Arm", "resting"))
+    assert browser.run("return document.querySelectorAll('[data-component=Motor]').length") == 0
+
+
+def test_a_viewer_of_ros_2_takes_part_in_nothing_and_leaves_in_order(
+    graph: Graph, viewer: Process, url: str
+) -> None:
+    robot = graph.peer()
+
+    def ends() -> dict[str, list[str]] | None:
+        found: dict[str, list[str]] = robot.order("ends_of", prefix="robosc_view_")
+        return found if len(found["hears"]) >= 3 else None
+
+    found = await_condition(ends, "the viewer's subscriptions")
+    assert sorted(found["hears"]) == [f"/{NODE}/{topic}" for topic in ("events", "model", "state")]
+    # Every node of rclpy has that one, and says there nothing but which parameters it has.
+    assert found["publishes"] == ["/parameter_events"]
+    assert found["serves"] == []
+    viewer.signal(signal.SIGINT)
+    assert viewer.wait() == 130
+    assert "Traceback" not in viewer.output
