@@ -20,8 +20,8 @@ _TOKEN = re.compile(
     r"\s+|//[^\n]*|(\$?[A-Za-z_]\w*(?:\.\$?[A-Za-z_]\w*)*|\d+|:=|=>|!=|<=|>=|\.\.|[=<>+\-*:;,()\[\]])"
 )
 _WORDS = (
-    "and automaton bool controllable disables disc do edge elif else end enum false goto if initial"
-    " int invariant location marked needs not or plant requirement supervisor true uncontrollable"
+    "alphabet and automaton bool controllable disables disc do edge elif else end enum false goto if"
+    " initial int invariant location marked needs not or plant requirement supervisor true uncontrollable"
     " when"
 )
 _KEYWORDS = set(_WORDS.split())

@@ -112,6 +112,16 @@ def test_hand_made_robot() -> None:
     check(robot_of(CELL))
 
 
+def test_names_that_are_words_of_cif() -> None:
+    check(
+        robot_of(
+            "robot R { component C { incoming message go with type: none behaviour {"
+            " initial marked state alphabet { on request to go goto edge }"
+            " marked state edge { on request to go goto alphabet } } } }"
+        )
+    )
+
+
 @pytest.mark.parametrize("chunk", range(4))
 def test_random_robots(chunk: int) -> None:
     for seed in range(500 + 25 * chunk, 500 + 25 * (chunk + 1)):

@@ -40,9 +40,9 @@ from robosc.model.types import (
 __all__ = ["Context", "Names", "condition", "in_range", "initial", "offset", "update"]
 
 _RESERVED = (
-    "alg and any attr automaton bool break case const cont continue controllable def der dict "
-    "disables disc dist do edge elif else end enum equation event external false final for "
-    "func goto group if import in initial input int invariant list location marked mod "
+    "alg alphabet and any attr automaton bool break case const cont continue controllable def der "
+    "dict disables disc dist do edge elif else end enum equation event external false final for "
+    "from func goto group id if import in initial input int invariant list location marked mod "
     "monitor namespace needs not now or plant post pre print printfile real requirement "
     "return sample self set string sub supervisor svgcopy svgfile svgin svgmove svgout switch "
     "tau text time to true tuple type uncontrollable urgent value void when while div file "
