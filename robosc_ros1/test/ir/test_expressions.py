@@ -17,6 +17,7 @@ from robosc.ir.expr import (
     negation,
     to_dsl,
     to_python,
+    widen,
 )
 from robosc.model.entities import Robot
 from robosc.model.expr import FALSE, TRUE, Binary, Literal, Unary, ValueRef, VariableRef
@@ -25,9 +26,14 @@ from robosc.source import Source, Span
 
 BOOL, INT, DOUBLE = BooleanType(), IntegerType(), DoubleType()
 ROBOT = Robot("R", (), (), (), span=Span(Source("r.rscd", ""), 0, 0))
-VALUES = {"p": True, "q": False, "i": 3, "j": -2, "x": 0.5}
+VALUES = {"p": True, "q": False, "i": 3, "j": -2, "x": 0.5, "huge": -(10**400)}
 NUMBERS = st.sampled_from(
-    [VariableRef("C", "i", INT), VariableRef("C", "j", INT), VariableRef("C", "x", DOUBLE)]
+    [
+        VariableRef("C", "i", INT),
+        VariableRef("C", "j", IntegerType((-2, 3))),
+        VariableRef("C", "x", DOUBLE),
+        VariableRef("C", "huge", INT),
+    ]
 ) | st.sampled_from([0, 1, -4, 2.5, -0.0]).map(
     lambda v: Literal(v, INT if isinstance(v, int) else DOUBLE)
 )
@@ -41,8 +47,13 @@ def numbers(depth: int):
     return (
         NUMBERS
         | st.builds(lambda e: Unary("-", e, e.type), below)
-        | st.builds(lambda o, a, b: Binary(o, a, b, DOUBLE), st.sampled_from("+-*/"), below, below)
+        | st.builds(arithmetic, st.sampled_from("+-*/"), below, below)
     )
+
+
+def arithmetic(operator, left, right):
+    whole = isinstance(left.type, IntegerType) and isinstance(right.type, IntegerType)
+    return Binary(operator, left, right, INT if whole and operator != "/" else DOUBLE)
 
 
 def booleans(depth: int):
@@ -75,7 +86,7 @@ def lookup(leaf):
 @given(booleans(4))
 def test_python_text_means_the_expression(expr):
     source = to_python(expr, lambda leaf: f"v[{leaf.variable!r}]")
-    assert eval(source, {"divide": divide, "v": VALUES}) is evaluate(expr, lookup)
+    assert eval(source, {"divide": divide, "widen": widen, "v": VALUES}) is evaluate(expr, lookup)
 
 
 @settings(derandomize=True, deadline=None, max_examples=500)
@@ -130,7 +141,33 @@ def test_division_never_fails():
     assert math.isnan(divide(0, 0))
     assert math.isnan(divide(math.nan, 0))
     assert divide(7, 2) == 3.5
-    assert math.isnan(divide(10**400, 3))
+    assert divide(10**400, -3) == -math.inf
+    assert divide(3, 10**400) == 0.0
+    assert math.isnan(divide(10**400, 10**400))
+
+
+def test_an_integer_beyond_the_doubles_is_an_infinity_beside_one():
+    huge, half = variable("huge", INT), Literal(0.5, DOUBLE)
+    assert evaluate(arithmetic("+", huge, half), lookup) == -math.inf
+    assert evaluate(arithmetic("*", huge, half), lookup) == -math.inf
+    assert evaluate(arithmetic("-", half, huge), lookup) == math.inf
+    assert evaluate(arithmetic("-", huge, huge), lookup) == 0
+
+
+@pytest.mark.parametrize(
+    ("expr", "text"),
+    [
+        (arithmetic("+", variable("i", INT), Literal(0.5, DOUBLE)), "widen(i) + 0.5"),
+        (
+            arithmetic("+", variable("i", IntegerType((0, 9))), Literal(0.5, DOUBLE)),
+            "i + 0.5",
+        ),
+        (arithmetic("*", variable("i", INT), Literal(2, INT)), "i * 2"),
+        (arithmetic("*", variable("x", DOUBLE), variable("y", DOUBLE)), "x * y"),
+    ],
+)
+def test_python_text_widens_only_what_may_be_too_large(expr, text):
+    assert to_python(expr, lambda leaf: leaf.variable) == text
 
 
 def test_undefined_parts_count_only_where_they_are_looked_at():

@@ -36,7 +36,7 @@ from robosc.emit.views import (
     TauView,
 )
 from robosc.ir.automaton import AxisKind, Event, Plant
-from robosc.ir.expr import negation
+from robosc.ir.expr import may_be_huge, negation
 from robosc.model.entities import (
     Communication,
     Data,
@@ -78,7 +78,7 @@ _RESERVED = """
     Command Communication Controller Input Mismatch Requirement Tau Undefined annotations
     ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS REQUIREMENTS SETTLE_BOUND
     assigned components copy count_undefined divide given holds in_range kept message only_field
-    optional self undefined value variables
+    optional self undefined value variables widen
 """
 
 
@@ -101,7 +101,8 @@ def _tables(context: ControllerContext) -> tuple[str, ...]:
 def _helpers(context: ControllerContext) -> tuple[str, ...]:
     """Those that some expression calls: all expressions are text in the context."""
     text = repr(context)
-    used = [n for n in ("divide", "given", "in_range", "only_field", "optional") if f"{n}(" in text]
+    names = ("divide", "given", "in_range", "only_field", "optional", "widen")
+    used = [name for name in names if f"{name}(" in text]
     reactions = [i.reaction for i in context.inputs] + [c.reaction for c in context.commands]
     raises = any(reaction.busy_before for reaction in reactions)
     return ("Mismatch", *used) if raises else tuple(used)
@@ -398,7 +399,8 @@ class _Builder:
             # A message's floating point field takes a float, not an integer.
             if isinstance(data, Literal) and isinstance(data.value, int):
                 return repr(float(data.value))
-            return f"float({self.spelling.text(data)})"
+            widen = "widen" if may_be_huge(data) else "float"
+            return f"{widen}({self.spelling.text(data)})"
         return self.spelling.text(data)
 
     def _tau(self, event: Event, guard: Guard | None) -> TauView:

@@ -20,6 +20,7 @@ from robosc.emit.python import (
 )
 from robosc.emit.views import BranchView, ReactionView
 from robosc.ir.automaton import Axis, Edge, Event, Participant, Plant
+from robosc.ir.expr import may_be_huge
 from robosc.model.entities import Variable
 from robosc.model.expr import Expr
 from robosc.model.types import DoubleType, IntegerType
@@ -115,7 +116,7 @@ class Reactions:
         attribute = self.spelling.attributes.variables[variable.key]
         text = self.spelling.text(expr)
         if isinstance(variable.type, DoubleType) and isinstance(expr.type, IntegerType):
-            text = f"float({text})"
+            text = f"{'widen' if may_be_huge(expr) else 'float'}({text})"
         where = literal(place(expr.span)) if expr.span is not None else '""'
         if not within(expr, variable.type):
             assert isinstance(variable.type, IntegerType)

@@ -24,12 +24,13 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
+    walk,
 )
-from robosc.model.types import BooleanType, StringType, Value
+from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType, Value
 
 __all__ = [
     "OPERATIONS", "Leaf", "Undefined", "conjunction", "disjunction", "divide", "evaluate",
-    "negation", "to_dsl", "to_python",
+    "may_be_huge", "negation", "to_dsl", "to_python", "widen",
 ]  # fmt: skip
 
 Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef
@@ -76,17 +77,32 @@ def _chain(operator_: str, parts: Iterable[Expr], unit: Literal, zero: Literal) 
     return result
 
 
+def widen(number: Any) -> float:
+    """A number as a double; an integer beyond the doubles becomes an infinity (IEEE 754)."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf
+
+
 def divide(left: float, right: float) -> float:
     """IEEE 754 division: never an error."""
-    try:
-        numerator, denominator = float(left), float(right)
-    except OverflowError:  # an integer beyond the doubles
-        return math.nan
+    numerator, denominator = widen(left), widen(right)
     if denominator != 0.0:
         return numerator / denominator
     if numerator == 0.0 or math.isnan(numerator):
         return math.nan
     return math.copysign(math.inf, numerator) * math.copysign(1.0, denominator)
+
+
+def _widening(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    def widened(left: Any, right: Any) -> Any:
+        try:
+            return operation(left, right)
+        except OverflowError:  # a double, and an integer beyond the doubles
+            return operation(widen(left), widen(right))
+
+    return widened
 
 
 OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
@@ -96,9 +112,9 @@ OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
     "<=": operator.le,
     ">": operator.gt,
     ">=": operator.ge,
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
+    "+": _widening(operator.add),
+    "-": _widening(operator.sub),
+    "*": _widening(operator.mul),
     "/": divide,
 }
 """What the operators mean for any two values; ``and``, ``or`` and ``=>`` are evaluated in part."""
@@ -220,6 +236,21 @@ _PYTHON = {
 }
 
 
+def may_be_huge(expr: Expr) -> bool:
+    """Whether this is an integer that may lie beyond the doubles.
+
+    What comes in has 64 bits at the most, so that takes a variable without a range, or a product of
+    more than a dozen factors.
+    """
+    if not isinstance(expr.type, IntegerType):
+        return False
+    parts = list(walk(expr))
+    factors = sum(isinstance(part, Binary) and part.operator == "*" for part in parts)
+    return factors > 12 or any(
+        isinstance(part, VariableRef) and part.type == IntegerType() for part in parts
+    )
+
+
 def to_python(
     expr: Expr,
     leaf: Callable[[Leaf], str],
@@ -227,9 +258,9 @@ def to_python(
 ) -> str:
     """The expression as Python source; ``leaf`` and ``literal`` spell the parts.
 
-    Division reads ``divide(a, b)``: the caller's namespace must hold a function like
-    :func:`divide`. Spellings that are not one operand (``a == b``) must bring their own
-    parentheses.
+    Division reads ``divide(a, b)``, and an integer that may be too large for the double beside it
+    ``widen(a)``: the caller's namespace must hold functions like :func:`divide` and :func:`widen`.
+    Spellings that are not one operand (``a == b``) must bring their own parentheses.
     """
 
     def text(node: Expr) -> tuple[str, int]:
@@ -249,6 +280,9 @@ def to_python(
                 symbol, level = _PYTHON[op]
                 # Comparisons chain in Python and do not here, so both sides must bind tighter.
                 left_level = level + 1 if level == 4 else level
+                if isinstance(node.type, DoubleType):
+                    sides = widened(left, left_level), widened(right, level + 1)
+                    return f"{sides[0]} {symbol} {sides[1]}", level
                 return f"{wrap(left, left_level)} {symbol} {wrap(right, level + 1)}", level
             case _:
                 return leaf(node), 8
@@ -256,5 +290,8 @@ def to_python(
     def wrap(node: Expr, least: int) -> str:
         inner, level = text(node)
         return inner if level >= least else f"({inner})"
+
+    def widened(node: Expr, least: int) -> str:
+        return f"widen({text(node)[0]})" if may_be_huge(node) else wrap(node, least)
 
     return text(expr)[0]

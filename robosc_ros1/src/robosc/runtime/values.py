@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, Optional
 
 __all__ = [
     "Mismatch", "Undefined", "Value", "divide", "given", "in_range", "jsonable", "only_field",
-    "optional",
+    "optional", "widen",
 ]  # fmt: skip
 
 Value = Any
@@ -23,12 +23,17 @@ class Undefined(Exception):
     """An expression reads an array element that did not come."""
 
 
+def widen(number: float) -> float:
+    """A number as a double; an integer beyond the doubles becomes an infinity."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf
+
+
 def divide(left: float, right: float) -> float:
     """IEEE 754 division: never an error, x/0 is an infinity or not a number."""
-    try:
-        numerator, denominator = float(left), float(right)
-    except OverflowError:  # an integer beyond the doubles
-        return math.nan
+    numerator, denominator = widen(left), widen(right)
     if denominator != 0.0:
         return numerator / denominator
     if numerator == 0.0 or math.isnan(numerator):
@@ -62,9 +67,12 @@ _NOT_FINITE = {"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"}
 
 
 def jsonable(value: Value) -> Value:
-    """The value for JSON, which has no spelling for infinities and NaN: they become strings."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return _NOT_FINITE[str(value)]
+    """The value for JSON, which has no spelling for infinities and NaN: they become strings.
+
+    An integer beyond the doubles counts as infinite: it may have more digits than Python prints.
+    """
+    if isinstance(value, (int, float)) and not math.isfinite(widen(value)):
+        return _NOT_FINITE[str(widen(value))]
     if isinstance(value, dict):
         result: Dict[str, Any] = {key: jsonable(part) for key, part in value.items()}
         return result

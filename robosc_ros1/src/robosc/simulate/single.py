@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from robosc.ir.automaton import Edge, Event, Plant, PlantState
-from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.expr import Leaf, Undefined, evaluate, widen
 from robosc.ir.step import Values, Verdict, valuations
 from robosc.model.entities import EventKind, Variable
 from robosc.model.expr import Expr, ValueRef, VariableRef, walk
@@ -211,7 +211,7 @@ class SingleEvents:
                 case IntegerType(bounds=(low, high)) if not low <= value <= high:  # type: ignore[operator]
                     continue
                 case DoubleType():
-                    value = float(value)
+                    value = widen(value)
             yield variable.key, value
 
     def wait(self, seconds: float) -> list[Happening]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from robosc.ir.automaton import AxisKind, Plant, PlantState
-from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.expr import Leaf, Undefined, evaluate, widen
 from robosc.model.entities import Data, DataObject, Robot
 from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import DoubleType, IntegerType, ObjectType, Type, Value
@@ -99,5 +99,5 @@ def _plain(data: Data, type_: Type, state: State) -> Any:
         return {name: _plain(part, inner[name], state) for name, part in data.fields}
     value = evaluate(data, state.look)
     if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
-        return float(value)
+        return widen(value)
     return value

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from robosc.ir.automaton import Edge, Event, Participant, Plant, PlantState
-from robosc.ir.expr import Leaf, Undefined, divide, to_python
+from robosc.ir.expr import Leaf, Undefined, divide, to_python, widen
 from robosc.ir.step import Outcome, Values, Verdict, valuations
 from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef, ValueRef, VariableRef, walk
 from robosc.synthesis.columns import axis_of
@@ -47,6 +47,7 @@ class Stepper:
         self.plant = plant
         self._namespace: dict[str, Any] = {
             "divide": divide,
+            "widen": widen,
             "Undefined": Undefined,
             "need": _need,
             "IMPOSSIBLE": Verdict.IMPOSSIBLE,
