@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
+from robosc import __version__
 from robosc.errors import (
     Diagnostic,
     EmptySupervisorError,
@@ -229,7 +230,6 @@ def _lsp(args: Arguments) -> int:
             f"the language server needs pygls 2, and {sys.executable} has no module"
             f" {error.name!r}: pip install 'pygls>=2,<3', or robosc with its extra, robosc[lsp]"
         ) from error
-    from robosc import __version__
     from robosc.lsp.server import serve
 
     serve(__version__, [str(folder) for folder in args.library_path], args.strict)
@@ -594,6 +594,7 @@ def _parser() -> argparse.ArgumentParser:
         description="From a model of a robot to a controller that is proven to keep it safe.",
         epilog="example: robosc check line_follower.rscd",
     )
+    parser.add_argument("--version", action="version", version=f"robosc {__version__}")
     verbs = parser.add_subparsers(metavar="VERB", required=True)
     for verb in VERBS:
         sub = verbs.add_parser(

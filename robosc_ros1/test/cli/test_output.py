@@ -15,6 +15,7 @@ import models
 import pytest
 from ros_support import REPOSITORY, SOURCES, Completed
 
+from robosc import __version__
 from robosc.cli import VERBS
 
 Robosc = Callable[..., Completed]
@@ -32,6 +33,11 @@ def folder(tmp_path: Path) -> Path:
 def document(done: Completed) -> Any:
     """The JSON document on standard output, which holds nothing else."""
     return json.loads(done.stdout)
+
+
+def test_version(robosc: Robosc) -> None:
+    done = robosc("--version")
+    assert (done.returncode, done.stdout) == (0, f"robosc {__version__}\n")
 
 
 @pytest.mark.parametrize("verb", [verb.name for verb in VERBS])
