@@ -295,7 +295,7 @@ def _similar(names: Iterable[Name], what: str, report: Report) -> None:
 
 
 def check_topics(assembly: Assembly, report: Report) -> None:
-    """Messages that share a topic: of different types, or sent by several components."""
+    """Messages that share a topic: of different types, or coming in with two meanings."""
     first: dict[str, CommunicationInfo] = {}
     outgoing: dict[str, CommunicationInfo] = {}
     for instance in assembly.instances.values():
@@ -306,7 +306,7 @@ def check_topics(assembly: Assembly, report: Report) -> None:
             _check_topic_types(other, info, report)
             if info.kind is Kind.OUTGOING:
                 sender = outgoing.setdefault(info.entity.identifier, info)
-                if sender.instance is not instance:
+                if sender is not info:
                     _shared_topic(sender, info, report)
 
 
@@ -330,7 +330,7 @@ def _shared_topic(first: CommunicationInfo, second: CommunicationInfo, report: R
         _topic_span(second),
         f"'{first.key}' and '{second.key}' come in on one topic,"
         f" '{second.entity.identifier}': each message counts as both",
-        "use one communication, and let both components react to it",
+        "use one communication, to which any component can react",
         [Note("the other message is here", _topic_span(first))],
     )
 
