@@ -577,6 +577,14 @@ _ALL = (
     ),
     _error(
         _ROS,
+        "field-index",
+        "An index lies beyond the end of an array whose length the definition fixes: the"
+        " expression would never have a value.",
+        "value.covariance[9] > 1 -> lost   // float64[9] covariance",
+        "Use an index from 0 to the length less one.",
+    ),
+    _error(
+        _ROS,
         "no-single-field",
         "A basic type, or an enum from one, travels through the only data field of the linked"
         " interface. This one has several, or none.",
@@ -610,8 +618,7 @@ _ALL = (
     _warning(
         _WHOLE,
         "topic-shared",
-        "Several components declare an outgoing message on one topic. Each message on it"
-        " counts as an"
+        "There are several outgoing messages on one topic. Each message on it counts as an"
         " event of all of them.",
         'component A { outgoing message x with identifier: "/t", type: none }\n'
         'component B { outgoing message y with identifier: "/t", type: none }',

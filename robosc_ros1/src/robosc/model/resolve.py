@@ -28,6 +28,7 @@ from robosc.model.datatypes import TypeTable, Universe
 from robosc.model.entities import Component, Provide, Requirement, Robot
 from robosc.model.expr import Expr
 from robosc.model.expressions import BOOLEAN, RULE, Incoming, Typer
+from robosc.model.indexes import check_indexes
 from robosc.model.libraries import LibraryFinder, Reader
 from robosc.model.overlap import check_overlaps
 from robosc.model.report import Muted, Report, listing
@@ -35,7 +36,7 @@ from robosc.model.rosbind import Binder
 from robosc.model.rosmsg import MessageDefinitions
 from robosc.model.scope import FileScope
 from robosc.model.statements import StatementResolver
-from robosc.model.types import Type
+from robosc.model.types import EnumType, Type
 from robosc.model.world import Assembly, Instance, LibraryNames, Names
 from robosc.source import Source
 from robosc.syntax.nodes import (
@@ -292,6 +293,8 @@ class _FileResolver:
         requirements, provides = self._statements()
         model = Model(components, requirements, provides)
         model = settle_state(model, self.assembly, self._report)
+        enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
+        check_indexes(model.components, enums, self._binder.lengths, self._report)
         check_case(self._scope, self.assembly, self._report)
         check_topics(self.assembly, self._report)
         library = self._scope.node.kind == "library"

@@ -68,6 +68,8 @@ class Binder:
         self._warned: set[str] = set()
         self._looked_up: set[InterfaceNode] = set()
         self._checked: set[tuple[ObjectType, str, bool]] = set()
+        self.lengths: dict[tuple[ObjectType, str], tuple[int, str]] = {}
+        """Array properties that a definition gives a length: the least one, and the field."""
 
     def bind(
         self, node: CommunicationNode, parts: tuple[Part, ...], interface: InterfaceNode | None
@@ -255,7 +257,15 @@ class Binder:
                     f"{definition.name} has {field.type} {name}: {message}",
                 )
             else:
+                self._note_length((object_, name), field.type, definition)
                 self._descend(type_, field.type, sending, node.type.span)
+
+    def _note_length(
+        self, place: tuple[ObjectType, str], field: FieldType, definition: Definition
+    ) -> None:
+        if field.length is not None:
+            found = (field.length, f"{place[1]} of {definition.name}")
+            self.lengths[place] = min(found, self.lengths.get(place, found))
 
     def _unknown_field(self, definition: Definition, name: str, span: Span) -> None:
         names = [f.name for f in definition.fields]

@@ -1,0 +1,69 @@
+"""Indexes into arrays of fixed length: one past the end reads nothing, ever."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from robosc.model.entities import Behaviour, Component, ResultTransition
+from robosc.model.expr import Expr, ValueRef, walk
+from robosc.model.report import Report
+from robosc.model.types import ArrayType, EnumType, ObjectType, Type
+
+__all__ = ["Lengths", "check_indexes"]
+
+Lengths = Mapping[tuple[ObjectType, str], tuple[int, str]]
+"""Array properties that a definition gives a length: that, and the field."""
+
+
+def check_indexes(
+    components: Iterable[Component], enums: Iterable[EnumType], lengths: Lengths, report: Report
+) -> None:
+    """Report what reads past the end, in the rules of enums and in behaviours of this file."""
+    read = [(rule.condition, enum.source) for enum in enums for rule in enum.rules]
+    carried = {c.key: c for component in components for c in component.communications}
+    for component in components:
+        if component.behaviour is None or component.library is not None:
+            continue
+        for transition in _transitions(component.behaviour):
+            if transition.communication in carried:
+                type_ = carried[transition.communication].value_type(transition.event)
+                guard = [] if transition.guard is None else [transition.guard]
+                read += [(e, type_) for e in (*guard, *(a.value for a in transition.assignments))]
+    for expr, type_ in read:
+        _check(expr, type_, lengths, report)
+
+
+def _transitions(behaviour: Behaviour) -> Iterator[ResultTransition]:
+    yield from behaviour.transitions
+    for state in behaviour.states:
+        yield from state.transitions
+
+
+def _check(expr: Expr, type_: Type, lengths: Lengths, report: Report) -> None:
+    for part in walk(expr):
+        if not isinstance(part, ValueRef) or part.span is None:
+            continue
+        for index, (length, field) in _fixed(part.path, type_, lengths):
+            if index >= length:
+                report.add(
+                    "field-index",
+                    part.span,
+                    f"{field} has {length} elements, so there is no [{index}]",
+                    f"the last one is [{length - 1}]",
+                )
+
+
+def _fixed(
+    path: tuple[str | int, ...], type_: Type | None, lengths: Lengths
+) -> Iterator[tuple[int, tuple[int, str]]]:
+    """The indexes on a path that go into an array of fixed length."""
+    array: tuple[ObjectType, str] | None = None
+    for step in path:
+        if isinstance(step, int):
+            if array is not None and array in lengths:
+                yield step, lengths[array]
+            array = None
+            type_ = type_.element if isinstance(type_, ArrayType) else None
+        elif isinstance(type_, ObjectType):
+            array = (type_, step)
+            type_ = type_.property(step)
