@@ -16,7 +16,6 @@ import rospy
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rosgraph_msgs.msg import Clock
-from rospy.impl.registration import Registration, get_registration_listeners
 from std_msgs.msg import String
 
 from ._runtime.port import Port
@@ -354,7 +353,8 @@ class _Action:
 class RosOutlet(Outlet):
     """The node's own topics."""
 
-    def __init__(self, model, publish_events, legacy_topic):
+    def __init__(self, model, publish_events, legacy_topic, watch):
+        self._watch = watch
         self._state = rospy.Publisher("~state", String, queue_size=QUEUE, latch=True)
         self._model = rospy.Publisher("~model", String, queue_size=1, latch=True)
         self._events = None
@@ -376,6 +376,9 @@ class RosOutlet(Outlet):
     def wants_events(self):
         return self._events is not None and self._events.get_num_connections() > 0
 
+    def faults(self):
+        return list(self._watch.faults)
+
     def legacy(self, text):
         self._legacy.publish(text)
 
@@ -390,42 +393,3 @@ class RosOutlet(Outlet):
         array = DiagnosticArray(status=[status])
         array.header.stamp = rospy.Time.now()
         self._diagnostics.publish(array)
-
-
-class MasterWatch:
-    """Registers the node again after the master was restarted, which rospy does not do by itself.
-
-    Connections that exist survive the master's end, so the controller goes on working meanwhile.
-    """
-
-    def __init__(self, period=1.0):
-        self._period = period
-        self._gone = False
-        threading.Thread(target=self._run, name="master watch", daemon=True).start()
-
-    def _run(self):
-        master = rosgraph.Master(rospy.get_name())
-        while not rospy.core.is_shutdown_requested():
-            time.sleep(self._period)
-            try:
-                master.lookupNode(rospy.get_name())
-                self._gone = False
-            except rosgraph.MasterError:  # it answers, but does not know this node
-                self._register()
-            except Exception:
-                if not self._gone:
-                    rospy.logwarn("the ROS master does not answer; going on without it")
-                self._gone = True
-
-    def _register(self):
-        if rospy.core.is_shutdown_requested():
-            return
-        rospy.logwarn("the ROS master does not know this node any more; registering again")
-        manager = rospy.topics.get_topic_manager()
-        listeners = get_registration_listeners()
-        for topic, message_type in manager.get_publications():
-            listeners.notify_added(topic, message_type, Registration.PUB)
-        for topic, message_type in manager.get_subscriptions():
-            listeners.notify_added(topic, message_type, Registration.SUB)
-        for service, uri in rospy.service.get_service_manager().get_services():
-            listeners.notify_added(service, uri, Registration.SRV)

@@ -34,7 +34,7 @@ def golden_folder(model: str, target: str = "ros1") -> Path:
 def kept_files(package: Package, target: str = "ros1") -> dict[str, File]:
     """All files but those that are copied as they are, which only would be noise here."""
     copied = ["/_runtime/", "test/judge.py", "test/shadow.py"]
-    copied += ["/ros.py"] if target == "ros1" else [f"/{name}" for name in ros2.WIRING]
+    copied += [f"/{name}" for name in (ros1 if target == "ros1" else ros2).WIRING]
     # These are the same for all targets, which a test of its own says.
     copied += [] if target == "ros1" else ["/controller.py", "/model.py", "test/plant_data.py"]
     return {p: f for p, f in package.files.items() if not any(c in f"/{p}" for c in copied)}

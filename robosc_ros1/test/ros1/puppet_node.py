@@ -125,9 +125,11 @@ class Puppet:
         self.subscribers = []
         self.clients = {}
 
-    def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, wait=20.0):
+    def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, wait=20.0, md5=None):
         if topic not in self.publishers:
             message_class = roslib.message.get_message_class(type)
+            if md5 is not None:  # as from another version of the package
+                message_class._md5sum = md5
             self.publishers[topic] = rospy.Publisher(topic, message_class, queue_size=10000)
         publisher = self.publishers[topic]
         end = time.monotonic() + wait

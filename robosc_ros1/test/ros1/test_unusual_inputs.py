@@ -7,8 +7,10 @@ from contextlib import contextmanager
 
 import pytest
 from ros1.stage import Puppet, Stage, event
+from ros_support import await_condition
 
 INT = "std_msgs/Int16"
+BOOL = "std_msgs/Bool"
 
 
 def test_a_value_out_of_range_is_told_and_ignored(
@@ -62,14 +64,37 @@ def test_numbers_that_are_none_take_the_rules_as_they_are(
         assert node.tells(event("response", "reading"))["event"]["value"] == value
 
 
-def test_a_topic_of_another_type_is_not_heard_and_does_no_harm(
+def test_neighbours_of_other_types_are_not_heard_but_told(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:
-    with stage.controller(ear) as node:
-        puppet.publish("/reading", "std_msgs/String", "very warm", connected=False)
-        puppet.publish("/level", INT, 9)
-        node.tells(event("request", "blow"))
-        assert node.events(event("response", "reading")) == []
+    ear.do("listen", topic="/diagnostics", type="diagnostic_msgs/DiagnosticArray")
+    with stage.controller(ear, timeout__run=0.5) as node:
+        with stage.puppet() as stranger:
+            stranger.publish("/reading", "std_msgs/String", "very warm", connected=False)
+            stranger.publish("/ask_wanted", BOOL, True, connected=False, md5="0" * 32)
+            stranger.do("listen", topic="/halt", type="std_msgs/String")
+            stranger.do("action", name="/run", type="actionlib/TestAction")
+            faults = node.shows(lambda s: len(s["faults"]) == 6)["faults"]
+            expected = (
+                "publishes /reading as std_msgs/String, but this node has std_msgs/Float32 there",
+                "publishes /ask_wanted, but cannot connect to this node: build both with the same"
+                " definition of std_msgs/Bool",
+                "subscribes to /halt as std_msgs/String, but this node has std_msgs/Empty there",
+                "subscribes to /run/goal as actionlib/TestActionGoal",
+                "publishes /run/result as actionlib/TestActionResult",
+            )
+            for text in expected:
+                assert any(text in fault for fault in faults), (text, faults)
+            await_condition(lambda: all(text in node.log for text in expected), "the warnings")
+            ear.hears("/diagnostics", lambda m: m["status"][0]["message"] == ", ".join(faults))
+            # All that fits goes on.
+            puppet.publish("/level", INT, 9)
+            node.tells(event("request", "blow"))
+            puppet.publish("/run_wanted", BOOL, True)
+            assert node.tells(event("error", "run"))["detail"] == "no answer in time"
+            assert node.events(event("response", "reading")) == []
+            mark = ear.mark
+        node.shows(lambda s: s["faults"] == [], since=mark)
 
 
 def test_two_thousand_messages_are_all_taken_in_order(
@@ -124,5 +149,5 @@ def test_simulated_time_stops_starts_and_jumps(stage: Stage, puppet: Puppet, ear
         assert commands() == before
         step(1.11, 1)
         # It stands still: deadlines run by wall time all the same.
-        puppet.publish("/ask_wanted", "std_msgs/Bool", True)
+        puppet.publish("/ask_wanted", BOOL, True)
         assert node.tells(event("error", "ask"))["detail"] == "no answer in time"

@@ -200,6 +200,7 @@ def test_the_reporter_writes_the_log_and_tells_when_it_cannot(tmp_path: Path) ->
     def play_longer(engine: Engine) -> None:
         play(engine)
         heard.wait(lambda: any("event log" in message for _, message, _ in heard.levels))
+        heard.wait(lambda: any("event log" in fault for fault in heard.states[-1]["faults"]))
 
     heard = Heard()
     (tmp_path / "file").write_text("")

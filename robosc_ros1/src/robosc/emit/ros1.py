@@ -20,8 +20,10 @@ from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.supervisor import Supervisor
 
-__all__ = ["emit", "package_context", "spelling"]
+__all__ = ["WIRING", "emit", "package_context", "spelling"]
 
+WIRING = ("ros.py", "ros_watch.py")
+"""The modules that are copied as they are, from ``templates/ros1``."""
 ALWAYS_NEEDED = ("diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs")
 
 
@@ -48,7 +50,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{module}/__init__.py": File(data_module(source, f"Controller of {robot.name}.")),
         f"{module}/controller.py": File(render("common/controller.py.jinja", controller)),
         f"{module}/node.py": File(render("ros1/node.py.jinja", context)),
-        f"{module}/ros.py": File(verbatim("ros1/ros.py")),
+        **{f"{module}/{name}": File(verbatim(f"ros1/{name}")) for name in WIRING},
         f"{module}/model.py": File(model_module(supervisor, source)),
         f"test/{package}.test": File(render("ros1/rostest.jinja", escaped(context))),
         "test/play_robot.py": File(render("ros1/play_robot.py.jinja", context), executable=True),

@@ -10,7 +10,7 @@ from robosc.emit.engine import render, verbatim
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.emit.relaying import relay_context
-from robosc.emit.ros1 import package_context, spelling
+from robosc.emit.ros1 import WIRING, package_context, spelling
 from robosc.supervisor import Supervisor
 
 __all__ = ["emit"]
@@ -42,8 +42,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{module}/controller.py": render("common/controller.py.jinja", controller),
         f"{module}/model.py": model_module(supervisor, source),
         f"{module}/node.py": render("ros1/supervisor_node.py.jinja", context),
-        f"{module}/ros.py": verbatim("ros1/ros.py"),
-        f"{module}/relay.py": verbatim("ros1/relay.py"),
+        **{f"{module}/{name}": verbatim(f"ros1/{name}") for name in (*WIRING, "relay.py")},
         "README.md": render("ros1/supervisor_README.md.jinja", readme),
     }
     script = File(render("ros1/script.jinja", context), executable=True)

@@ -12,7 +12,7 @@ import json
 import threading
 import time
 from collections import deque
-from typing import Any, Deque, Dict, List, Optional, Tuple
+from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
 from .engine import Engine
 from .eventlog import EventLog
@@ -43,6 +43,10 @@ class Outlet:
 
     def diagnostics(self, level: int, message: str, values: List[Tuple[str, str]]) -> None:
         raise NotImplementedError
+
+    def faults(self) -> List[str]:
+        """What is wrong around the node and the engine does not see, as long as it lasts."""
+        return []
 
     def legacy(self, text: str) -> None:
         """The state in the layout of the original tool, if that was asked for."""
@@ -103,7 +107,9 @@ def violated(controller: Controller, command: Command) -> List[Dict[str, str]]:
     ]
 
 
-def state_document(snapshot: Dict[str, Any], latest: List[Dict[str, Any]]) -> Dict[str, Any]:
+def state_document(
+    snapshot: Dict[str, Any], latest: List[Dict[str, Any]], faults: Sequence[str] = ()
+) -> Dict[str, Any]:
     """The document of ``~state``."""
     controller: Controller = snapshot["controller"]
     names = {c.key: c.name for c in controller.COMMUNICATIONS}
@@ -132,6 +138,7 @@ def state_document(snapshot: Dict[str, Any], latest: List[Dict[str, Any]]) -> Di
         "commands": commands,
         "stopped": snapshot["stopped"],
         "counters": snapshot["counters"],
+        "faults": list(faults),
         "latest": latest,
     }
 
@@ -196,12 +203,15 @@ class Reporter:
                 self._outlet.diagnostics(ERROR, "the engine does not answer", [])
                 return
             latest = list(self._latest)
-            document = state_document(snapshot, latest)
+            faults = self._outlet.faults()
+            if self._log_fault:
+                faults.append(self._log_fault)
+            document = state_document(snapshot, latest, faults)
             self._outlet.state(dump(document))
             if self._engine.settings.legacy_state_topic:
                 self._outlet.legacy(dump(_legacy_document(document, latest)))
             if periodic:
-                self._outlet.diagnostics(*self._diagnosis(snapshot))
+                self._outlet.diagnostics(*self._diagnosis(snapshot, faults))
         except Exception as error:  # a report that fails must not end all others
             self._log_fault = "%s: %s" % (type(error).__name__, error)
 
@@ -238,7 +248,9 @@ class Reporter:
             except OSError as error:
                 self._log_fault = "event log: %s" % error
 
-    def _diagnosis(self, snapshot: Dict[str, Any]) -> Tuple[int, str, List[Tuple[str, str]]]:
+    def _diagnosis(
+        self, snapshot: Dict[str, Any], faults: List[str]
+    ) -> Tuple[int, str, List[Tuple[str, str]]]:
         counters: Dict[str, int] = snapshot["counters"]
         news = [
             "%d new %s" % (counters[name] - self._last_counters.get(name, 0), name)
@@ -246,8 +258,7 @@ class Reporter:
             if counters.get(name, 0) > self._last_counters.get(name, 0)
         ]
         self._last_counters = dict(counters)
-        if self._log_fault:
-            news.append(self._log_fault)
+        news += faults
         controller: Controller = snapshot["controller"]
         values = [(name, str(value)) for name, value in counters.items()]
         values.append(("backlog", str(snapshot["backlog"])))

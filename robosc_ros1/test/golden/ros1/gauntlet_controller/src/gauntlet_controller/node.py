@@ -14,7 +14,8 @@ from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
 from .controller import GauntletController
 from .model import MODEL
-from .ros import MasterWatch, RosOutlet, RosPort
+from .ros import RosOutlet, RosPort
+from .ros_watch import Watch
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
@@ -55,7 +56,8 @@ def main():
     for warning in warnings:
         rospy.logwarn("%s", warning)
 
-    outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic)
+    watch = Watch()
+    outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic, watch)
     port = RosPort(PUBLICATIONS, SERVICES, ACTIONS)
     engine = Engine(controller, port, settings)
     reporter = Reporter(engine, outlet)
@@ -73,6 +75,6 @@ def main():
     port.connect(engine, SUBSCRIPTIONS)
     thread.start()
     reporter.start()
-    MasterWatch()
+    watch.start()
     rospy.spin()
     return port.exit_code

@@ -12,7 +12,8 @@ from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
 from .controller import LanternController
 from .model import MODEL
-from .ros import MasterWatch, RosOutlet, RosPort
+from .ros import RosOutlet, RosPort
+from .ros_watch import Watch
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
@@ -44,7 +45,8 @@ def main():
     for warning in warnings:
         rospy.logwarn("%s", warning)
 
-    outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic)
+    watch = Watch()
+    outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic, watch)
     port = RosPort(PUBLICATIONS, SERVICES, ACTIONS)
     engine = Engine(controller, port, settings)
     reporter = Reporter(engine, outlet)
@@ -62,6 +64,6 @@ def main():
     port.connect(engine, SUBSCRIPTIONS)
     thread.start()
     reporter.start()
-    MasterWatch()
+    watch.start()
     rospy.spin()
     return port.exit_code
