@@ -6,15 +6,16 @@ interpreter of the model (``shadow.py``), which tells whether each command was a
 sent, and whether it carried the right data.
 """
 
+import functools
 import json
 import threading
 import time
 from collections import deque
 
 from plant_data import PLANT
-from shadow import Shadow, Wrong, attribute_of, field_of, same, unjson
+from shadow import Shadow, Wrong, attribute_of, field_of, same, told_as
 
-PATIENCE = 20.0
+PATIENCE = 60.0
 """Seconds after which something that must come has not come."""
 PLANT_COMMUNICATIONS = {c["key"]: c for c in PLANT["communications"]}
 
@@ -27,23 +28,27 @@ class Values:
 
     def __init__(self, chance):
         self._random = chance
-        self._numbers = [0, 1]
-        self._strings = ["", "other"]
-        self._collect(PLANT)
+        self._everywhere = [0, 1, "", "other", *literals(PLANT)]
+        self._near = {key: self._literals_of(key) for key in PLANT_COMMUNICATIONS}
 
-    def _collect(self, tree):
-        if isinstance(tree, dict):
-            for part in tree.values():
-                self._collect(part)
-        elif isinstance(tree, list):
-            if len(tree) == 2 and tree[0] == "literal":
-                value = tree[1]
-                if isinstance(value, str):
-                    self._strings.append(value)
-                elif not isinstance(value, bool):
-                    self._numbers += [value, -value]
-            for part in tree:
-                self._collect(part)
+    def _literals_of(self, key):
+        """What the model compares the messages of one communication with."""
+        found = literals(
+            transition
+            for component in PLANT["components"]
+            for transition in component["transitions"]
+            if transition["communication"] == key
+        )
+        types = [PLANT_COMMUNICATIONS[key]["response"], PLANT_COMMUNICATIONS[key]["feedback"]]
+        for type_ in types:
+            if type_[0] == "enum":
+                found += literals(PLANT["enums"][type_[1]]["rules"])
+                types.append(PLANT["enums"][type_[1]]["from"])
+            elif type_[0] == "object":
+                types += [inner for _, inner in type_[1]]
+            elif type_[0] == "array":
+                types.append(type_[1])
+        return found
 
     def as_it_arrives(self, message):
         """The message as its receiver gets it; an exception if it cannot be sent."""
@@ -60,6 +65,9 @@ class Values:
         """A message that can be sent, as it will arrive."""
         communication = PLANT_COMMUNICATIONS[key]
         for _ in range(200):
+            # Most around what this communication is compared with, or the run must be long.
+            near = self._near[key] if self._random.random() < 0.7 else []
+            self._pool = near or self._everywhere
             message = message_type()
             field = communication.get(kind + "_field")
             try:
@@ -104,22 +112,39 @@ class Values:
         chance = self._random
         if type_[0] == "boolean":
             return chance.random() < 0.5
+        strings = [v for v in self._pool if isinstance(v, str)]
         if type_[0] == "string":
-            return chance.choice(self._strings)
+            return chance.choice(strings or [""])
         if type_[0] == "integer" and len(type_) == 3:
             return chance.randint(type_[1], type_[2])
-        number = chance.choice(self._numbers)
+        numbers = [v for v in self._pool if not isinstance(v, str)] or [0]
+        number = chance.choice(numbers)
+        if chance.random() < 0.2:  # a number between two, or the negative of one
+            number = chance.choice([-number, (number + chance.choice(numbers)) / 2])
         if type_[0] == "integer":
             return int(number) + chance.randint(-1, 1)
         return float(number) + chance.choice([0.0, 0.0, -1.0, 1.0, chance.uniform(-0.1, 0.1)])
+
+
+def literals(tree):
+    """The numbers and strings that a part of the model mentions."""
+    if isinstance(tree, dict):
+        return literals(tree.values())
+    if isinstance(tree, (str, bool, int, float)) or tree is None:
+        return []
+    tree = list(tree)
+    if len(tree) == 2 and tree[0] == "literal":
+        return [] if isinstance(tree[1], bool) else [tree[1]]
+    return [value for part in tree for value in literals(part)]
 
 
 class Judge:
     """Follows the controller's events with the shadow.
 
     ``robot`` has a ``lock`` and, under it, ``sent``: by communication and kind, the messages that
-    the controller must still tell as events, in order; and ``received``, the messages by topic.
-    ``publications`` is the table of topics with the communications on them.
+    the controller must still tell as events, in order; ``received``, the messages by topic; and
+    ``requests``, those by service and action. ``publications`` is the table of topics with the
+    communications on them.
     """
 
     def __init__(self, robot, publications, is_shutdown=lambda: False):
@@ -127,14 +152,16 @@ class Judge:
         self.shadow = Shadow(PLANT)
         self.number = None  # of the last event that was followed
         self.faults = []
-        self.events = {}  # (kind, name) -> how often
+        self.events = {}  # (kind, name, index of an own step or 0) -> how often
         self.states = {}
         self.inputs = 0
         self.expected = {topic: deque() for topic, _, _ in publications}
         self.topics = {key: topic for topic, _, keys in publications for key in keys}
+        self.asked = {key: [] for key in self.shadow.busy}  # [data, whether it surely arrived]
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)
         self._early = []
+        self._latched = True
         self._is_shutdown = is_shutdown
 
     def wait(self, condition, what):
@@ -160,10 +187,13 @@ class Judge:
             self._changed.notify_all()
 
     def on_state(self, message):
-        """A message of ``~state``."""
+        """A message of ``~state``, whose subscription must be the last that is made."""
         document = json.loads(message.data)
         with self._changed:
-            if self.number is None:
+            if self._latched:
+                # It may be from before the events were connected: some after it would be missing.
+                self._latched = False
+            elif self.number is None:
                 # Begin here: the controller may have worked before this test could listen.
                 self.shadow.sync(document)
                 self.number = document["number"]
@@ -184,36 +214,45 @@ class Judge:
         except Wrong as wrong:
             self.faults.append("event %d: %s" % (event["number"], wrong))
         self.faults += self.shadow.broken_invariants()
+        self.shadow.look_at_requirements()
         for component, state in self.shadow.states.items():
             self.states[component, state] = self.states.get((component, state), 0) + 1
 
     def _judge(self, event):
         kind, name, value = (event["event"][k] for k in ("kind", "name", "value"))
-        self.events[kind, name] = self.events.get((kind, name), 0) + 1
+        index = event["event"].get("index", 0)
+        self.events[kind, name, index] = self.events.get((kind, name, index), 0) + 1
         if event["outcome"] != "applied":
             raise Wrong("%s of %s: %s (%s)" % (kind, name, event["outcome"], event["detail"]))
         if kind == "tau":
-            self.shadow.step(name, event["event"]["index"], value)
+            self.shadow.step(name, index, value)
             return
         key = self.shadow.keys[name]
         if kind in ("request", "cancel"):
-            data = self.shadow.data(key) if kind == "request" else None
-            if kind == "request" and not alike(value, data):
-                self.faults.append("%s is sent with %r, not %r" % (name, value, data))
-            self.shadow.happen(kind, key)
-            if kind == "request" and key in self.topics:
-                self.expected[self.topics[key]].append(data)
-            return
-        self._input(kind, key, value, event["detail"])
+            self._command(kind, key, value)
+        else:
+            self._input(kind, key, value)
 
-    def _input(self, kind, key, value, detail):
+    def _command(self, kind, key, value):
+        if kind == "request":
+            data = self.shadow.data(key)
+            if not alike(value, data):
+                name = PLANT_COMMUNICATIONS[key]["name"]
+                self.faults.append("%s is sent with %r, not %r" % (name, value, data))
+            if key in self.topics:
+                self.expected[self.topics[key]].append(data)
+            else:
+                self.asked[key].append([data, False])
+        self.shadow.happen(kind, key)
+
+    def _input(self, kind, key, value):
         self.inputs += 1
-        communication = PLANT_COMMUNICATIONS[key]
+        if key in self.asked and self.asked[key] and kind != "error":
+            self.asked[key][-1][1] = True
         with self.robot.lock:
             queue = self.robot.sent.get((key, kind))
             message = queue.popleft() if queue else None
-            if self.events.get(("cancel", communication["name"])):
-                # What came of a goal after its cancel was dropped by the controller.
+            if self._drops(key):
                 while message is not None and queue and not self._fits(kind, key, value, message):
                     message = queue.popleft()
         if message is None:
@@ -225,6 +264,11 @@ class Judge:
             raise Wrong("%s of %s is read as %r from %s" % (kind, key, value, message))
         self.shadow.happen(kind, key, self.shadow.content(key, kind, message))
 
+    def _drops(self, key):
+        """Whether the controller may have dropped an answer: after a cancel, or as too late."""
+        name = PLANT_COMMUNICATIONS[key]["name"]
+        return any(self.events.get((kind, name, 0)) for kind in ("cancel", "error"))
+
     def _fits(self, kind, key, value, message):
         """Whether the value of an event is that of the message."""
         if kind == "error":
@@ -234,42 +278,57 @@ class Judge:
         if type_[0] == "none" or value is None:
             return True
         if type_[0] != "object":
-            return same(unjson(value), self.shadow.convert(type_, content))
-        return all(part is None or self._has(content, path, part) for path, part in value.items())
+            return told_as(value, self.shadow.convert(type_, content))
+        return all(
+            part is None or self._has(type_, content, path, part) for path, part in value.items()
+        )
 
-    def _has(self, message, path, part):
+    def _has(self, type_, message, path, part):
         for step in path.replace("[", ".[").split("."):
             if step[0] == "[":
-                message = message[int(step[1:-1])]
+                type_, message = type_[1], message[int(step[1:-1])]
             else:
-                message = field_of(message, step)
-        # An enum is told by its value's name, which no number or boolean is.
-        return isinstance(part, str) or same(unjson(part), message)
+                type_, message = dict(type_[1])[step], field_of(message, step)
+        return told_as(part, self.shadow.convert(type_, message))
 
-    def compare_topics(self):
-        """Whether what arrived on the topics is what the events say.
+    def compare_messages(self):
+        """Whether what arrived at the robot is what the events say.
 
         The test may have begun to follow later than it received, and messages may have arrived
         since the last events; so the events' commands must be found in one piece somewhere.
         """
         with self._lock:
             expected = {topic: list(data) for topic, data in self.expected.items()}
-        time.sleep(0.5)  # what is on its way arrives
+            asked = {key: [d for d, sure in told if sure] for key, told in self.asked.items()}
         for topic, data in expected.items():
-            received = list(self.robot.received[topic])
-            wanted = [part or {} for part in data]
-            if not any(
-                all(map(carries, received[shift:], wanted))
-                for shift in range(len(received) - len(wanted) + 1)
-            ):
-                self.faults.append("%s did not carry what the events say" % topic)
+            received = self.robot.received[topic]
+            arrived = functools.partial(lambda r, d: holds_piece(list(r), d), received, data)
+            self.wait(arrived, topic + " to carry what the events say")
+        for key, data in asked.items():
+            if not in_order(list(self.robot.requests.get(key, ())), data):
+                self.faults.append("%s was not asked for what the events say" % key)
+
+
+def holds_piece(received, wanted):
+    """Whether messages with the wanted data, and no others between them, were received."""
+    wanted = [data or {} for data in wanted]
+    return any(
+        all(map(carries, received[shift:], wanted))
+        for shift in range(len(received) - len(wanted) + 1)
+    )
+
+
+def in_order(received, wanted):
+    """Whether messages with the wanted data were received, others between them or not."""
+    rest = iter(received)
+    return all(any(carries(message, data or {}) for message in rest) for data in wanted)
 
 
 def alike(value, data):
     """Whether data as the event tells them are those that the model provides."""
     if isinstance(data, dict) and isinstance(value, dict):
         return set(data) == set(value) and all(alike(value[k], data[k]) for k in data)
-    return same(unjson(value), data)
+    return told_as(value, data)
 
 
 def carries(message, data):
@@ -287,27 +346,43 @@ def carries(message, data):
     return True
 
 
-def print_coverage(judge):
-    """What the run reached, as a table."""
-    rows = []
+KINDS = {
+    "incoming message": ["request"],
+    "outgoing message": ["response"],
+    "service": ["request", "response", "error"],
+    "action": ["request", "response", "feedback", "error", "cancel"],
+}
+
+
+def coverage(judge):
+    """What a run reached: rows of what it is, its name, and how often."""
     for communication in PLANT["communications"]:
-        kinds = {
-            "incoming message": ["request"],
-            "outgoing message": ["response"],
-            "service": ["request", "response", "error"],
-            "action": ["request", "response", "feedback", "error", "cancel"],
-        }[communication["kind"]]
-        for kind in kinds:
-            count = judge.events.get((kind, communication["name"]), 0)
-            rows.append(("event", "%s %s" % (communication["name"], kind), count))
+        name = communication["name"]
+        for kind in KINDS[communication["kind"]]:
+            yield "event", "%s %s" % (name, kind), judge.events.get((kind, name, 0), 0)
+    for component in PLANT["components"]:
+        name = component["name"]
+        for index in sorted({tau["index"] for tau in component["taus"]}):
+            yield "event", "%s step %d" % (name, index), judge.events.get(("tau", name, index), 0)
     for component in PLANT["components"]:
         for state in component["states"]:
-            count = judge.states.get((component["name"], state), 0)
-            rows.append(("state", "%s.%s" % (component["name"], state), count))
+            name = component["name"]
+            yield "state", "%s.%s" % (name, state), judge.states.get((name, state), 0)
     for number, requirement in enumerate(PLANT["requirements"]):
-        met = judge.shadow.requirements_seen.get((number, True), 0)
-        rows.append(("requirement", requirement["text"], met))
+        met, violated = judge.shadow.requirements_seen[number]
+        if requirement["communications"]:
+            yield "allows", requirement["text"], met
+            yield "forbids", requirement["text"], violated
+        else:
+            yield "kept", requirement["text"], met
+
+
+def print_coverage(judge):
+    """What the run reached, as a table: events, and in how many of the states after them each
+    component was where, and each requirement allowed or forbade its commands."""
+    rows = list(coverage(judge))
     width = max(len(name) for _, name, _ in rows)
-    print("%-12s %-*s %s" % ("", width, "reached", "times"))
+    print("%-8s %-*s %s" % ("", width, "reached", "times"))
     for what, name, count in rows:
-        print("%-12s %-*s %d" % (what, width, name, count))
+        print("%-8s %-*s %d" % (what, width, name, count))
+    print("%d of %d reached" % (sum(count > 0 for _, _, count in rows), len(rows)))

@@ -47,6 +47,10 @@ OPERATORS = {
 }
 
 
+_POSITIVE = ("needs", "always")
+"""The sorts of requirements whose condition is to hold; that of the others is not to."""
+
+
 class Shadow:
     """The state of the robot as the model has it: ``states``, ``variables``, ``busy``."""
 
@@ -70,7 +74,8 @@ class Shadow:
         self.busy = {
             c["key"]: False for c in plant["communications"] if c["kind"] in ("service", "action")
         }
-        self.requirements_seen = {}  # (number, met?) -> how often
+        # How often each requirement was seen to be met, and to be violated.
+        self.requirements_seen = [[0, 0] for _ in plant["requirements"]]
 
     # Expressions
 
@@ -136,7 +141,10 @@ class Shadow:
     def sync(self, document):
         """Take over a state that the controller published."""
         self.states = dict(document["components"])
-        self.variables = {k: unjson(v) for k, v in document["variables"].items()}
+        self.variables = {
+            key: float(told) if self.types[key][0] == "double" else told
+            for key, told in document["variables"].items()
+        }
         for name, phase in document["communications"].items():
             self.busy[self.keys[name]] = phase == "busy"
 
@@ -147,7 +155,7 @@ class Shadow:
             if self.states[name] != state:
                 found.append("%s is %s, not %s" % (name, state, self.states[name]))
         for key, value in document["variables"].items():
-            if not same(unjson(value), self.variables[key]):
+            if not told_as(value, self.variables[key]):
                 found.append("%s is %r, not %r" % (key, value, self.variables[key]))
         for name, phase in document["communications"].items():
             if self.busy[self.keys[name]] != (phase == "busy"):
@@ -183,10 +191,6 @@ class Shadow:
                 self.states[component] = after
                 return
         raise Wrong("step %d of %s: %s is not possible" % (index, component, path))
-
-    def can_step(self):
-        """Whether some component could still move by itself, synthesis apart."""
-        return any(component["taus"] for component in self.plant["components"])
 
     def _phase(self, key):
         return "busy" if self.busy[key] else "idle"
@@ -230,13 +234,9 @@ class Shadow:
     def violated(self, key):
         """The requirements that speak against a request now."""
         found = []
-        for number, requirement in enumerate(self.plant["requirements"]):
-            if key in requirement["communications"]:
-                met = self.evaluate(requirement["condition"]) == (requirement["kind"] == "needs")
-                seen = self.requirements_seen
-                seen[number, met] = seen.get((number, met), 0) + 1
-                if not met:
-                    found.append("%s (%s)" % (requirement["text"], requirement["place"]))
+        for requirement in self.plant["requirements"]:
+            if key in requirement["communications"] and not self.is_met(requirement):
+                found.append("%s (%s)" % (requirement["text"], requirement["place"]))
         return found
 
     def broken_invariants(self):
@@ -244,9 +244,17 @@ class Shadow:
         return [
             "%s (%s)" % (requirement["text"], requirement["place"])
             for requirement in self.plant["requirements"]
-            if requirement["kind"] in ("never", "always")
-            and self.evaluate(requirement["condition"]) != (requirement["kind"] == "always")
+            if requirement["kind"] in ("never", "always") and not self.is_met(requirement)
         ]
+
+    def is_met(self, requirement):
+        """Whether a requirement allows its commands now; one on states, whether it is kept."""
+        return self.evaluate(requirement["condition"]) == (requirement["kind"] in _POSITIVE)
+
+    def look_at_requirements(self):
+        """Count what each requirement says now."""
+        for number, requirement in enumerate(self.plant["requirements"]):
+            self.requirements_seen[number][not self.is_met(requirement)] += 1
 
     def _check_request(self, key):
         violated = self.violated(key)
@@ -281,11 +289,13 @@ class Shadow:
         return self._fields(data) if "fields" in data else self.evaluate(data["value"])
 
 
-def unjson(value):
-    """Undo the spelling of numbers that JSON does not have."""
-    return float(value) if value in ("NaN", "Infinity", "-Infinity") else value
+def told_as(told, value):
+    """Whether JSON that tells of a value tells this one; it has strings for NaN and infinities."""
+    if isinstance(told, str) and isinstance(value, float):
+        return same(float(told), value) if told in ("NaN", "Infinity", "-Infinity") else False
+    return told == value
 
 
 def same(left, right):
-    """Whether two values are equal, NaN equal to itself and doubles as far as JSON carries them."""
+    """Whether two values are equal, NaN equal to itself."""
     return left == right or (left != left and right != right)

@@ -3,7 +3,7 @@
 
 The test publishes the robot's messages and serves its services and actions, at random but seeded.
 ``judge.py`` tells whether each command was allowed when it was sent, and whether it carried the
-right data. What arrives on the topics must be what the events say. The environment variables
+right data. What arrives at the robot must be what the events say. The environment variables
 ROBOSC_SEED and ROBOSC_SECONDS choose another run.
 """
 
@@ -94,6 +94,7 @@ class Robot:
         self.lock = threading.Lock()
         self.sent = {}  # key and kind -> what the controller must still report, in order
         self.received = {topic: deque() for topic, _, _ in PUBLICATIONS}
+        self.requests = {key: deque() for _, _, key in SERVICES + ACTIONS}
         self._group = ReentrantCallbackGroup()
         profile = quality("reliable", 1000)
         self.publishers = [
@@ -125,7 +126,8 @@ class Robot:
         return len(keys)
 
     def _service(self, node, name, type_, key):
-        def serve(_, response):
+        def serve(request, response):
+            self.requests[key].append(request)
             time.sleep(self.random.uniform(0.0, 0.05))
             if self.random.random() < 0.2:
                 time.sleep(2 * TIMEOUT)
@@ -137,7 +139,8 @@ class Robot:
         node.create_service(type_, name, serve, callback_group=self._group)
 
     def _action(self, node, name, type_, key):
-        def asked(_):
+        def asked(goal):
+            self.requests[key].append(goal)
             return GoalResponse.REJECT if self.random.random() < 0.1 else GoalResponse.ACCEPT
 
         return ActionServer(
@@ -244,4 +247,5 @@ def play(robot, judge, seconds):
             if not arrived:
                 return
         time.sleep(robot.random.choice([0.0, 0.0, 0.01, 0.1, 0.2]))
-    judge.compare_topics()
+    if not judge.faults:
+        judge.compare_messages()
