@@ -7,6 +7,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
+import pytest
 from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
 
@@ -183,6 +184,38 @@ def test_the_event_log_is_a_line_per_event_and_rotates(tmp_path: Path) -> None:
     last = (tmp_path / "deep" / newest).read_text(encoding="utf-8").splitlines()[-1]
     assert json.loads(last)["number"] == 49
     assert all(p.stat().st_size < 200 for p in (tmp_path / "deep").iterdir())
+
+
+def test_what_is_kept_of_the_log_is_limited(tmp_path: Path) -> None:
+    path = tmp_path / "events.jsonl"
+    for keep in (0, 1, 10**12):  # the last of them means all
+        log = EventLog(str(path), limit=10, keep=keep)
+        for number in range(5):
+            log.write([f"line {number} of {keep}"])
+    kept = {p.name: p.read_text() for p in tmp_path.iterdir()}
+    assert kept == {
+        "events.jsonl.1": "line 4 of 1000000000000\n",
+        "events.jsonl.2": "line 3 of 1000000000000\n",
+        "events.jsonl.3": "line 2 of 1000000000000\n",
+        "events.jsonl.4": "line 1 of 1000000000000\n",
+        "events.jsonl.5": "line 0 of 1000000000000\n",
+        "events.jsonl.6": "line 4 of 1\n",
+    }
+
+
+def test_two_nodes_do_not_write_one_log(tmp_path: Path) -> None:
+    logs = [EventLog(str(tmp_path / "events.jsonl"), limit=10**6, keep=1) for _ in range(2)]
+    logs[0].write(["first"])
+    with pytest.raises(OSError, match="written by another node"):
+        logs[1].write(["second"])
+    assert (tmp_path / "events.jsonl").read_text() == "first\n"
+
+
+def test_a_line_that_was_cut_off_does_not_spoil_the_next(tmp_path: Path) -> None:
+    path = tmp_path / "events.jsonl"
+    path.write_text('whole\n{"vers')
+    EventLog(str(path), limit=10**6, keep=1).write(["next \ud800"])
+    assert path.read_text() == 'whole\n{"vers\nnext \\ud800\n'
 
 
 def test_the_reporter_writes_the_log_and_tells_when_it_cannot(tmp_path: Path) -> None:

@@ -184,7 +184,7 @@ def test_events_that_are_missing(robosc: Robosc, tmp_path: Path, log: list[str])
         (b'{"version": 1}', "this is no event of a log"),
         (b"[" * 100000, "this is no event of a log"),
         (b'{"version": 2, "number": 1}', "this is no event of a log"),
-        (b"\xff\xfe", "no UTF-8"),
+        (b"\xff\xfe", "this is no event of a log"),
     ],
 )
 def test_what_is_no_log(content: bytes, message: str, robosc: Robosc, tmp_path: Path) -> None:
@@ -192,6 +192,99 @@ def test_what_is_no_log(content: bytes, message: str, robosc: Robosc, tmp_path: 
     done = robosc("replay", "events.log", str(MODEL))
     assert done.returncode == 2
     assert message in done.stderr
+
+
+NUMBERS_BY_NAME = """\
+robot Names {
+    datatype enum Size from double to { value > 9 -> Infinity default -> NaN }
+    component Sensor {
+        outgoing message size with type: Size
+        outgoing message word with type: string
+        outgoing message weight with type: double
+        outgoing message level with type: integer(0..3)
+        incoming message say with type: string
+        incoming message weigh with type: double
+        behaviour {
+            variable size: Size
+            variable word: string
+            variable weight: double
+            variable level: integer(0..3)
+            on response from size do size := value
+            on response from word do word := value
+            on response from weight do weight := value
+            on response from level do level := value
+            initial marked state only {}
+        }
+    }
+    requirement say needs Sensor.size = Infinity
+    requirement weigh needs Sensor.level > 0
+    provide say with Sensor.word
+    provide weigh with Sensor.weight
+}
+"""
+
+
+def test_texts_that_look_like_numbers_stay_texts(tmp_path: Path) -> None:
+    supervisor = supervisor_of(NUMBERS_BY_NAME)
+    player = session(supervisor, execute=True)
+    run = run_of(player, 'word "NaN"', "size Infinity", "weight NaN", "level 1", "wait 0.2")
+    path = write(tmp_path / "events.log", lines_of(run))
+    said = [h.value for h in run if h.name in ("say", "weigh")]
+    assert {"data": "NaN"} in said  # a text
+    assert any(isinstance(v["data"], float) and math.isnan(v["data"]) for v in said)
+    assert replay(supervisor, path).departures == ()
+
+
+@pytest.mark.parametrize(
+    ("event", "reason"),
+    [
+        ({"name": "level", "value": 4}, "its value cannot be 4: it carries an integer(0..3)"),
+        ({"name": "level", "value": True}, "it carries an integer(0..3)"),
+        ({"name": "level", "value": 1.0}, "it carries an integer(0..3)"),
+        ({"name": "weight", "value": "heavy"}, "it carries a double"),
+        ({"name": "weight", "value": "nan"}, "it carries a double"),
+        ({"name": "size", "value": "big"}, "it carries a value of Size"),
+        ({"name": "word", "value": 3}, "it carries a string"),
+    ],
+)
+def test_values_that_the_model_does_not_carry(
+    event: dict[str, Any], reason: str, tmp_path: Path
+) -> None:
+    supervisor = supervisor_of(NUMBERS_BY_NAME)
+    run = lines_of(run_of(session(supervisor, execute=True), "level 1"))
+    path = write(tmp_path / "events.log", changed(run, find(run, "level", "response"), **event))
+    (departure,) = replay(supervisor, path).departures
+    assert reason in departure.reason
+
+
+def test_parts_that_the_model_does_not_have(tmp_path: Path) -> None:
+    supervisor = supervisor_of(SEVERAL_TYPES)
+    run = lines_of(run_of(session(supervisor, execute=True), "pose position.side: left"))
+    for value in ({"position.x": 1.0}, [1], None, "left"):
+        path = tmp_path / "events.log"
+        path.unlink(missing_ok=True)
+        write(path, changed(run, find(run, "pose", "response"), value=value))
+        (departure,) = replay(supervisor, str(path)).departures
+        assert "it has the parts position.side, tags[0], position.x" in departure.reason
+
+
+def test_a_line_that_was_cut_off_is_left_out(
+    tmp_path: Path, log: list[str], supervisor: Supervisor
+) -> None:
+    path = tmp_path / "events.log"
+    write(path, log[:20])
+    with path.open("a") as file:
+        file.write(log[20][:30])
+    assert replay(supervisor, str(path)).exit_code == 0
+    write(path, log)  # the next run of the node
+    found = replay(supervisor, str(path))
+    assert (found.exit_code, found.runs, found.events) == (0, 2, 20 + len(log))
+    path.write_text("\n".join([*log[:20], log[20][:30], *log[21:]]) + "\n")
+    assert "events 21 to 21 are missing" in replay(supervisor, str(path)).missing[0]
+    path.write_text("\n".join([*log[:20], log[0][:30] + "\xfc", *log[1:]]) + "\n")
+    found = replay(supervisor, str(path))
+    assert (found.runs, len(found.missing)) == (2, 1)
+    assert "events 1 to 1 are missing" in found.missing[0]
 
 
 def test_a_log_that_cannot_be_read(robosc: Robosc) -> None:

@@ -3,8 +3,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import IO, List, Optional
+
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None  # type: ignore[assignment]
 
 __all__ = ["EventLog"]
 
@@ -16,19 +22,41 @@ class EventLog:
         self._path = Path(path).expanduser()
         self._limit = limit
         self._keep = keep
-        self._file: Optional[IO[str]] = None
+        self._file: Optional[IO[bytes]] = None
 
     def write(self, lines: List[str]) -> None:
-        """Append the lines and flush. Raises OSError if the file cannot be written."""
+        """Append the lines and flush.
+
+        Raises:
+            OSError: the file cannot be written, or is that of another node.
+        """
         for line in lines:
             if self._file is None:
-                self._path.parent.mkdir(parents=True, exist_ok=True)
-                self._file = self._path.open("a", encoding="utf-8")
-            self._file.write(line + "\n")
+                self._file = self._open()
+            self._file.write(line.encode("utf-8", "backslashreplace") + b"\n")
             if self._file.tell() >= self._limit:
                 self._rotate()
         if self._file is not None:
             self._file.flush()
+
+    def _open(self) -> IO[bytes]:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        file = self._path.open("ab+")
+        try:
+            if fcntl is not None:
+                # Two nodes in one file would be one run that nobody can follow.
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if file.seek(0, os.SEEK_END):
+                file.seek(-1, os.SEEK_END)
+                if file.read() != b"\n":  # who wrote it was killed within a line
+                    file.write(b"\n")
+        except BlockingIOError:
+            file.close()
+            raise OSError("%s is being written by another node" % self._path) from None
+        except OSError:
+            file.close()
+            raise
+        return file
 
     def _rotate(self) -> None:
         if self._file is not None:
@@ -37,10 +65,11 @@ class EventLog:
         if self._keep == 0:
             self._path.unlink()
             return
-        for number in range(self._keep - 1, 0, -1):
-            older = self._numbered(number)
-            if older.exists():
-                older.replace(self._numbered(number + 1))
+        number = 1
+        while number < self._keep and self._numbered(number).exists():
+            number += 1
+        for older in range(number, 1, -1):
+            self._numbered(older - 1).replace(self._numbered(older))
         self._path.replace(self._numbered(1))
 
     def _numbered(self, number: int) -> Path:

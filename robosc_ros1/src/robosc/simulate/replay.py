@@ -15,11 +15,23 @@ from pathlib import Path
 from typing import Any
 
 from robosc.errors import UsageError
+from robosc.model.types import (
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    StringType,
+    Type,
+)
+from robosc.model.values import describe
 from robosc.runtime.model import Command, Controller, Input, Tau
 from robosc.runtime.report import blocked_by
 from robosc.runtime.values import Mismatch, jsonable
 from robosc.simulate.generated import make_controller
+from robosc.simulate.values import value_parts, value_type
 from robosc.supervisor import Supervisor
+from robosc.synthesis.wording import path_text
 
 __all__ = [
     "Departure", "Entry", "Follower", "Replayed", "read_log", "replay", "replay_document",
@@ -115,6 +127,7 @@ class Follower:
         if stop_command is not None and (stop_command, "request") not in self._commands:
             raise UsageError(f"{stop_command} is no command of {self._fresh.ROBOT}")
         self._stop_command = stop_command
+        self._carried = _carried(supervisor)
         self._controller: Controller | None = None
         self._next = 1
         self.runs = self.events = self.mismatches = 0
@@ -137,7 +150,7 @@ class Follower:
     def take(self, entry: Entry) -> None:
         self.events += 1
         self.mismatches += entry.outcome == "mismatch"
-        if entry.number == 1 or not self.runs:
+        if entry.number == 1 or entry.number < self._next or not self.runs:
             self.runs += 1
             self._controller = self._fresh.copy()
             self._next = 1
@@ -167,7 +180,8 @@ class Follower:
             return f"{owed.component} had to take its own step {owed.number} before"
         input_ = self._inputs.get((entry.name, entry.kind))
         if input_ is not None:
-            return _apply(controller, input_, entry.value)
+            parts = self._carried.get((input_.key, input_.kind), {})
+            return _apply(controller, input_, entry.value, parts)
         command = self._commands.get((entry.name, entry.kind))
         if command is not None:
             stopping = entry.name == self._stop_command and entry.kind == "request"
@@ -186,13 +200,14 @@ def _step(controller: Controller, tau: Tau | None, path: Any) -> str | None:
     return None if taken == path else f"the model goes {taken or 'nowhere'} here, not {path}"
 
 
-def _apply(controller: Controller, input_: Input, value: Any) -> str | None:
+def _apply(controller: Controller, input_: Input, told: Any, parts: dict[str, Type]) -> str | None:
     try:
-        getattr(controller, input_.apply)(_restored(value))
+        value = None if input_.read is None else _restored(told, parts)
+        getattr(controller, input_.apply)(value)
     except Mismatch as mismatch:
         return str(mismatch)
-    except (AttributeError, TypeError, ValueError, LookupError) as error:
-        return f"its value {json.dumps(value)} is not what the model carries ({error})"
+    except (ValueError, ArithmeticError) as error:
+        return f"its value cannot be {json.dumps(told)}: {error}"
     return None
 
 
@@ -214,31 +229,89 @@ def _consents(controller: Controller, command: Command) -> bool:
     return command.consent is None or bool(getattr(controller, command.consent)())
 
 
+def _carried(supervisor: Supervisor) -> dict[tuple[str, str], dict[str, Type]]:
+    """By communication and kind, the parts of an input's value; that of a whole one is ``""``."""
+    robot = supervisor.plant.robot
+    return {
+        (event.key, event.kind.value): {path_text(p): t for p, t in value_parts(event).items()}
+        for event in supervisor.plant.events
+        if not isinstance(value_type(robot, event), NoneType)
+    }
+
+
+def _restored(told: Any, parts: dict[str, Type]) -> Any:
+    """The value of an input from JSON, if it is one of these types.
+
+    Raises:
+        ValueError: it is not.
+    """
+    if not parts:
+        return None
+    if "" in parts:
+        return _value(told, parts[""])
+    if not isinstance(told, dict) or set(told) != set(parts):
+        raise ValueError(f"it has the parts {', '.join(parts)}")
+    return {
+        path: None if told[path] is None and "[" in path else _value(told[path], type_)
+        for path, type_ in parts.items()
+    }
+
+
 _NUMBERS = {"NaN": float("nan"), "Infinity": float("inf"), "-Infinity": float("-inf")}
 
 
-def _restored(value: Any) -> Any:
-    """The numbers that JSON lacks."""
-    if isinstance(value, dict):
-        return {key: _restored(part) for key, part in value.items()}
-    return _NUMBERS.get(value, value) if isinstance(value, str) else value
+def _value(told: Any, type_: Type) -> Any:
+    number = isinstance(told, int | float) and not isinstance(told, bool)
+    whole = number and isinstance(told, int)
+    match type_:
+        case BooleanType() if isinstance(told, bool):
+            return told
+        case IntegerType(bounds=(low, high)) if whole and low <= told <= high:
+            return told
+        case IntegerType(bounds=None) if whole:
+            return told
+        case DoubleType() if number:
+            return told
+        case DoubleType() if isinstance(told, str) and told in _NUMBERS:
+            return _NUMBERS[told]
+        case EnumType(values=values) if told in values:
+            return told
+        case StringType() if isinstance(told, str):
+            return told
+    raise ValueError(f"it carries {describe(type_)}")
 
 
 # --- reading -------------------------------------------------------------------------------------
 
 
 def read_log(log: str) -> Iterator[Entry]:
-    """All events of a log and its older parts, oldest first. Raises UsageError."""
+    """All events of a log and its older parts, oldest first.
+
+    A line that is no JSON, after others that are, was cut off when its node was killed, and is left
+    out; if others of that run follow, their numbers tell that it is missing.
+
+    Raises:
+        UsageError: a file cannot be read, or is no event log.
+    """
+    found = False
     for path in _files(Path(log)):
         try:
-            with path.open(encoding="utf-8") as file:
+            with path.open("rb") as file:
                 for number, line in enumerate(file, 1):
-                    if line.strip():
-                        yield _entry(str(path), number, line)
-        except UnicodeDecodeError as error:
-            raise UsageError(f"{path} is no UTF-8 text") from error
+                    document = _document(line)
+                    if line.strip() and (document is not None or not found):
+                        yield _entry(str(path), number, document)
+                        found = True
         except (OSError, ValueError) as error:
             raise UsageError(f"cannot read {path}: {_reason(error)}") from error
+
+
+def _document(line: bytes) -> Any:
+    """The JSON of a line; None if it is none."""
+    try:
+        return json.loads(line)
+    except (ValueError, RecursionError):
+        return None
 
 
 def _reason(error: OSError | ValueError) -> str:
@@ -259,11 +332,7 @@ def _files(log: Path) -> list[Path]:
     return [path for _, path in sorted(older, reverse=True)] + [log]
 
 
-def _entry(file: str, line: int, text: str) -> Entry:
-    try:
-        document = json.loads(text)
-    except (ValueError, RecursionError):
-        document = None
+def _entry(file: str, line: int, document: Any) -> Entry:
     match document:
         case {
             "version": 1,
