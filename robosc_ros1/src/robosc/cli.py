@@ -214,7 +214,7 @@ def _replay(args: Arguments) -> int:
     loaded = pipeline.load(args.model, _options(args))
     _report(loaded.diagnostics)
     supervisor = pipeline.supervise(loaded.robot, args.progress)
-    found = replay(supervisor, args.log, args.stop_command)
+    found = replay(supervisor, args.log)
     if args.json:
         _print_json(replay_document(found))
     else:
@@ -257,7 +257,7 @@ def _view(args: Arguments) -> int:
     supervisor = pipeline.supervise(loaded.robot, args.progress)
     args.progress.clear()
     if args.log is not None:
-        view_log(supervisor, args.log, where, args.stop_command)
+        view_log(supervisor, args.log, where)
     else:
         view_model(supervisor, where, execute=args.execute, given=args.parameter)
     return 0
@@ -399,11 +399,6 @@ def _simulate_arguments(parser: argparse.ArgumentParser) -> None:
 def _replay_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG", help="the event log of a controller's node")
     parser.add_argument("model", metavar="MODEL", help="the .rscd file it was generated from")
-    parser.add_argument(
-        "--stop-command",
-        metavar="NAME",
-        help="the node's ~stop_command: it may be sent when the node stops, guard or not",
-    )
     _json(parser)
     _common(parser)
 
@@ -432,9 +427,6 @@ def _view_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="a parameter of the controller's node, with --execute (may be repeated)",
-    )
-    parser.add_argument(
-        "--stop-command", metavar="NAME", help="the node's ~stop_command, with --log"
     )
     parser.add_argument(
         "--host", default="127.0.0.1", help="address to listen on (default: this machine only)"

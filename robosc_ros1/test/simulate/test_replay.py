@@ -152,16 +152,29 @@ def test_mismatches_are_counted_and_not_applied(tmp_path: Path) -> None:
     assert (found.exit_code, found.mismatches) == (0, 1)
 
 
-def test_the_stop_command_may_be_sent_guard_or_not(
-    robosc: Robosc, tmp_path: Path, supervisor: Supervisor
+def test_only_the_stop_command_may_be_sent_guard_or_not(
+    tmp_path: Path, supervisor: Supervisor
 ) -> None:
     run = lines_of(run_of(session(supervisor, execute=True), "distance free"))
     stop = json.loads(run[find(run, "stop")]) | {"number": len(run) + 1}
-    path = write(tmp_path / "events.log", [*run, json.dumps(stop)])
-    assert robosc("replay", path, str(MODEL)).returncode == 1
-    assert robosc("replay", path, str(MODEL), "--stop-command", "stop").returncode == 0
-    done = robosc("replay", path, str(MODEL), "--stop-command", "halt")
-    assert (done.returncode, done.stderr) == (2, "error: halt is no command of LineFollower\n")
+    (departure,) = replay(
+        supervisor, write(tmp_path / "a.log", [*run, json.dumps(stop)])
+    ).departures
+    assert departure.reason.startswith("requirement stop needs")
+    stop["detail"] = "stop command"
+    assert replay(supervisor, write(tmp_path / "b.log", [*run, json.dumps(stop)])).exit_code == 0
+
+
+def test_nothing_is_commanded_after_a_safe_stop(tmp_path: Path, supervisor: Supervisor) -> None:
+    run = run_of(session(supervisor, execute=True), "distance free", "wait 0.1")
+    at = max(n for n, h in enumerate(run) if h.name == "move")
+    halt = Happening("stop", "", outcome="stopped", detail="enough", time=1.0)
+    (departure,) = replay(
+        supervisor, write(tmp_path / "events.log", lines_of([*run[:at], halt, *run[at:]]))
+    ).departures
+    assert (departure.event, departure.reason) == (
+        "move.request", "the controller had made a safe stop",
+    )  # fmt: skip
 
 
 def test_events_that_are_missing(robosc: Robosc, tmp_path: Path, log: list[str]) -> None:

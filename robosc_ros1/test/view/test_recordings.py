@@ -34,7 +34,7 @@ def log(tmp_path: Path) -> Path:
 def test_every_moment_has_the_state_that_the_events_led_to(log: Path) -> None:
     supervisor = line_follower()
     recording = Recording(supervisor, str(log), Hub())
-    follower = Follower(supervisor, None)
+    follower = Follower(supervisor)
     entries = list(read_log(str(log)))
     assert len(entries) > 600
     counted = 0

@@ -18,7 +18,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, Callable, Dict, List, Optional, Tuple, Union
 
 from .calls import Calls
-from .journal import Journal, Throttle
+from .journal import STOP_COMMAND, Journal, Throttle
 from .model import Controller, Input, Tau
 from .pace import Pace, PacedCommand
 from .port import Port
@@ -373,7 +373,7 @@ class Engine:
             self._log("error", "stop", "the stop command %s failed: %s" % (name, error))
             return
         self.journal.counters["commands"] += 1
-        self.journal.note("request", name, data)
+        self.journal.note("request", name, data, detail=STOP_COMMAND)
         if command.apply is not None and (command.consent is None or command.consent()):
             command.apply()
 

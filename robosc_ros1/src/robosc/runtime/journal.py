@@ -7,9 +7,11 @@ import time
 from collections import deque
 from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional
 
-__all__ = ["Entry", "Journal", "Throttle"]
+__all__ = ["STOP_COMMAND", "Entry", "Journal", "Throttle"]
 
 _CAPACITY = 50000
+STOP_COMMAND = "stop command"
+"""The detail of a request that was sent to stop the robot, guard or not."""
 
 
 class Entry(NamedTuple):

@@ -25,6 +25,7 @@ from robosc.model.types import (
     Type,
 )
 from robosc.model.values import describe
+from robosc.runtime.journal import STOP_COMMAND
 from robosc.runtime.model import Command, Controller, Input, Tau
 from robosc.runtime.report import blocked_by
 from robosc.runtime.values import Mismatch, jsonable
@@ -91,16 +92,13 @@ class Entry:
         return f"{name}{self.index}" if self.kind == "tau" else name
 
 
-def replay(supervisor: Supervisor, log: str, stop_command: str | None = None) -> Replayed:
+def replay(supervisor: Supervisor, log: str) -> Replayed:
     """Follow all runs of a log. Older files of a rotated log (``LOG.1`` …) are read before it.
-
-    ``stop_command`` is the node's parameter of that name: such a command may be sent at a stop,
-    guard or not.
 
     Raises:
         UsageError: a file cannot be read, or is no event log.
     """
-    follower = Follower(supervisor, stop_command)
+    follower = Follower(supervisor)
     for entry in read_log(log):
         follower.take(entry)
     if not follower.runs:
@@ -118,17 +116,15 @@ def replay(supervisor: Supervisor, log: str, stop_command: str | None = None) ->
 class Follower:
     """Follows one run after the other; each begins with event 1."""
 
-    def __init__(self, supervisor: Supervisor, stop_command: str | None) -> None:
+    def __init__(self, supervisor: Supervisor) -> None:
         self._fresh = make_controller(supervisor)
         names = {c.key: c.name for c in self._fresh.COMMUNICATIONS}
         self._inputs = {(names[i.key], i.kind): i for i in self._fresh.INPUTS}
         self._commands = {(names[c.key], c.kind): c for c in self._fresh.COMMANDS}
         self._taus = {(t.component, t.number): t for t in self._fresh.TAUS}
-        if stop_command is not None and (stop_command, "request") not in self._commands:
-            raise UsageError(f"{stop_command} is no command of {self._fresh.ROBOT}")
-        self._stop_command = stop_command
         self._carried = _carried(supervisor)
         self._controller: Controller | None = None
+        self._stopped = False
         self._next = 1
         self.runs = self.events = self.mismatches = 0
         self.departures: list[Departure] = []
@@ -153,6 +149,7 @@ class Follower:
         if entry.number == 1 or entry.number < self._next or not self.runs:
             self.runs += 1
             self._controller = self._fresh.copy()
+            self._stopped = False
             self._next = 1
         if self._controller is None:
             return
@@ -162,6 +159,7 @@ class Follower:
             self._controller = None
             return
         self._next += 1
+        self._stopped |= entry.outcome == "stopped"
         if entry.outcome != "applied":
             return
         reason = self._leaves(self._controller, entry)
@@ -184,7 +182,9 @@ class Follower:
             return _apply(controller, input_, entry.value, parts)
         command = self._commands.get((entry.name, entry.kind))
         if command is not None:
-            stopping = entry.name == self._stop_command and entry.kind == "request"
+            stopping = entry.document.get("detail") == STOP_COMMAND
+            if self._stopped and not stopping:
+                return "the controller had made a safe stop"
             return _perform(controller, command, entry.value, stopping)
         return f"the model has no {entry.text}"
 
@@ -218,7 +218,8 @@ def _perform(controller: Controller, command: Command, value: Any, stopping: boo
                          for r in reasons)  # fmt: skip
     if command.data is not None:
         provided = json.loads(json.dumps(jsonable(getattr(controller, command.data)())))
-        if provided != value:
+        # A node that guards another controller passes that one's data, and does not tell them.
+        if value is not None and provided != value:
             return f"the model sends {json.dumps(provided)}, the log has {json.dumps(value)}"
     if command.apply is not None and (not reasons or _consents(controller, command)):
         getattr(controller, command.apply)()

@@ -89,13 +89,11 @@ class Recording:
     Raises UsageError: it cannot be read, or holds no events.
     """
 
-    def __init__(
-        self, supervisor: Supervisor, log: str, hub: Hub, stop_command: str | None = None
-    ) -> None:
+    def __init__(self, supervisor: Supervisor, log: str, hub: Hub) -> None:
         self._entries = list(read_log(log))
         if not self._entries:
             raise UsageError(f"{log} holds no events")
-        moment = _Moment(Follower(supervisor, stop_command))
+        moment = _Moment(Follower(supervisor))
         self._moments = []
         for place, entry in enumerate(self._entries):
             if place % _STRIDE == 0:

@@ -35,13 +35,13 @@ def view_model(
         server.run()
 
 
-def view_log(supervisor: Supervisor, log: str, where: Where, stop_command: str | None) -> None:
+def view_log(supervisor: Supervisor, log: str, where: Where) -> None:
     """Show an event log of the model's node, until interrupted.
 
     Raises:
         UsageError: it cannot listen there, or the log cannot be read.
     """
     hub = Hub()
-    recording = Recording(supervisor, log, hub, stop_command)
+    recording = Recording(supervisor, log, hub)
     with PageServer(where, hub, recording.answers) as server:
         server.run()
