@@ -1,13 +1,10 @@
-"""The page itself, in a headless browser: playing, a recording, a large robot."""
+"""The page itself, in a headless browser: playing, and a recording."""
 
 from __future__ import annotations
 
-import json
-import threading
 from pathlib import Path
 from typing import Any
 
-import pytest
 from view.browser import Browser
 from view.watching import line_follower, log_of, serving
 
@@ -116,81 +113,3 @@ def test_a_recording_is_gone_through_step_by_step(browser: Browser, tmp_path: Pa
         browser.sees("recording.at === arguments[0]", len(lines) - 1)
         browser.run("document.getElementById('play').click()")
         browser.sees("recording.at === recording.count && !recording.playing")
-
-
-COPIES = 6
-RATE = 100
-SECONDS = 4
-
-
-def large_robot() -> tuple[dict[str, Any], dict[str, Any]]:
-    """Model and state of six line followers in one: 30 components."""
-    hub = Hub()
-    Played(SingleEvents(line_follower()), hub)
-    news = json.loads(hub.follow().take(1) or "")
-    model, state = news["model"], news["state"]
-    state.pop("choices")
-
-    components = [c["name"] for c in model["components"]]
-    communications = {c["name"] for c in model["communications"]}
-
-    def renamed(value: Any, n: int) -> Any:
-        if isinstance(value, dict):
-            found = {renamed(k, n): renamed(v, n) for k, v in value.items()}
-            if "kind" in found and found.get("name") in communications:
-                found["name"] += str(n)
-            return found
-        if isinstance(value, list):
-            return [renamed(part, n) for part in value]
-        for component in components if isinstance(value, str) else ():
-            value = value.replace(component, f"{component}{n}")
-        return value
-
-    for name in ("components", "communications", "commands"):
-        model[name] = [renamed(part, n) for n in range(COPIES) for part in model[name]]
-    state["commands"] = [renamed(part, n) for n in range(COPIES) for part in state["commands"]]
-    for name in ("components", "variables"):
-        state[name] = {k: v for n in range(COPIES) for k, v in renamed(state[name], n).items()}
-    return model, state
-
-
-@pytest.mark.parametrize(("width", "scheme"), [(1400, "light"), (390, "dark")])
-def test_thirty_components_at_a_hundred_events_per_second(
-    browser: Browser, width: int, scheme: str
-) -> None:
-    model, state = large_robot()
-    hub = Hub()
-    hub.put("hello", '{"source":"ros","title":"/large"}')
-    hub.put("status", '{"good":true,"text":"live"}')
-    hub.put("model", json.dumps(model))
-    hub.put("state", json.dumps(state))
-    browser.look(width, 1000, scheme)
-    with serving(hub) as server:
-        browser.open(server.url)
-        browser.sees(f"page.cards.size === {5 * COPIES}")
-        browser.run(
-            "window.frames_ = []; let before = performance.now();"
-            "const step = (now) => { frames_.push(now - before); before = now; requestAnimationFrame(step); };"
-            "requestAnimationFrame(step);"
-        )
-        pace = threading.Event()
-        for number in range(1, RATE * SECONDS + 1):
-            n = number % COPIES
-            where = "sensing" if number % 2 else "waiting"
-            state["components"][f"DistanceSensor{n}"] = where
-            state["number"] = number
-            state["time"] = number / RATE
-            event = {"kind": "response", "name": f"distance{n}", "value": "free"}
-            hub.put("state", json.dumps(state))
-            hub.add([json.dumps({"version": 1, "number": number, "time": number / RATE,
-                                 "event": event, "outcome": "applied", "detail": None})])  # fmt: skip
-            pace.wait(1 / RATE)
-        browser.sees("page.number === arguments[0] && page.events.length === arguments[0]", number)
-        browser.sees(f"{state_of(f'DistanceSensor{n}')} === '{where}'")
-        assert browser.run("return document.getElementById('events').childElementCount") == 120
-        frames = sorted(browser.run("return frames_"))
-        print(
-            f"{len(frames)} frames, median {frames[len(frames) // 2]:.0f} ms, longest {frames[-1]:.0f} ms"
-        )
-        assert browser.run("return document.documentElement.scrollWidth <= innerWidth")
-        browser.picture(f"view-large-{scheme}")

@@ -13,13 +13,16 @@ from ros_support import EXAMPLES
 
 from robosc import pipeline
 from robosc.simulate.execute import Execution
+from robosc.simulate.single import SingleEvents
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
+from robosc.view.listening import Heard
+from robosc.view.played import Played
 from robosc.view.server import Answers, PageServer, Where
 
 __all__ = [
-    "MODEL", "Watcher", "ask", "command_is", "is_in", "line_follower", "link_says", "log_of",
-    "serving",
+    "MODEL", "Told", "Watcher", "ask", "command_is", "is_in", "line_follower", "link_says",
+    "log_of", "serving",
 ]  # fmt: skip
 
 MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
@@ -42,6 +45,39 @@ def serving(hub: Hub, answers: Answers | None = None) -> Iterator[PageServer]:
         finally:
             server.shutdown()
             thread.join()
+
+
+class Told:
+    """What a node tells whose robot is played at random: the documents of its three topics."""
+
+    def __init__(self, supervisor: Supervisor) -> None:
+        hub = Hub()
+        self._robot = Played(SingleEvents(supervisor), hub)
+        self._follower = hub.follow()
+        self.model: Json = {}
+        self.state: Json = {}
+        self.event: Json = {}
+        self._read()
+
+    def step(self) -> None:
+        self._robot.do({"random": 1})
+        self._read()
+
+    def to(self, heard: Heard) -> None:
+        """Tell it to whoever hears the node."""
+        heard.model(json.dumps(self.model))
+        if self.event:
+            heard.event(json.dumps(self.event))
+        heard.state(json.dumps(self.state))
+
+    def _read(self) -> None:
+        news = json.loads(self._follower.take(0) or "")
+        self.model = news.get("model", self.model)
+        self.state = news["state"]
+        for extra in ("choices", "undo", "marked"):
+            del self.state[extra]
+        if "events" in news:
+            (self.event,) = news["events"]
 
 
 def ask(

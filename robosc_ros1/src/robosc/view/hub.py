@@ -15,7 +15,7 @@ from collections.abc import Iterable
 __all__ = ["Follower", "Hub", "compact"]
 
 _KEPT = 5000
-_LONGEST = 4_000_000
+_LONGEST = 1_000_000
 """Characters of all events that are kept: an event can carry a whole map."""
 _AT_FIRST = 200
 """Events that a new follower is told of."""

@@ -9,6 +9,7 @@ const SHOWN = 120; // events in the list
 const MANY = 8; // components that are too many to see all at once
 const LONGEST = 300; // characters of a value
 const MINUTE = 60;
+const PACE = 100; // milliseconds between two changes of what is read, not watched
 const BROKEN = 7000; // milliseconds of silence; the server says something every two seconds
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -672,7 +673,7 @@ class Times {
   }
 
   tick(time, document) {
-    const name = document.event.name ?? document.event.kind;
+    const name = document.event.name || document.event.kind;
     this.ticks.push({ time, name, sort: sortOf(document), text: searchText(document) });
     if (this.ticks.length > 2 * TICKS) this.ticks.splice(0, TICKS);
   }
@@ -772,6 +773,7 @@ const page = {
   ahead: null, // seconds by which this machine's clock is ahead of the node's
   heard: performance.now(), // when the server said something
   shown: null, // the state that the page shows
+  unlisted: [], listed: 0, // events that the list does not have yet, and when it was told last
   held: false, waiting: false, redrawList: true,
   choices: [],
 };
@@ -926,8 +928,12 @@ function render() {
     if (page.state !== page.shown) showState(page.state);
     page.shown = page.state;
   }
-  showEvents(fresh);
-  showStatus();
+  page.unlisted.push(...fresh);
+  if (performance.now() - page.listed > PACE) {
+    showEvents(page.unlisted.splice(0));
+    showStatus();
+    page.listed = performance.now();
+  } else schedule();
 }
 
 /** Follow the events through the automata, and flash each transition at most once per frame. */
@@ -1007,12 +1013,13 @@ function showStatus() {
   if (live) gauge("events/s", page.times.mean(now()).toFixed(1));
   const counters = page.state?.counters ?? {};
   for (const name of ["inputs", "commands", "errors"]) gauge(name, String(counters[name] ?? 0));
-  for (const name of ["mismatches", "failed", "undefined", "late"]) {
+  for (const name of ["mismatches", "blocked", "failed", "undefined", "late"]) {
     const count = counters[name] ?? 0;
     if (count || gauges.has(name) || name === "mismatches") gauge(name, String(count), count > 0);
   }
   const told = page.state?.stopped;
   tell("alert", told && `Safe stop: ${told}`);
+  tell("faults", page.state?.faults?.join(" · "));
   const broken = link.open === false || performance.now() - page.heard > BROKEN;
   const usual = { good: true, text: live ? "playing" : "recording" };
   if (link.open === null) return;
