@@ -7,18 +7,10 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from lsp_support import HERE, Unavailable, client_python
+from lsp_support import HERE
 from ros_support import SOURCES, run_robosc
 
 FILES = sorted((HERE / "client").glob("client_*.py"))
-
-
-@pytest.fixture(scope="module")
-def python() -> str:
-    try:
-        return client_python()
-    except Unavailable as reason:
-        pytest.skip(f"no client of the language server: {reason}")
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)

@@ -1,0 +1,27 @@
+"""Fixtures of the tests of the language server and of the extension that uses it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from extension_build import extension_folder
+from lsp_support import Unavailable, client_python
+
+
+@pytest.fixture(scope="session")
+def python() -> str:
+    """A Python that has pygls."""
+    try:
+        return client_python()
+    except Unavailable as reason:
+        pytest.skip(f"no client of the language server: {reason}")
+
+
+@pytest.fixture(scope="session")
+def folder() -> Path:
+    """Where the extension is built."""
+    try:
+        return extension_folder()
+    except Unavailable as reason:
+        pytest.skip(str(reason))
