@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from xmlrpc.client import ServerProxy
 
 from ros1.stage import Puppet, Stage, event
-from ros_support import Master, Workspace, await_condition
+from ros_support import Completed, Master, Workspace, await_condition
 from runtime.schemas import validate
+
+from robosc.simulate.replay import read_log
 
 INT = "std_msgs/Int16"
 RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
@@ -68,13 +71,68 @@ def test_the_state_is_latched(stage: Stage, puppet: Puppet, ear: Puppet) -> None
             late.hears(f"/probe_controller/{topic}")
 
 
-def test_the_events_are_logged(stage: Stage, puppet: Puppet, ear: Puppet, tmp_path: Path) -> None:
-    play(puppet, ear, stage, event_log=tmp_path / "events.jsonl")
-    lines = (tmp_path / "events.jsonl").read_text(encoding="utf-8").splitlines()
-    events = [json.loads(line) for line in lines]
-    assert [e["number"] for e in events] == list(range(1, len(events) + 1))
+def play_everything(puppet: Puppet, ear: Puppet, stage: Stage, **parameters: object) -> None:
+    """Each sort of event, and an end by SIGINT within a goal."""
+    puppet.do("action", **RUN, mode="hold", feedback=2)
+    puppet.do("service", **ASK, mode="throw")
+    with stage.controller(ear, stop_command="halt", **parameters) as node:
+        puppet.publish("/level", INT, 9)
+        for value in ("NaN", "Infinity", 31.5):
+            puppet.publish("/reading", "std_msgs/Float32", float(value))
+        puppet.publish("/ask_wanted", "std_msgs/Bool", True)
+        node.tells(event("error", "ask"))
+        puppet.do("service", **ASK, mode="answer")
+        node.tells(event("response", "ask"))
+        puppet.publish("/run_wanted", "std_msgs/Bool", True)
+        node.tells(event("feedback", "run"))
+        puppet.publish("/run_wanted", "std_msgs/Bool", False)
+        node.tells(event("cancel", "run"))
+        puppet.do("action", **RUN, mode="succeed")
+        puppet.publish("/run_wanted", "std_msgs/Bool", True)
+        node.tells(event("response", "run"))
+        puppet.publish("/level", INT, 99)
+        node.tells(event("response", "level", outcome="mismatch"))
+        puppet.do("action", **RUN, mode="hold")
+        node.shows(lambda s: s["communications"]["run"] == "busy", since=ear.mark)
+
+
+def test_a_node_s_own_log_follows_its_model(
+    stage: Stage, puppet: Puppet, ear: Puppet, tmp_path: Path, robosc: Callable[..., Completed]
+) -> None:
+    log = tmp_path / "events.jsonl"
+    limits = {"event_log_size": 0.005, "event_log_files": 1000}
+    for _ in range(2):
+        play_everything(puppet, ear, stage, event_log=log, **limits)
+    assert (tmp_path / "events.jsonl.1").exists()
+    assert all(path.stat().st_size < 5500 for path in tmp_path.glob("events.jsonl*"))
+
+    entries = [entry.document for entry in read_log(str(log))]
+    for document in entries:
+        validate(document, "event")
     heard = ear.all_heard("/probe_controller/events")
-    assert [e for e in events if e["number"] in {h["number"] for h in heard}] == heard
+    assert len(heard) > 20
+    assert all(document in entries for document in heard)
+    assert [e["detail"] for e in entries].count("stop command") == 2
+    told = {(e["event"]["kind"], e["event"]["name"]) for e in entries}
+    assert told == {
+        *(("response", name) for name in ("level", "reading", "ask_wanted", "run_wanted")),
+        *((kind, "ask") for kind in ("request", "response", "error")),
+        *((kind, "run") for kind in ("request", "response", "feedback", "cancel")),
+        ("request", "blow"), ("request", "halt"),
+    }  # fmt: skip
+
+    model = str(stage.model_folder / "probe.rscd")
+    done = robosc("replay", str(log), model)
+    assert done.stdout == (
+        f"Probe: 2 runs, {len(entries)} events, 2 mismatches reported: follows the model\n"
+    )
+    # The last answer of the service was not what the node says it was.
+    (number,) = [n for n, e in enumerate(entries) if e["event"]["name"] == "ask"][-1:]
+    entries[number]["event"]["value"] = {"success": "yes"}
+    (tmp_path / "forged").write_text("".join(json.dumps(e) + "\n" for e in entries))
+    done = robosc("replay", "forged", model)
+    assert done.returncode == 1
+    assert done.stdout.startswith(f"forged:{number + 1}: event ")
 
 
 def test_tools_of_ros_have_no_complaint(
