@@ -96,6 +96,9 @@ def test_a_mismatch_is_counted_and_may_stop_the_controller() -> None:
     done = play(strict, "level 4")
     assert [h.outcome for h in done.happenings] == ["mismatch", "stopped"]
     play(strict, "expect stopped")
+    assert {r.kind for c in strict.machine.commands() for r in c.reasons[:1]} == {"stopped"}
+    with pytest.raises(Failed, match="there was a safe stop"):
+        strict.do("expect enabled go")
 
 
 def test_undo_is_as_if_it_had_not_been(player: Session, supervisor: Supervisor) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import random
 import re
 import subprocess
 import sys
@@ -13,8 +14,15 @@ from typing import Any
 
 import pytest
 from cli import models
+from emit.generated_code import supervisor_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_models import random_model
 from ros_support import REPOSITORY, SOURCES, Completed
-from simulate.players import MODEL
+from runtime.schemas import validate
+from simulate.players import MODEL, SEVERAL_TYPES, session
+
+from robosc.simulate.documents import done_document, dump
 
 Robosc = Callable[..., Completed]
 
@@ -150,7 +158,11 @@ def test_lines_on_standard_input_need_no_terminal(typed) -> None:
 
 
 def documents(done: Completed) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in done.stdout.splitlines()]
+    """What was written, each as its schema says."""
+    found = [json.loads(line) for line in done.stdout.splitlines()]
+    for document in found:
+        validate(document, "simulate")
+    return found
 
 
 def test_json_answers_each_document(typed) -> None:
@@ -158,11 +170,12 @@ def test_json_answers_each_document(typed) -> None:
         {"line": "correction 5", "id": "a"},
         {"event": {"kind": "response", "name": "distance", "value": 0.9}, "id": 2},
         "move",
-        {"event": {"kind": "response", "name": "distance", "value": {"x": [1]}}},
+        {"event": {"kind": "response", "name": "distance", "value": {"x": 1}}},
         {"event": {"kind": "cancel", "name": "grab"}, "id": 3},
-        {"nothing": 0},
-        [],
     ]
+    for request in asked:
+        validate(request, "simulate-request")
+    asked += [{"nothing": 0}, []]
     text = "\n".join(json.dumps(document) for document in asked) + "\n{\n"
     done = typed(text, "--json")
     found = documents(done)
@@ -187,6 +200,28 @@ def test_json_answers_each_document(typed) -> None:
     assert re.fullmatch(r"line_follower\.rscd:\d+", move["blocked_by"][0]["place"])
 
 
+def test_documents_of_programs_name_events_in_full(typed) -> None:
+    text = "".join(
+        json.dumps({"event": {"kind": "response", "name": name, "value": 1.0}}) + "\n"
+        for name in ("", "dist", "distance ", "distance")
+    )
+    assert [d["ok"] for d in documents(typed(text, "--json"))] == [True, False, False, False, True]
+
+
+@settings(derandomize=True, deadline=None, max_examples=25)
+@given(seed=st.integers(0, 10**6), execute=st.booleans())
+def test_every_answer_follows_the_schema(seed: int, execute: bool) -> None:
+    """In any state of any model."""
+    texts = (random_model(random.Random(seed), 1 + seed % 3), SEVERAL_TYPES)
+    supervisor = supervisor_of(texts[seed % 2])
+    if supervisor.empty:
+        return
+    player = session(supervisor, execute=execute)
+    for number in range(5):
+        done = player.do(f"random 4 {number}")
+        validate(json.loads(dump(done_document(player, number, done, {"any": [seed]}))), "simulate")
+
+
 def test_every_choice_with_a_value_can_be_fired_as_it_stands(typed) -> None:
     (begin,) = documents(typed("", "--json"))
     choices = [c["event"] for c in begin["choices"] if c["needs"] is None]
@@ -209,7 +244,7 @@ def test_a_failed_expectation_is_an_answer_and_an_exit_code(typed, simulate) -> 
     assert done.returncode == 1
     assert [d["ok"] for d in documents(done)] == [True, False, True]
     done = simulate("expect Motor.stopped\nexpect Motor.moving\n", "--json")
-    assert [d["ok"] for d in documents(done)] == [False, True]
+    assert [d["ok"] for d in documents(done)] == [True, False, True]
     assert done.returncode == 1
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from robosc.model.entities import EventKind
 from robosc.runtime.report import dump
 from robosc.simulate.faults import LineFault, Wrong
-from robosc.simulate.machine import Command, Machine, find_events
+from robosc.simulate.machine import Command, Machine, exact_event
 from robosc.simulate.session import Done, Session
 from robosc.simulate.values import given_json
 from robosc.synthesis.documents import event_document
@@ -49,11 +49,10 @@ def do_document(session: Session, text: str) -> tuple[Done, Any]:
 
 
 def _fire(session: Session, kind: str, name: str, event: Document) -> Done:
-    if kind == EventKind.TAU.value:
-        kind += str(event.get("index", 1))
-    found = find_events(session.machine, f"{name}.{kind}")
     value = event.get("value")
-    return session.fire(found[0], None if kind.startswith("tau") else value)
+    if kind == EventKind.TAU.value:
+        kind, value = f"{kind}{event.get('index', 1)}", None
+    return session.fire(exact_event(session.machine, f"{name}.{kind}"), value)
 
 
 def done_document(session: Session, number: int, done: Done, identity: Any = None) -> Document:

@@ -19,6 +19,7 @@ from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
 from robosc.model.expr import Expr
 from robosc.model.types import IntegerType
+from robosc.runtime import model as runtime
 from robosc.runtime.engine import Engine
 from robosc.runtime.journal import Entry, Journal
 from robosc.runtime.model import Communication, Controller
@@ -181,15 +182,21 @@ class Execution:
         return [
             Command(
                 self._events[c.key, c.kind],
-                tuple(
-                    Reason(r["kind"], r["text"], r.get("place"))
-                    for r in blocked_by(self._controller, c)
-                ),
+                self._reasons(c),
                 None if c.data is None else getattr(self._controller, c.data)(),
                 counts[c.key, c.kind],
             )
             for c in self._controller.COMMANDS
         ]
+
+    def _reasons(self, command: runtime.Command) -> tuple[Reason, ...]:
+        found = [
+            Reason(r["kind"], r["text"], r.get("place"))
+            for r in blocked_by(self._controller, command)
+        ]
+        if self.stopped is not None:
+            found.insert(0, Reason("stopped", "there was a safe stop"))
+        return tuple(found)
 
     # --- what happens ----------------------------------------------------------------------------
 

@@ -20,8 +20,8 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis.wording import listing
 
 __all__ = [
-    "Choice", "Command", "Happening", "Machine", "Reason", "draw_values", "few_values",
-    "find_events", "label",
+    "Choice", "Command", "Happening", "Machine", "Reason", "draw_values", "exact_event",
+    "few_values", "find_events", "label",
 ]  # fmt: skip
 
 MANY = 12
@@ -164,15 +164,32 @@ def find_events(machine: Machine, text: str) -> list[Event]:
     ``grab.request`` in full, ``grab`` for all events of it, or the beginning of either.
     """
     text = text.replace("^", "")
-    names = [(e, (label(e), _key_label(e), e.name, e.key)) for e in machine.typeable]
-    for whole in (slice(0, 2), slice(2, 4)):
-        found = [e for e, name in names if text in name[whole]]
+    events = machine.typeable
+    for fits in (_is_label, _is_name, _begins_label):
+        found = [event for event in events if fits(event, text)]
         if found:
             return found
-    found = [e for e, name in names if _begins(name[0], text) or _begins(name[1], text)]
-    if found:
-        return found
     raise Wrong(_unknown(machine, text))
+
+
+def exact_event(machine: Machine, text: str) -> Event:
+    """The event with a name in full: ``grab.request``, ``Door.tau2``. Raises Wrong."""
+    for event in machine.typeable:
+        if _is_label(event, text):
+            return event
+    raise Wrong(_unknown(machine, text))
+
+
+def _is_label(event: Event, text: str) -> bool:
+    return text in (label(event), _key_label(event))
+
+
+def _is_name(event: Event, text: str) -> bool:
+    return text in (event.name, event.key)
+
+
+def _begins_label(event: Event, text: str) -> bool:
+    return _begins(label(event), text) or _begins(_key_label(event), text)
 
 
 def _begins(whole: str, text: str) -> bool:

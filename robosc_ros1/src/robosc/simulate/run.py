@@ -26,6 +26,8 @@ def follow_script(
     """
     codes = {0}
     expected = met = 0
+    if json:
+        _begin(session, out)
     for number, line in enumerate(lines, 1):
         is_expectation = line.split()[:1] == ["expect"]
         expected += is_expectation
@@ -59,7 +61,7 @@ def follow_documents(session: Session, lines: Iterable[str], out: TextIO) -> int
     failed makes the exit code 1.
     """
     code = 0
-    _write(out, dump(done_document(session, 0, Done(session.latest))))
+    _begin(session, out)
     for number, line in enumerate(lines, 1):
         if not line.strip():
             continue
@@ -116,6 +118,10 @@ def told(session: Session, done: Done, style: Style, quiet: bool = False) -> str
     if done.show or (done.changed and not quiet):
         text += session_text(session, style)
     return text
+
+
+def _begin(session: Session, out: TextIO) -> None:
+    _write(out, dump(done_document(session, 0, Done(session.latest))))
 
 
 def _write(out: TextIO, document: str) -> None:
