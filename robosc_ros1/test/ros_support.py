@@ -146,9 +146,9 @@ class Master:
 
 
 @contextlib.contextmanager
-def master(folder: Path) -> Iterator[Master]:
+def master(folder: Path, port: int | None = None) -> Iterator[Master]:
     """A roscore on a free port, logs in ``folder``; ended with all that it started."""
-    running = Master(free_port())
+    running = Master(port or free_port())
     env = plain_environment(**running.environment, ROS_HOME=str(folder), ROS_LOG_DIR=str(folder))
     command = ["roscore", "-p", str(running.port)]
     with _process(command, env, folder / "roscore.log") as process:

@@ -10,8 +10,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import ros_support
 from ros1.stage import Node, Puppet, Stage, event
-from ros_support import Master, Workspace, await_condition
+from ros_support import Master, Workspace, await_condition, free_port
 from view.browser import Browser
 from view.watching import MODEL, command_is, is_in, link_says
 
@@ -121,6 +122,27 @@ def test_a_controller_that_begins_again(
             assert numbers == sorted(set(numbers))
             assert browser.run("return page.events[0].time") > begun
         browser.sees(link_says("silent"))
+
+
+def test_a_viewer_outlives_masters(
+    example_workspace: Workspace, browser: Browser, tmp_path: Path
+) -> None:
+    master_to_be = Master(free_port())
+    command = ("rosrun", "robosc", "view", "--ros", f"/{NODE}", "--port", "0")
+    with example_workspace.start(*command, master=master_to_be) as viewer:
+        browser.open(address(viewer))
+        browser.sees(link_says("waiting for a master on"))
+        for run in ("first", "second"):
+            (tmp_path / run).mkdir()
+            with ros_support.master(tmp_path / run, master_to_be.port) as running:
+                stage = Stage(example_workspace, running)
+                with stage.puppet() as puppet, stage.controller(puppet, NODE):
+                    browser.sees(link_says("live"))
+                    puppet.publish(*DISTANCE, 1.0, times=1)
+                    browser.sees(is_in("DistanceSensor", "sensing"))
+                    browser.sees("page.events.some((e) => e.event.name === 'distance')")
+            stale = "document.getElementById('stale').textContent"
+            browser.sees(f"{stale}.includes('no master on {running.uri}')")
 
 
 def test_the_viewer_takes_part_in_nothing(

@@ -79,8 +79,7 @@ class Heard:
         elif silence == float("inf"):
             status = {"good": False, "text": self.otherwise}
         else:
-            text = f"silent for {silence:.0f} s; {self.otherwise}"
-            status = {"good": False, "text": text, "stale": True}
+            status = {"good": False, "text": f"silent; {self.otherwise}", "stale": True}
         self._hub.put("status", dump(status))
 
 

@@ -186,6 +186,7 @@ class Played:
                     "commands": [self._command(c) for c in machine.commands()
                                  if c.event.kind is not EventKind.TAU],
                     "stopped": machine.stopped,
+                    "faults": [],
                     "counters": self._counters,
                     "latest": [],
                     "marked": state.marked(robot),

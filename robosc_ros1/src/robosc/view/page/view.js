@@ -548,19 +548,22 @@ class Card {
 
 const FLASH = [{ opacity: 1 }, { opacity: 1, offset: 0.3 }, { opacity: 0 }];
 
+/** Who wishes for less motion gets it on, and then off. */
+const fading = (duration) => (calm.matches ? { duration: 1500, easing: "steps(1)" } : { duration });
+
 const glow = () => [{ boxShadow: `0 0 0 5px ${colourOf("--flash")}` }, { boxShadow: "0 0 0 0 transparent" }];
 const colourOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
 
 function flashPath(element) {
   if (element instanceof SVGElement) {
     element.dataset.flashed = Number(element.dataset.flashed ?? 0) + 1;
-    element.animate(FLASH, { duration: calm.matches ? 1500 : 900 });
+    element.animate(FLASH, fading(900));
   } else light(element);
 }
 
 function light(element) {
   const colour = `color-mix(in srgb, ${colourOf("--flash")} 60%, transparent)`;
-  element.animate([{ background: colour }, { background: "transparent" }], 700);
+  element.animate([{ background: colour }, { background: "transparent" }], fading(700));
 }
 
 class CommandRow {
@@ -957,7 +960,7 @@ function flash(fresh) {
     const row = page.rows.get(key);
     if (!row) continue;
     row.send(value);
-    row.lamp.animate(glow(), calm.matches ? 1500 : 700);
+    row.lamp.animate(glow(), fading(700));
   }
 }
 

@@ -1,0 +1,87 @@
+"""A picture that is not live any more must not look as if it were."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from view.browser import Browser
+from view.watching import Told, is_in, line_follower, link_says, serving
+
+from robosc.view import listening
+from robosc.view.hub import Hub
+from robosc.view.listening import Heard
+
+STALE = "document.body.classList.contains('stale')"
+WORDS = "document.getElementById('stale').textContent"
+
+
+def test_silence_is_told_until_the_node_is_heard_again(
+    browser: Browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(listening, "_SILENT", 1.0)
+    hub = Hub()
+    heard = Heard("/node", hub)
+    heard.watch()
+    told = Told(line_follower())
+    with serving(hub) as server:
+        browser.open(server.url)
+        browser.sees(link_says("waiting for /node"))
+        browser.sees("document.getElementById('empty').textContent.includes('waiting for /node')")
+        assert not browser.run(f"return {STALE}")
+        told.to(heard)
+        browser.sees(link_says("live"))
+        browser.sees("document.getElementById('empty').hidden")
+        browser.sees(f"{STALE} && {WORDS}.includes('silent; waiting for /node')")
+        # It says of when the picture is: the state's own time.
+        when = browser.run("return clock(arguments[0])", told.state["time"])
+        browser.sees(f"{WORDS}.includes(arguments[0])", when)
+        browser.picture("view-out-of-date")
+        told.step()
+        told.to(heard)
+        browser.sees(f"!{STALE} && document.getElementById('stale').hidden")
+
+
+def test_a_server_that_is_gone_is_told(browser: Browser) -> None:
+    hub = Hub()
+    heard = Heard("/node", hub)
+    with serving(hub) as server:
+        Told(line_follower()).to(heard)
+        browser.open(server.url)
+        browser.sees(link_says("live"))
+        # As when a cable is pulled: nothing comes any more, not even the end.
+        browser.run("link.stream.onmessage = null; page.heard -= BROKEN - 500")
+        browser.sees(f"{STALE} && {WORDS}.includes('the server is gone')")
+        assert browser.text("#link") == "the server is gone"
+
+
+def test_a_server_says_that_it_is_there_when_there_is_nothing_new(browser: Browser) -> None:
+    with serving(Hub()) as server:
+        browser.open(server.url)
+        browser.run("window.first = page.heard")
+        browser.sees("page.heard > first")
+
+
+def test_a_page_that_was_closed_and_opened_shows_the_present(browser: Browser) -> None:
+    hub = Hub()
+    heard = Heard("/node", hub)
+    told = Told(line_follower())
+    told.to(heard)
+    with serving(hub) as server:
+        browser.open(server.url)
+        browser.sees(is_in("Motor", told.state["components"]["Motor"]))
+        before = told.state["components"]["Motor"]
+        while told.state["components"]["Motor"] == before:
+            told.step()
+            heard.event(json.dumps(told.event))
+        # Nobody looks at it: it follows nothing, and leaves its stream to other pages.
+        browser.run(
+            "Object.defineProperty(document, 'hidden', {value: true, configurable: true});"
+            "document.dispatchEvent(new Event('visibilitychange'))"
+        )
+        browser.sees("link.stream === null")
+        told.to(heard)
+        browser.run("delete document.hidden; document.dispatchEvent(new Event('visibilitychange'))")
+        browser.sees(is_in("Motor", told.state["components"]["Motor"]))
+        numbers = browser.run("return page.events.map((e) => e.number)")
+        assert numbers == sorted(set(numbers))
