@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from synthesis.plants import supervisor_of
 
 from robosc.errors import Diagnostic, Severity
@@ -119,6 +120,14 @@ def test_disabling_requirement_that_is_always_true() -> None:
     assert codes(SWITCH + GO + "requirement Switch.on and Switch.off disables go") == [
         "requirement-always-true"
     ]
+
+
+@pytest.mark.parametrize(
+    "requirement", ["never Switch.on and Switch.off", "always Switch.on or Switch.off"]
+)
+def test_state_requirement_that_is_always_true(requirement: str) -> None:
+    (found,) = told(SWITCH + GO + "requirement " + requirement)
+    assert found.code == "requirement-always-true"
 
 
 def test_requirement_that_can_never_be_met() -> None:

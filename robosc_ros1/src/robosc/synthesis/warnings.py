@@ -134,20 +134,19 @@ class _Examiner:
 
     def requirements(self) -> Iterator[Diagnostic]:
         for requirement in self.robot.requirements:
-            if requirement.kind in ("never", "always"):
-                continue
             yield from self._requirement(requirement)
 
     def _requirement(self, requirement: Requirement) -> Iterator[Diagnostic]:
         kept = requirement.condition
-        if requirement.kind == "disables":
+        forbids = requirement.kind in ("disables", "never")
+        if forbids:
             kept = negation(kept)
         if self.system.plant_reaches(negation(kept)) is False:
             yield Diagnostic(
                 Severity.WARNING,
                 "requirement-always-true",
                 f"'{requirement.text}' forbids nothing: its condition never"
-                f" {'holds' if requirement.kind == 'disables' else 'fails'}",
+                f" {'holds' if forbids else 'fails'}",
                 requirement.span,
                 "remove it, or correct the condition",
             )
