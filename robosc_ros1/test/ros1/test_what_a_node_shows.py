@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 from xmlrpc.client import ServerProxy
 
+import pytest
 from ros1.stage import Puppet, Stage, event
 from ros_support import Completed, Master, Workspace, await_condition
 from runtime.schemas import validate
@@ -163,6 +165,44 @@ def test_tools_of_ros_have_no_complaint(
         mark = ear.mark
         tool("rosbag", "play", "--delay=1", str(bag), "--topics", "/level")
         node.tells(event("response", "level"), since=mark)
+
+
+ANALYSERS = """\
+pub_rate: 5.0
+analyzers:
+  robots: {type: diagnostic_aggregator/GenericAnalyzer, path: Robots, contains: ": controller"}
+"""
+
+
+def test_the_diagnostic_aggregator_shows_the_node(
+    stage: Stage, puppet: Puppet, ear: Puppet, tmp_path: Path
+) -> None:
+    if stage.workspace.run("rospack", "find", "diagnostic_aggregator", check=False).returncode:
+        pytest.skip("diagnostic_aggregator is not installed (./dev setup installs it)")
+    analysers = tmp_path / "analysers.yaml"
+    analysers.write_text(ANALYSERS)
+    stage.workspace.run("rosparam", "load", str(analysers), "/aggregator", master=stage.master)
+    ear.do("listen", topic="/diagnostics_agg", type="diagnostic_msgs/DiagnosticArray")
+
+    def shown(level: int, message: str) -> None:
+        def condition(array: dict[str, Any]) -> bool:
+            states = {s["name"]: s for s in array["status"]}
+            group = states.get("/Robots", {"level": None})
+            one = states.get("/Robots/probe_controller: controller", {"message": ""})
+            return group["level"] == level and message in one["message"]
+
+        ear.hears("/diagnostics_agg", condition)
+
+    aggregator = ("rosrun", "diagnostic_aggregator", "aggregator_node", "__name:=aggregator")
+    with (
+        stage.workspace.start(*aggregator, master=stage.master),
+        stage.controller(ear, on_mismatch="stop", timeout__ask=0.1),
+    ):
+        shown(0, "running")
+        puppet.publish("/ask_wanted", "std_msgs/Bool", True)
+        shown(1, "new errors")
+        puppet.publish("/level", INT, 99)
+        shown(2, "safe stop: mismatch: the value is 99, outside 0..9")
 
 
 def subscribers(master: Master, topic: str) -> list[str]:
