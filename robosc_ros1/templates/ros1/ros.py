@@ -9,6 +9,7 @@ know, that a server has died, is told by the age of its last status (wall time).
 
 import threading
 import time
+from contextlib import contextmanager
 
 import actionlib
 import rosgraph
@@ -107,7 +108,8 @@ class RosPort(Port):
 
     def send(self, key, data):
         publisher, message_type = self._publishers[key]
-        publisher.publish(fill(message_type(), data))
+        with _clean(publisher):
+            publisher.publish(fill(message_type(), data))
 
     def call(self, key, data, token, timeout):
         self._services[key].call(data, token, timeout)
@@ -139,6 +141,20 @@ class RosPort(Port):
         self.exit_code = code
         # Not in this thread: the shutdown waits for it.
         threading.Thread(target=rospy.signal_shutdown, args=("safe stop",), daemon=True).start()
+
+
+@contextmanager
+def _clean(publisher):
+    """A message that cannot be sent (a number too large for its field) must not spoil the next.
+
+    rospy would leave its beginning in the buffer.
+    """
+    try:
+        yield
+    except rospy.ROSSerializationException:
+        publisher.impl.buff.seek(0)
+        publisher.impl.buff.truncate(0)
+        raise
 
 
 def _fan_out(posters):
@@ -323,7 +339,8 @@ class _Action:
             def on_feedback(_, feedback):
                 self.report(token, "feedback", feedback)
 
-            self._handle = self._client.send_goal(goal, on_transition, on_feedback)
+            with _clean(self._client.pub_goal):
+                self._handle = self._client.send_goal(goal, on_transition, on_feedback)
 
     def _miss(self, handle, token):
         """A server that just came may send the result before anybody is connected to it."""

@@ -6,6 +6,7 @@ What is heard on topics, and what servers are asked, is printed as it comes.
 
 import json
 import os
+import queue
 import signal
 import sys
 import threading
@@ -46,11 +47,13 @@ def type_of_goal(client):
 
 
 class Service:
-    """Answers as its ``mode`` says: "answer", "fail", "throw", "hang", "die"."""
+    """Answers as its ``mode`` says: "answer", "fail", "throw", "hang", "die", or "hold", which waits
+    for a ``reply``."""
 
     def __init__(self, name, type_):
         self.type = roslib.message.get_service_class(type_)
         self.mode, self.fields, self.delay = "answer", {}, 0.0
+        self.replies = queue.SimpleQueue()
         self.name = name
         self.server = rospy.Service(name, self.type, self.serve)
 
@@ -58,6 +61,8 @@ class Service:
         tell(asked=self.name, message=plain(request))
         mode, delay, fields = self.mode, self.delay, self.fields
         time.sleep(delay)
+        if mode == "hold":
+            fields = self.replies.get()
         if mode == "die":
             os.kill(os.getpid(), signal.SIGKILL)
         if mode == "throw":
@@ -151,6 +156,11 @@ class Puppet:
             hear = lambda m: tell(heard=topic, message=plain(m))  # noqa: E731
         self.subscribers.append(rospy.Subscriber(topic, message_class, hear))
 
+    def await_publishers(self):
+        """Wait until somebody sends to each topic that is listened to."""
+        while not all(s.get_num_connections() for s in self.subscribers):
+            time.sleep(0.01)
+
     def service(self, name, type, **settings):
         self.serve(Service, name, type, settings)
 
@@ -163,8 +173,18 @@ class Puppet:
         for attribute, value in settings.items():
             setattr(self.servers[name], attribute, value)
 
-    def finish(self, name, mode):
+    def reply(self, name, fields):
+        self.servers[name].replies.put(fields)
+
+    def progress(self, name, fields):
+        """Give feedback of the latest goal."""
         server = self.servers[name]
+        message = filled(type(server.type().action_feedback.feedback)(), fields)
+        server.handles[-1].publish_feedback(message)
+
+    def finish(self, name, mode, **settings):
+        server = self.servers[name]
+        vars(server).update(settings)
         server.finish(server.handles[-1], mode)
 
     def withdraw(self, name):

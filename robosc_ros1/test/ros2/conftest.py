@@ -25,6 +25,7 @@ MODELS = {
     HERE / "models" / "guarded_arm.rscd": "guarded_arm",
     REPOSITORY / "examples" / "line_follower" / "line_follower.rscd": "line_follower_controller",
     REPOSITORY / "examples" / "navigation" / "navigation.rscd": "navigation_controller",
+    HERE / "models" / "workbench.rscd": "workbench_controller",
 }
 
 
@@ -74,7 +75,7 @@ def generate(folder: Path, model: Path, *arguments: str) -> None:
 
 @pytest.fixture(scope="session")
 def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
-    """Controllers of three robots and a supervisor, generated and built as a user does it."""
+    """Controllers of some robots and a supervisor, generated and built as a user does it."""
     folder = tmp_path_factory.mktemp("colcon")
     (folder / "src").mkdir()
     for model, package in MODELS.items():

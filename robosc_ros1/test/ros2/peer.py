@@ -14,6 +14,7 @@ import importlib
 import json
 import os
 import queue
+import re
 import sys
 import threading
 import time
@@ -36,6 +37,10 @@ def fill(message: Any, data: dict[str, Any]) -> Any:
     for name, value in data.items():
         if isinstance(value, dict):
             fill(getattr(message, name), value)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            kind = message.get_fields_and_field_types()[name]
+            package, _, type_ = re.sub(r"sequence<|[>,[].*", "", kind).partition("/")
+            setattr(message, name, [fill(load(f"{package}/msg/{type_}")(), v) for v in value])
         elif isinstance(getattr(message, name), float):
             setattr(message, name, float(value))
         else:
