@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from random_models import random_model
 from simulate.players import SEVERAL_TYPES, line_follower, play, session
 
+from robosc.ir.automaton import AxisKind
 from robosc.simulate.faults import Failed, Refused, Wrong
 from robosc.simulate.session import Session
 from robosc.simulate.single import SingleEvents
@@ -96,6 +97,29 @@ def test_goto_takes_a_shortest_way(player: Session) -> None:
     names = [f"{h.name}.{h.kind}" for h in done.happenings]
     assert names == ["distance.response", "stop.request", "grab.request"]
     assert play(player, "goto ObstacleGrabber.grabbing").text == "it holds already"
+
+
+@settings(derandomize=True, deadline=None, max_examples=25)
+@given(seed=st.integers(0, 10**6))
+def test_no_way_is_shorter(seed: int) -> None:
+    """To each state of each component, the events are as many as the graph of explore needs."""
+    supervisor = supervisor_of(random_model(random.Random(seed), 1 + seed % 3))
+    if supervisor.empty:
+        return
+    graph = explore(supervisor)
+    depth = {0: 0}
+    for transition in graph.transitions:  # from states in order of their depth
+        depth.setdefault(transition.target, depth[transition.source] + 1)
+    axes = [(n, a) for n, a in enumerate(supervisor.plant.axes) if a.kind is AxisKind.LOCATION]
+    for number, axis in axes:
+        for index, name in enumerate(axis.values):
+            there = [depth[n] for n, s in enumerate(graph.states) if s[number] == index]
+            player = session(supervisor)
+            if there:
+                assert len(player.do(f"goto {axis.name}.{name}").happenings) == min(there)
+            else:
+                with pytest.raises(Refused, match="no way leads"):
+                    player.do(f"goto {axis.name}.{name}")
 
 
 def test_goto_where_no_way_leads(player: Session) -> None:
