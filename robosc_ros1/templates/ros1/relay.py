@@ -58,10 +58,10 @@ def maker(message_type):
 class RelayPort(RosPort):
     """Both sides of one supervisor. The tables are those of ``node.py``."""
 
-    def __init__(self, inputs, commands, services, actions):
+    def __init__(self, inputs, commands, services, actions, life):
         publications = [(name, type_, [c[0] for c in table]) for _, name, type_, table in commands]
         calls = [(robot, type_, key) for _, robot, type_, key in services]
-        RosPort.__init__(self, publications, calls, ())
+        RosPort.__init__(self, publications, calls, (), life)
         self._inputs = inputs
         self._commands = commands
         self._served = services

@@ -7,6 +7,7 @@ is closed. Goals go through actionlib's ActionClient, whose callbacks only enque
 know, that a server has died, is told by the age of its last status (wall time).
 """
 
+import os
 import threading
 import time
 from contextlib import contextmanager
@@ -24,6 +25,8 @@ from ._runtime.report import Outlet
 from ._runtime.values import only_field
 
 QUEUE = 10
+LAST_RESORT = 1.7
+"""Seconds from the beginning of a shutdown until the process ends in any case."""
 RESULT_PATIENCE = 2.0
 """Seconds from a goal's end, as its status tells it, until its result counts as lost."""
 HUNG_CALLS = 8
@@ -53,6 +56,34 @@ def fill(message, data):
     return message
 
 
+class Life:
+    """That of the process: it ends in time, whatever rospy waits for at its shutdown, such as a
+    master that stands still or was never there."""
+
+    def __init__(self):
+        self.code = 0
+        rospy.on_shutdown(self._limit)
+
+    def begin(self, name):
+        """Make the node; False if it was told to end while it still looked for the master."""
+        try:
+            rospy.init_node(name)
+        except rospy.ROSInitException:
+            if not rospy.is_shutdown():
+                raise
+        return not rospy.is_shutdown()
+
+    def end(self, code):
+        """Shut the node down, to end with an exit code."""
+        self.code = code
+        rospy.signal_shutdown("ended by itself")
+
+    def _limit(self):
+        last_resort = threading.Timer(LAST_RESORT, lambda: os._exit(self.code))
+        last_resort.daemon = True
+        last_resort.start()
+
+
 class RosPort(Port):
     """Topics, services and actions of one controller.
 
@@ -60,7 +91,7 @@ class RosPort(Port):
     communications on them, services and actions with their type and key.
     """
 
-    def __init__(self, publications, services, actions):
+    def __init__(self, publications, services, actions, life):
         self._simulated = bool(rospy.get_param("/use_sim_time", False))
         self._publishers = {}
         for topic, message_type, keys in publications:
@@ -71,7 +102,7 @@ class RosPort(Port):
         self._actions = {key: _Action(name, type_) for name, type_, key in actions}
         self._subscribers = []
         self._engine = None
-        self.exit_code = 0
+        self._life = life
 
     def connect(self, engine, subscriptions):
         """Start to listen, for the engine."""
@@ -138,9 +169,8 @@ class RosPort(Port):
         _LOGGERS[level]("%s", text)
 
     def exit(self, code):
-        self.exit_code = code
         # Not in this thread: the shutdown waits for it.
-        threading.Thread(target=rospy.signal_shutdown, args=("safe stop",), daemon=True).start()
+        threading.Thread(target=self._life.end, args=(code,), daemon=True).start()
 
 
 @contextmanager

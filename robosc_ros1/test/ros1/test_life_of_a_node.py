@@ -17,6 +17,7 @@ from ros1.stage import Puppet, Stage, event
 from ros_support import Workspace, await_condition
 
 RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
+ASK = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}
 BOOL = "std_msgs/Bool"
 
 BUDGET = 2.0
@@ -55,9 +56,60 @@ def test_shutdown_cancels_goals_and_sends_the_stop_command(
         assert "Traceback" not in node.log
 
 
+def test_the_end_waits_for_nobody_who_stands_still(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    """Neither the master, nor a listener, nor servers with a call and a goal under way."""
+    puppet.do("listen", topic="/halt", type="std_msgs/Empty")
+    with stage.puppet() as still, stage.controller(ear, stop_command="halt") as node:
+        still.do("action", **RUN, mode="hold")
+        still.do("service", **ASK, mode="hang")
+        still.do("listen", topic="/probe_controller/events", type="std_msgs/String")
+        puppet.publish("/run_wanted", BOOL, True)
+        puppet.publish("/ask_wanted", BOOL, True)
+        for name in ("/run", "/ask"):
+            still.wait(lambda line, name=name: line.get("asked") == name, "the request")
+        mark = puppet.mark
+        with stopped(still.process.pid), stopped(master_pid(stage.master)):
+            start = time.monotonic()
+            node.process.send_signal(signal.SIGINT)
+            assert node.process.wait(20) == 0
+            assert time.monotonic() - start < 2 * BUDGET
+            puppet.hears("/halt", since=mark)
+        still.wait(lambda line: line.get("cancelled") == "/run", "the cancel")
+        assert "Traceback" not in node.log
+
+
+def test_it_may_end_before_there_is_a_master(generated_workspace: Workspace) -> None:
+    nowhere = ros_support.Master(ros_support.free_port())
+    name = "probe_controller"
+    with generated_workspace.start("rosrun", name, name, master=nowhere) as process:
+        log: Path = process.log  # type: ignore[attr-defined]
+        await_condition(lambda: "master may not be running yet" in log.read_text(), "the wait")
+        start = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0
+        assert time.monotonic() - start < 2 * BUDGET
+        assert "Traceback" not in log.read_text()
+
+
+def test_it_may_start_before_there_is_a_master(
+    generated_workspace: Workspace, ros: None, tmp_path: Path
+) -> None:
+    late = ros_support.Master(ros_support.free_port())
+    name = "probe_controller"
+    with generated_workspace.start("rosrun", name, name, master=late) as process:
+        log: Path = process.log  # type: ignore[attr-defined]
+        await_condition(lambda: "master may not be running yet" in log.read_text(), "the wait")
+        stage = Stage(generated_workspace, late)
+        with restarted_master(late, tmp_path), stage.puppet() as puppet:
+            puppet.do("listen", topic="/blow", type="std_msgs/Int16")
+            puppet.publish("/level", "std_msgs/Int16", 9)
+            puppet.hears("/blow")
+
+
 def test_the_stop_command_may_be_a_service(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
-    service = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}
-    puppet.do("service", **service, mode="answer", delay=0.2)
+    puppet.do("service", **ASK, mode="answer", delay=0.2)
     with stage.controller(ear, stop_command="ask") as node:
         node.process.send_signal(signal.SIGINT)
         puppet.wait(lambda line: line.get("asked") == "/ask", "the stop command")
@@ -129,10 +181,24 @@ def test_the_master_is_killed_and_restarted(
                 assert node.process.wait(10) == 0
 
 
+def master_pid(running: ros_support.Master) -> int:
+    """The process of the master itself; roscore is its parent."""
+    return int(ServerProxy(running.uri).getPid("/test")[2])  # type: ignore[index, call-overload]
+
+
+@contextmanager
+def stopped(pid: int) -> Iterator[None]:
+    """A process that stands still for a while."""
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(pid, signal.SIGCONT)
+
+
 def end_master(running: ros_support.Master) -> None:
     """Kill the rosmaster process, and wait until it is gone."""
-    pid = ServerProxy(running.uri).getPid("/test")[2]  # type: ignore[index]
-    os.kill(int(pid), signal.SIGKILL)  # type: ignore[call-overload]
+    os.kill(master_pid(running), signal.SIGKILL)
     await_condition(lambda: not running.answers(), "the end of the master")
 
 

@@ -178,7 +178,8 @@ class Reporter:
     def close(self, timeout: float = 0.5) -> None:
         self._closing.set()
         self._engine.changed.set()
-        self._thread.join(timeout)
+        if self._thread.is_alive():  # it may be told to end before it began
+            self._thread.join(timeout)
 
     def _run(self) -> None:
         steady = time.monotonic

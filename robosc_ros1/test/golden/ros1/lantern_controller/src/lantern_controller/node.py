@@ -12,7 +12,7 @@ from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
 from .controller import LanternController
 from .model import MODEL
-from .ros import RosOutlet, RosPort
+from .ros import Life, RosOutlet, RosPort
 from .ros_watch import Watch
 
 # (topic, message type, communications)
@@ -32,7 +32,9 @@ ACTIONS = (
 
 def main():
     """Run the controller until ROS shuts down; the exit code."""
-    rospy.init_node("lantern_controller")
+    life = Life()
+    if not life.begin("lantern_controller"):
+        return life.code
     # The engine's thread must not wait the usual 5 ms for another thread's turn to end.
     sys.setswitchinterval(0.0005)
     controller = LanternController()
@@ -41,22 +43,24 @@ def main():
         settings, warnings = read(controller.COMMUNICATIONS, given)
     except ParameterError as error:
         rospy.logfatal("%s", error)
-        return 2
+        life.end(2)
+        return life.code
     for warning in warnings:
         rospy.logwarn("%s", warning)
 
     watch = Watch()
     outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic, watch)
-    port = RosPort(PUBLICATIONS, SERVICES, ACTIONS)
+    port = RosPort(PUBLICATIONS, SERVICES, ACTIONS, life)
     engine = Engine(controller, port, settings)
     reporter = Reporter(engine, outlet)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
 
     def shut_down():
         engine.close()
-        thread.join(0.5)
-        port.finish(settings.stop_command, 0.7)
-        reporter.close(0.4)
+        if thread.is_alive():
+            thread.join(0.4)
+        port.finish(settings.stop_command, 0.5)
+        reporter.close(0.3)
         rospy.rostime.wallsleep(0.1)  # publishers have queues of their own
 
     rospy.on_shutdown(shut_down)
@@ -66,4 +70,4 @@ def main():
     reporter.start()
     watch.start()
     rospy.spin()
-    return port.exit_code
+    return life.code
