@@ -102,6 +102,14 @@ def test_chains_mean_all_and_any(parts):
     assert evaluate(disjunction(parts), lookup) is any(evaluate(p, lookup) for p in parts)
 
 
+def test_long_chains_are_low_trees():
+    parts = [Binary("=", VariableRef("C", "i", INT), Literal(n, INT), BOOL) for n in range(5000)]
+    assert evaluate(disjunction(parts), lookup) is True
+    assert evaluate(disjunction(parts[4:]), lookup) is False
+    assert to_dsl(disjunction(parts), ROBOT).count("or") == 4999
+    assert conjunction(parts[:3]) == Binary("and", Binary("and", *parts[:2], BOOL), parts[2], BOOL)
+
+
 def variable(name, type_=BOOL):
     return VariableRef("C", name, type_)
 

@@ -135,5 +135,24 @@ def test_what_nests_too_deep_is_one_clear_error(text: str) -> None:
     assert "error[too-deep]: this expression is nested more than 200 levels deep" in message
 
 
+@pytest.mark.parametrize("levels", [59, 60, 61])
+@pytest.mark.parametrize(
+    "text",
+    ["a = ({})", "({}) => a", "!{}", "1 / ({})", "a or {}", "1 - ({})", "- {}", "{} / 2"],
+)
+def test_brackets_that_are_needed_are_limited(text: str, levels: int) -> None:
+    whole = "a"
+    for _ in range(levels):
+        whole = text.format(whole)
+    message = faults(f"robot R {{ requirement always {whole} }}")
+    few = "or" in text
+    assert ("nested more than 60 levels deep" in message) == (levels > 60 and not few)
+
+
+def test_a_chain_needs_no_brackets() -> None:
+    for chain in (" + a" * 150, " and a" * 1000, " - a" * 150):
+        assert faults(f"robot R {{ requirement always a{chain} }}").count("too-deep") == 0
+
+
 def test_parentheses_alone_make_no_tree_higher() -> None:
     assert shown(expression("(" * 200 + "a" + ")" * 200)) == "a"

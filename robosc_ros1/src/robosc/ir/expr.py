@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeAlias
 
 from robosc.model.entities import Robot
@@ -69,10 +69,20 @@ def _chain(operator_: str, parts: Iterable[Expr], unit: Literal, zero: Literal) 
     kept = [p for p in dict.fromkeys(parts) if p != unit]
     if zero in kept:
         return zero
-    if not kept:
-        return unit
-    result = kept[0]
-    for part in kept[1:]:
+    return _joined(operator_, kept) if kept else unit
+
+
+_LONG_CHAIN = 64
+"""A longer chain becomes a low tree, as those that are written do: many functions recurse."""
+
+
+def _joined(operator_: str, parts: Sequence[Expr]) -> Expr:
+    if len(parts) > _LONG_CHAIN:
+        half = len(parts) // 2
+        sides = _joined(operator_, parts[:half]), _joined(operator_, parts[half:])
+        return Binary(operator_, *sides, _BOOLEAN)
+    result = parts[0]
+    for part in parts[1:]:
         result = Binary(operator_, result, part, _BOOLEAN)
     return result
 

@@ -28,6 +28,12 @@ Chains of ``and`` or ``or`` do not count: long ones become balanced trees, which
 Arithmetic is not associative on doubles, so its chains stay as they are written.
 """
 
+MAX_NESTING = 60
+"""Levels of brackets that an expression may need.
+
+The parser of Python 3.8 gives up at 90, and in generated code expressions are parts of longer ones.
+"""
+
 BALANCE_FROM = 64
 """Chains of ``and`` or ``or`` up to this length are left-associative trees as usual."""
 
@@ -121,13 +127,15 @@ def unquote(text: ModelText, start: int, found: str) -> str:
 class _Operand:
     """A finished operand, or the parts of a chain of ``and`` or ``or`` that may still grow.
 
-    ``start`` and ``end`` include parentheses, ``depth`` is the height of the tree.
+    ``start`` and ``end`` include parentheses, ``depth`` is the height of the tree, ``nesting`` the
+    brackets that stand within each other when it is written as Python, at the most.
     """
 
     node: ExprNode | None
     start: int
     end: int
     depth: int = 1
+    nesting: int = 0
     chain: str = ""
     parts: list[_Operand] | None = None
     joints: list[int] | None = None
@@ -168,7 +176,7 @@ class _Builder:
         start = self.pending.pop().at
         self.open.pop()
         inner = self._finished(self.operands.pop())
-        self.operands.append(_Operand(inner.node, start, end, inner.depth))
+        self.operands.append(_Operand(inner.node, start, end, inner.depth, inner.nesting))
 
     def operator(self, symbol: str, at: int) -> None:
         strength = _STRENGTH[symbol]
@@ -206,7 +214,8 @@ class _Builder:
         assert operand.node is not None
         span = Span(self.text.source, pending.at, operand.end)
         node = UnaryNode(cast(Literal["!", "-"], pending.symbol), operand.node, span=span)
-        return self._limited(_Operand(node, pending.at, operand.end, operand.depth + 1), pending.at)
+        depth, nesting = operand.depth + 1, operand.nesting + 1
+        return self._limited(_Operand(node, pending.at, operand.end, depth, nesting), pending.at)
 
     def _binary(self, symbol: str, at: int, left: _Operand, right: _Operand) -> _Operand:
         assert left.node is not None and right.node is not None
@@ -219,7 +228,8 @@ class _Builder:
             span=Span(source, left.start, right.end),
         )
         depth = 1 + max(left.depth, right.depth)
-        return self._limited(_Operand(node, left.start, right.end, depth), at)
+        nesting = max(left.nesting + _is_bracketed(left, symbol), right.nesting + 1)
+        return self._limited(_Operand(node, left.start, right.end, depth, nesting), at)
 
     def _chain(self, pending: _Pending, left: _Operand, right: _Operand) -> _Operand:
         right = self._finished(right)
@@ -230,7 +240,7 @@ class _Builder:
             left.end = right.end
             return left
         parts = [self._finished(left), right]
-        return _Operand(None, left.start, right.end, 1, pending.symbol, parts, [pending.at])
+        return _Operand(None, left.start, right.end, 1, 0, pending.symbol, parts, [pending.at])
 
     def _finished(self, operand: _Operand) -> _Operand:
         if operand.parts is None or operand.joints is None:
@@ -251,11 +261,20 @@ class _Builder:
     def _limited(self, operand: _Operand, at: int) -> _Operand:
         if operand.depth > MAX_DEPTH:
             raise self._too_deep(at)
+        if operand.nesting > MAX_NESTING:
+            raise self._too_deep(at, MAX_NESTING)
         return operand
 
-    def _too_deep(self, at: int) -> Fault:
-        message = f"this expression is nested more than {MAX_DEPTH} levels deep"
+    def _too_deep(self, at: int, limit: int = MAX_DEPTH) -> Fault:
+        message = f"this expression is nested more than {limit} levels deep"
         return Fault(self.text, at, message, end=at + 1, code="too-deep", hint="split it")
+
+
+def _is_bracketed(left: _Operand, symbol: str) -> bool:
+    """Whether a left operand is written in brackets, as a call for a division is."""
+    if symbol == "/" or not isinstance(left.node, BinaryNode):
+        return symbol == "/"
+    return symbol == "=>" or _STRENGTH[left.node.operator] != _STRENGTH[symbol]
 
 
 class Expression(ParserElement):
