@@ -24,6 +24,8 @@ __all__ = ["fold"]
 _LARGEST_LOOK = 2**14
 """Groups with more combinations than this are not looked at."""
 _LARGEST_DIM = 256
+_MOST_PAIRS = 20_000
+"""More pairs of axes than this would take minutes to look at."""
 _WORTH = 0.75
 """A fold must leave at most this part of the combinations: long dimensions make more operations."""
 
@@ -85,14 +87,17 @@ class _Folder:
                 self.dim_of.update(dict.fromkeys(joint.axes, joint))
 
     def _related(self) -> set[tuple[int, int]]:
-        """Pairs of axes of which one event writes one and reads or writes the other."""
-        return {
-            (min(a, b), max(a, b))
-            for written, touched in zip(self.written, self.touched, strict=True)
-            for a in written
-            for b in touched
-            if a != b
-        }
+        """Pairs of axes of which one event writes one and reads or writes the other.
+
+        Empty if there are too many: one event may assign thousands of variables.
+        """
+        pairs: set[tuple[int, int]] = set()
+        for written, touched in zip(self.written, self.touched, strict=True):
+            for a in written:
+                pairs.update((min(a, b), max(a, b)) for b in touched if a != b)
+                if len(pairs) > _MOST_PAIRS:
+                    return set()
+        return pairs
 
     def _reached(self, dims: Sequence[Dim]) -> Dim:
         """The combinations of some dimensions that can occur, as one dimension."""
