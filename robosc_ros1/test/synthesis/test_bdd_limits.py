@@ -33,7 +33,7 @@ def scattered(count: int) -> str:
 
 @needs_library
 def test_too_little_memory_is_told() -> None:
-    with pytest.raises(StateSpaceError, match=r"ran out of the 1 MB .* S\d+\.x \(2 values\)"):
+    with pytest.raises(StateSpaceError, match=r"ran out of the 1 MB .* others \(2 values each\)"):
         synthesize_bdd(plant_of(scattered(60)), memory=2**20)
 
 

@@ -8,6 +8,7 @@ from synthesis.plants import guard_text, plant_of, supervisor_of
 
 from robosc.errors import StateSpaceError
 from robosc.synthesis import explore, synthesize
+from robosc.synthesis.wording import amount, contributors
 
 
 def sizes(body: str) -> tuple[int, int, int]:
@@ -201,6 +202,20 @@ def test_too_large_names_the_contributors() -> None:
     with pytest.raises(StateSpaceError, match=r"2000 combinations.* A\.far \(1000 values\)"):
         synthesize(plant, "dense", 1999)
     assert synthesize(plant, "dense", 2000).controlled_states == 2000
+
+
+def test_contributors_of_one_size_are_told_together() -> None:
+    assert contributors([("a", 2), ("b", 10), ("c", 2)]) == "b (10 values), a and c (2 values each)"
+    many = [(f"v{n}", 2) for n in range(20_000)]
+    assert contributors(many) == "v0, v1 and 19998 others (2 values each)"
+    assert contributors(("v", size) for size in range(2, 9)).startswith(
+        "v (8 values), v (7 values)"
+    )
+
+
+def test_counts_with_thousands_of_digits_are_told() -> None:
+    assert amount(2**15_000) == "about 10^4515"
+    assert [amount(10**24), amount(10**12 - 1)] == ["about 10^24", "999999999999"]
 
 
 def test_product_beyond_machine_integers_is_refused_before_anything_is_allocated() -> None:

@@ -17,6 +17,7 @@ from robosc.synthesis.bdd_events import EventRelation
 from robosc.synthesis.bdd_search import SymbolicSystem
 from robosc.synthesis.conclude import Sizes, conclude
 from robosc.synthesis.guards import Facts, make_guard
+from robosc.synthesis.wording import contributors
 
 __all__ = ["available", "install_hint", "synthesize_bdd"]
 
@@ -76,8 +77,7 @@ def _required(event: Event) -> Expr:
 
 
 def _too_large(plant: Plant, memory: int) -> StateSpaceError:
-    ranked = sorted(plant.axes, key=lambda axis: -axis.size)
-    names = ", ".join(f"{axis.name} ({axis.size} values)" for axis in ranked[:5])
+    names = contributors((axis.name, axis.size) for axis in plant.axes)
     return StateSpaceError(
         f"the symbolic engine ran out of the {memory // 2**20} MB that it may use. The largest"
         f" contributors are {names}: narrow their ranges, or drop variables that no condition needs"

@@ -18,7 +18,7 @@ from robosc.synthesis.guards import Facts, make_guard
 from robosc.synthesis.layout import Layout
 from robosc.synthesis.moves import Compiler
 from robosc.synthesis.search import DenseSystem
-from robosc.synthesis.wording import listing
+from robosc.synthesis.wording import amount, contributors, listing
 from robosc.synthesis.words import count
 
 __all__ = ["DEFAULT_MAX_STATES", "synthesize"]
@@ -128,21 +128,15 @@ def _nothing(plant: Plant) -> tuple[Guard, ...]:
 def _too_large(layout: Layout, max_states: int, engine: str) -> StateSpaceError:
     """What makes the product large, and what to do about it."""
     axes = layout.plant.axes
-    ranked = sorted((dim for dim in layout.dims if dim.size > 1), key=lambda dim: -dim.size)
-    names = [
-        f"{listing([axes[axis].name for axis in dim.axes], 'with')} ({dim.size} values)"
-        for dim in ranked[:5]
-    ]
+    names = contributors(
+        (listing([axes[axis].name for axis in dim.axes], "with"), dim.size)
+        for dim in layout.dims
+        if dim.size > 1
+    )
     advice = "narrow their ranges, drop variables that no condition needs, or raise --max-states"
     if engine == "auto":
         advice += f"; or install the symbolic engine: {install_hint()}"
     return StateSpaceError(
-        f"the state space has {_amount(layout.size)} combinations, more than the {max_states}"
-        f" allowed. The largest contributors are {', '.join(names)}: {advice}"
+        f"the state space has {amount(layout.size)} combinations, more than the {max_states}"
+        f" allowed. The largest contributors are {names}: {advice}"
     )
-
-
-def _amount(number: int) -> str:
-    """A count in figures that one can still take in."""
-    text = str(number)
-    return text if len(text) <= 12 else f"about 10^{len(text) - 1}"

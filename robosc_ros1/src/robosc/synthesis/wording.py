@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from math import log10
 
 from robosc.ir.automaton import Event
 from robosc.model.entities import EventKind
 from robosc.model.types import Value
 from robosc.supervisor import Step
 
-__all__ = ["event_text", "listing", "path_text", "step_text", "trace_text"]
+__all__ = [
+    "amount", "contributors", "event_text", "listing", "path_text", "step_text", "trace_text",
+]  # fmt: skip
 
 
 def path_text(path: tuple[str | int, ...]) -> str:
@@ -57,3 +60,22 @@ def listing(names: Sequence[str], last: str = "and") -> str:
     if len(names) < 2:
         return "".join(names)
     return f"{', '.join(names[:-1])} {last} {names[-1]}"
+
+
+def amount(number: int) -> str:
+    """A count in figures that one can still take in."""
+    return str(number) if number < 10**12 else f"about 10^{int(log10(number))}"
+
+
+def contributors(sizes: Iterable[tuple[str, int]]) -> str:
+    """What makes a state space large, by name and number of values: the largest, alike together."""
+    by_size: dict[int, list[str]] = {}
+    for name, size in sizes:
+        by_size.setdefault(size, []).append(name)
+    groups = []
+    for size in sorted(by_size, reverse=True)[:4]:
+        names = by_size[size]
+        others = [f"{len(names) - 2} others"] if len(names) > 3 else names[2:]
+        each = " each" if len(names) > 1 else ""
+        groups.append(f"{listing([*names[:2], *others])} ({size} values{each})")
+    return ", ".join(groups)
