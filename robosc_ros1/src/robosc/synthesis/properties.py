@@ -130,7 +130,7 @@ class _Controller:
             seen.add(state)
             before = len(path)
             for tau in self.taus:
-                for _, after in tau.targets(state):
+                for after in _moves(tau, state):
                     state = after
                     path.append(state)
             if len(path) == before:
@@ -148,7 +148,7 @@ class _Controller:
                 if state in known:
                     ends[known[state]] = None
                     continue
-                after = [target for tau in self.taus for _, target in tau.targets(state)]
+                after = [target for tau in self.taus for target in _moves(tau, state)]
                 if not after:
                     ends[state] = None
                 queue.extend(t for t in dict.fromkeys(after) if t not in states)
@@ -213,7 +213,7 @@ class _Controller:
         )
 
     def _order_matters(self, start: PlantState, one: PlantState, other: PlantState) -> Diagnostic:
-        first = next(tau for tau in self.taus if any(tau.targets(start)))
+        first = next(tau for tau in self.taus if _moves(tau, start))
         return Diagnostic(
             Severity.WARNING,
             "order-matters",
@@ -246,3 +246,8 @@ class _Controller:
             self.plant.robot.span,
             "mark the states in which it does come to rest, or guard the steps that leave them",
         )
+
+
+def _moves(tau: Way, state: PlantState) -> list[PlantState]:
+    """Where an own step leads; the controller does not take one that changes nothing."""
+    return [target for _, target in tau.targets(state) if target != state]
