@@ -11,6 +11,7 @@ import pytest
 from ros_support import EXAMPLES, REPOSITORY
 
 from robosc import __version__
+from robosc.view.server import PAGE
 
 MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
 
@@ -61,7 +62,7 @@ def test_the_page_of_view_is_installed(command: Path, tmp_path: Path) -> None:
         [command.with_name("python"), "-c", program],
         cwd=tmp_path, capture_output=True, text=True, env={},
     )  # fmt: skip
-    assert done.stdout.split() == ["index.html", "view.css", "view.js"]
+    assert done.stdout.split() == sorted(file.name for file in PAGE.iterdir())
 
 
 def test_version_is_that_of_the_package() -> None:

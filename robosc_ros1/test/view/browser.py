@@ -78,6 +78,9 @@ class Browser:
     def picture(self, name: str) -> Path:
         """Keep what can be seen as ``.cache/artefacts/<name>.png``."""
         ARTEFACTS.mkdir(parents=True, exist_ok=True)
+        # The page draws what is read ten times per second, and has another size perhaps.
+        self.run("window.settled = false; setTimeout(() => { settled = true }, 150)")
+        self.sees("settled")
         data = _call(self._port, "GET", f"{self._path}/screenshot")
         path = ARTEFACTS / f"{name}.png"
         path.write_bytes(base64.b64decode(data))

@@ -71,12 +71,6 @@ def test_the_page_shows_what_the_controller_tells(
         node.enters("Motor", "stopped")
         browser.sees(is_in("Motor", "stopped"))
         reasons_are_those_of_the_topic(browser, node, "move.request", "move needs")
-        for scheme in ("light", "dark"):
-            browser.look(scheme=scheme)
-            browser.picture(f"view-node-{scheme}")
-        browser.look(390, 1400)
-        browser.picture("view-node-phone")
-
         puppet.publish("/correction", "std_msgs/Float32", 12.5)
         browser.sees(is_in("LineDetector", "line_found"))
         browser.sees(
@@ -84,6 +78,9 @@ def test_the_page_shows_what_the_controller_tells(
         )
         sent = "document.querySelector('[data-command=\"stop.request\"] .sent').textContent"
         browser.sees(f"{sent}.includes('linear: {{x: 0}}')")
+        for name, *look in (("view", 1280, 900), ("view-phone", 360, 1200, "dark")):
+            browser.look(*look)
+            browser.picture(name)
     browser.sees(link_says("silent"))
 
 

@@ -100,7 +100,7 @@ return [...document.querySelectorAll("button, a[href], input, select, [tabindex=
   .filter((e) => !e.disabled && e.checkVisibility()).map(nameOf)
 """
 _WATCH_FOCUS = """
-window.nameOf = (e) => (e.id || e.getAttribute("href") || e.textContent.trim()) + " " + e.tagName;
+window.nameOf = (e) => (e.id || e.getAttribute("href") || e.ariaLabel || e.textContent) + " " + e.tagName;
 window.reached = [];
 addEventListener("focusin", ({target}) => {
   const style = getComputedStyle(target);

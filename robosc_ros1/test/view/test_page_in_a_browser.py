@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
 from view.browser import Browser
 from view.watching import line_follower, log_of, serving
 
@@ -44,9 +45,8 @@ def test_a_click_on_an_event_of_the_robot_fires_it(browser: Browser) -> None:
         browser.sees(f"{sent} === 'sent {{linear: {{x: 0.2}}, angular: {{z: 0}}}}'")
         flashed = "document.querySelectorAll('[data-component=Motor] [data-flashed]').length"
         assert browser.run(f"return {flashed}") == 1
-        for scheme in ("light", "dark"):
-            browser.look(scheme=scheme)
-            browser.picture(f"view-model-{scheme}")
+        browser.look(1280, 900, "dark")
+        browser.picture("view-model")
 
 
 def test_all_is_done_by_keyboard(browser: Browser) -> None:
@@ -83,18 +83,16 @@ def test_what_is_refused_is_told(browser: Browser) -> None:
         assert "409" in told
 
 
-def test_a_recording_is_gone_through_step_by_step(browser: Browser, tmp_path: Path) -> None:
-    steps: list[Any] = [
-        ("distance", "response", "free"),
-        0.3,
-        ("distance", "response", "obstructed"),
-        0.2,
-    ]
+def test_a_recording_is_gone_through_step_by_step(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free, obstructed = (("distance", "response", value) for value in ("free", "obstructed"))
+    steps: list[Any] = [free, 0.3, ("correction", "response", 12.5), 0.4, obstructed, 0.3]
     lines = log_of(line_follower(), *steps)
-    path = tmp_path / "events.jsonl"
-    path.write_text("\n".join(lines), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    Path("events.jsonl").write_text("\n".join(lines), encoding="utf-8")
     hub = Hub()
-    recording = Recording(line_follower(), str(path), hub)
+    recording = Recording(line_follower(), "events.jsonl", hub)
     with serving(hub, recording.answers) as server:
         browser.open(server.url)
         browser.sees("recording.at === 1")
@@ -107,7 +105,7 @@ def test_a_recording_is_gone_through_step_by_step(browser: Browser, tmp_path: Pa
             for told in expected["commands"]:
                 name = f"{told['event']['name']}.{told['event']['kind']}"
                 browser.sees(f"({command(name)} === 'enabled') === arguments[0]", told["enabled"])
-        browser.look()
+        browser.look(1280, 900)
         browser.picture("view-log")
         browser.press(ARROW_LEFT)
         browser.sees("recording.at === arguments[0]", len(lines) - 1)

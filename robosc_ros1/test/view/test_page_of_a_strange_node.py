@@ -155,6 +155,6 @@ def test_a_node_that_begins_again_with_another_model(
     heard.state(json.dumps(other.state))
     browser.sees("page.number === 1")
     heard.model(json.dumps(other.model))
-    browser.sees(is_in("Engine", "turning"))
+    browser.sees(is_in("Engine", other.state["components"]["Engine"]))
     browser.sees("page.events.length === 1")
     assert browser.run("return document.querySelectorAll('[data-component=Motor]').length") == 0

@@ -73,31 +73,21 @@ def test_many_watch_one_hub() -> None:
 
 def test_the_page_needs_nothing_from_elsewhere() -> None:
     with serving(Hub()) as server:
-        for path, kind in (("/", "html"), ("/view.css", "css"), ("/view.js", "javascript")):
+        code, _, body = ask(server, "/")
+        used = re.findall(r'(?:src|href)="([\w.]+)"', body.decode())
+        assert sorted(["index.html", *used]) == sorted(file.name for file in PAGE.iterdir())
+        for path in ("/", *(f"/{name}" for name in used)):
             code, headers, body = ask(server, path)
-            assert (code, kind in headers["Content-Type"]) == (200, True)
+            assert code == 200
             assert headers["Content-Security-Policy"].startswith("default-src 'self'")
             addresses = set(re.findall(rb"https?://[^\s\"']+", body))
             assert addresses <= {b"http://www.w3.org/2000/svg"}, path
-    assert {p.name for p in PAGE.iterdir()} == {"index.html", "view.css", "view.js"}
 
 
 @pytest.mark.parametrize("path", ["/nothing", "/../server.py", "/page/view.js", "//etc/passwd"])
 def test_there_is_nothing_else_to_get(path: str) -> None:
     with serving(Hub()) as server:
         assert ask(server, path)[0] == 404
-
-
-def test_pages_from_elsewhere_can_neither_look_nor_act() -> None:
-    done = []
-    with serving(Hub(), {"/do": lambda document: done.append(document) or {}}) as server:
-        for path in ("/", "/stream"):
-            assert ask(server, path, Host="evil.example:80")[0] == 403
-        assert ask(server, "/do", {}, Host="evil.example")[0] == 403
-        assert ask(server, "/do", {}, Content_Type="text/plain")[0] == 403
-        assert done == []
-        assert ask(server, "/do", {"a": 1}, Host="localhost:1")[0] == 200
-        assert done == [{"a": 1}]
 
 
 def test_what_cannot_be_done_is_told() -> None:

@@ -29,6 +29,9 @@ MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
 
 Json = dict[str, Any]
 
+BEGUN = 1_750_000_000.0
+"""When logs begin, in seconds since 1970."""
+
 
 def line_follower() -> Supervisor:
     return pipeline.supervise(pipeline.load(MODEL).robot)
@@ -136,9 +139,10 @@ def log_of(supervisor: Supervisor, *lines: tuple[str, str, Any] | float) -> list
         name, kind, value = line
         event = next(e for e in machine.plant.events if (e.name, e.kind.value) == (name, kind))
         happened += machine.fire(event, {} if value is None else {(): value})
+    documents = [happening.document() for happening in happened]
     return [
-        json.dumps({"version": 1, "number": number, **happening.document()})
-        for number, happening in enumerate(happened, 1)
+        json.dumps({"version": 1, "number": n, **d, "time": BEGUN + d["time"]})
+        for n, d in enumerate(documents, 1)
     ]
 
 

@@ -27,11 +27,9 @@ __all__ = ["DEFAULT_PORT", "PAGE", "Answers", "PageServer", "Unable", "Where"]
 DEFAULT_PORT = 8642
 
 PAGE = Path(__file__).with_name("page")
-_FILES = {
-    "/": ("index.html", "text/html"),
-    "/view.css": ("view.css", "text/css"),
-    "/view.js": ("view.js", "text/javascript"),
-}
+_KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
+_FILES = {f"/{file.name}": file for file in PAGE.iterdir() if file.suffix in _KINDS}
+_FILES["/"] = _FILES.pop("/index.html")
 _PERIOD = 1 / 30
 """Seconds between two pieces of a stream: more than a screen shows would be lost on it."""
 _SILENCE = 2.0
@@ -126,8 +124,8 @@ class _Handler(BaseHTTPRequestHandler):
             else:
                 self._stream()
         elif path in _FILES:
-            name, kind = _FILES[path]
-            self._send(200, f"{kind}; charset=utf-8", (PAGE / name).read_bytes())
+            file = _FILES[path]
+            self._send(200, f"{_KINDS[file.suffix]}; charset=utf-8", file.read_bytes())
         elif path == "/favicon.ico":
             self._send(204, "text/plain", b"")
         else:

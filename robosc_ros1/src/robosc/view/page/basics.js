@@ -1,0 +1,59 @@
+// What all parts of the page use: elements, and values as text.
+"use strict";
+
+const byId = (id) => document.getElementById(id);
+const SVG = "http://www.w3.org/2000/svg";
+const LONGEST = 300; // characters of a value
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+function make(tag, properties = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name in element) element[name] = value;
+    else element.setAttribute(name, value);
+  }
+  element.append(...children);
+  return element;
+}
+
+function draw(tag, attributes = {}, ...children) {
+  const element = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
+/** Only what changes is written, so that the browser lays out no more than that. */
+function write(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+function toggle(element, name, on) {
+  if (element.classList.contains(name) !== on) element.classList.toggle(name, on);
+}
+
+/** JSON, with integers beyond the doubles as they were written, where the browser can tell. */
+function read(text) {
+  return JSON.parse(text, (_, value, context) =>
+    Number.isInteger(value) && !Number.isSafeInteger(value) ? (context?.source ?? value) : value);
+}
+
+function valueText(value) {
+  if (value === null || value === undefined) return "";
+  if (Array.isArray(value)) return `[${value.map(valueText).join(", ")}]`;
+  if (typeof value === "object") {
+    return `{${Object.entries(value).map(([k, v]) => `${k}: ${valueText(v)}`).join(", ")}}`;
+  }
+  if (typeof value === "number" && !Number.isInteger(value)) {
+    return String(Math.abs(value) < 1e5 ? +value.toPrecision(6) : +value.toFixed(1));
+  }
+  return String(value);
+}
+
+const eventName = (event) =>
+  event.kind === "tau" ? `${event.name}.tau${event.index ?? ""}`
+  : event.name ? `${event.name}.${event.kind}` : event.kind;
+const isOwn = (event) => ["request", "cancel", "tau"].includes(event.kind);
+/** A component may be called `constructor`. */
+const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : undefined);
+const shorten = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);

@@ -1,0 +1,306 @@
+// The whole page. Whatever the source, it follows the documents of a running controller
+// (docs/schemas). What arrives is gathered, and drawn once per frame of the screen.
+"use strict";
+
+const KEPT = 400; // events in memory
+const SHOWN = 120; // events in the list
+const MANY = 8; // components that are too many to see all at once
+const PACE = 100; // milliseconds between two changes of what is read, not watched
+const BROKEN = 7000; // milliseconds of silence; the server says something every two seconds
+
+const page = {
+  hello: null, model: null, state: null, status: null,
+  cards: new Map(), rows: new Map(),
+  followed: new Map(), // component to the state that the events led to so far
+  events: [], fresh: [], number: 0, time: 0, run: 0, later: null,
+  times: new Times(),
+  ahead: null, // seconds by which this machine's clock is ahead of the node's
+  heard: performance.now(), // when the server said something
+  shown: null, // the state that the page shows
+  unlisted: [], listed: 0, // events that the list does not have yet, and when it was told last
+  held: false, waiting: false, redrawList: true,
+  choices: [],
+};
+
+function schedule() {
+  if (page.waiting || page.held) return;
+  page.waiting = true;
+  requestAnimationFrame(() => {
+    page.waiting = false;
+    attempt(render);
+  });
+}
+
+/** What comes over ROS may be anything: where the page cannot show it, it says so and goes on. */
+function attempt(action) {
+  try {
+    action();
+  } catch (fault) {
+    tell("fault", `Something that was told cannot be shown (${fault}). Is it a controller made by robosc?`);
+  }
+}
+
+/** Everything that a piece of the stream can hold. */
+function receive(news) {
+  page.heard = performance.now();
+  if (news.hello) greet(news.hello);
+  if (news.model) build(news.model, JSON.stringify(news.model));
+  if ("run" in news) forget();
+  if (news.status) page.status = news.status;
+  compareClocks(news);
+  for (const document of news.events ?? []) note(document);
+  if (news.state) {
+    page.state = news.state;
+    noteLater(news.state.latest ?? []);
+  }
+  schedule();
+}
+
+/**
+ * Events are shown by this machine's clock, which need not be the robot's: the smallest difference
+ * that was seen is the one without delay, unless a clock was set.
+ */
+function compareClocks(news) {
+  const sign = page.ahead === null ? news.state : (news.events?.at(-1) ?? news.state);
+  if (!sign) return;
+  const ahead = Date.now() / 1000 - sign.time;
+  const fresh = page.status?.good !== false;
+  if (page.ahead === null) page.ahead = fresh ? ahead : 0;
+  else if (fresh && (ahead < page.ahead || ahead > page.ahead + 3)) page.ahead = ahead;
+}
+
+function place(document) {
+  const time = document.time + (page.ahead ?? 0);
+  page.times.count(time, sortOf(document));
+  page.times.tick(time, document);
+}
+
+function note(document) {
+  if (document.number <= page.number) {
+    if (document.time <= page.time) return; // told twice: by itself and with the state
+    forget(); // the node has begun again
+  }
+  page.number = document.number;
+  page.time = document.time;
+  const before = page.events.at(-1)?.number;
+  if (before && document.number > before + 1) document.missed = document.number - before - 1;
+  page.events.push(document);
+  page.fresh.push(document);
+  place(document);
+  if (page.events.length > 2 * KEPT) page.events.splice(0, page.events.length - KEPT);
+  if (page.fresh.length > KEPT) page.fresh.splice(0, page.fresh.length - KEPT);
+}
+
+/**
+ * A state repeats the last events, for where they are not told by themselves. Where they are, they
+ * may come after it: wait a little, and take from the state only what did not come.
+ */
+function noteLater(latest) {
+  const first = page.events[0]?.number ?? Infinity;
+  if (page.later || !latest.some((d) => d.number < first || d.number > page.number)) return;
+  const run = page.run;
+  page.later = setTimeout(() => {
+    page.later = null;
+    if (run === page.run) {
+      putBefore(latest.filter((d) => d.number < page.events[0]?.number && d.time <= page.events[0].time));
+      latest.forEach(note);
+    }
+    schedule();
+  }, 500);
+}
+
+/** Events from before the page began to listen. */
+function putBefore(documents) {
+  if (!documents.length) return;
+  page.events.unshift(...documents);
+  page.redrawList = true;
+  for (const document of documents) {
+    const row = page.rows.get(eventName(document.event));
+    if (row && !row.last && document.outcome === "applied") row.send(document.event.value);
+    place(document);
+  }
+}
+
+function forget() {
+  page.run++;
+  Object.assign(page, { events: [], fresh: [], number: 0, time: 0, redrawList: true });
+  page.followed.clear();
+  page.times.clear();
+  for (const row of page.rows.values()) row.forget();
+}
+
+function greet(hello) {
+  page.hello = hello;
+  tell("fault", "");
+  write(byId("source"), hello.title);
+  byId("playing").hidden = byId("to-playing").hidden = hello.source !== "model";
+  byId("undo").hidden = Boolean(hello.clock);
+  byId("scrub").hidden = hello.source !== "log";
+  byId("freeze").hidden = hello.source === "log";
+  if (hello.source === "model" && !hello.clock) write(byId("playing-title"), "What can happen");
+  if (hello.source === "log") recording.begin(hello);
+}
+
+function build(model, text) {
+  if (text === page.model) return; // the stream was opened again
+  const drawn = model.components.filter((c) => c.states.length);
+  const cards = drawn.map((component, i) => new Card(component, i, fireByName));
+  const rest = model.components.filter((c) => !c.states.length).map((c) => c.name);
+  const note = rest.length ? [make("p", { className: "others" }, `Without behaviour: ${rest.join(", ")}`)] : [];
+  const commands = model.commands.filter((c) => c.event.kind !== "tau");
+  const rows = commands.map((command) => new CommandRow(command));
+  page.model = text;
+  page.cards = new Map(drawn.map((component, i) => [component.name, cards[i]]));
+  page.rows = new Map(rows.map((row) => [row.key, row]));
+  page.followed.clear();
+  // A node that begins again may be another robot's: its state comes within a second.
+  if (page.state && !drawn.every((c) => own(page.state.components, c.name) !== undefined)) page.state = null;
+  page.shown = null;
+  document.title = `${model.robot} · robosc`;
+  write(byId("robot"), model.robot);
+  byId("components").replaceChildren(...cards.map((c) => c.element), ...note);
+  byId("overview").hidden = cards.length < MANY;
+  byId("overview").replaceChildren(...cards.map((c) => make("li", {}, c.link)));
+  byId("command-list").replaceChildren(...[...page.rows.values()].map((r) => r.element));
+}
+
+function render() {
+  const fresh = page.fresh;
+  page.fresh = [];
+  if (page.state && page.cards.size) {
+    flash(fresh);
+    if (page.state !== page.shown) showState(page.state);
+    page.shown = page.state;
+  }
+  page.unlisted.push(...fresh);
+  if (performance.now() - page.listed > PACE) {
+    showEvents(page.unlisted.splice(0));
+    showStatus();
+    page.listed = performance.now();
+  } else schedule();
+}
+
+/** Follow the events through the automata, and flash each transition at most once per frame. */
+function flash(fresh) {
+  const lit = new Set();
+  const sent = new Map();
+  for (const { event, outcome, number } of fresh.slice(-200)) {
+    if (outcome !== "applied") continue;
+    if (event.kind === "request" || event.kind === "cancel") sent.set(eventName(event), event.value);
+    for (const [name, card] of page.cards) {
+      const state = page.followed.get(name) ?? own(page.state.components, name);
+      const after = page.state.number >= number ? own(page.state.components, name) : undefined;
+      const part = card.diagram.taken(event, state, after);
+      if (!part) continue;
+      lit.add(part.flash);
+      page.followed.set(name, part.transition.to ?? state);
+    }
+  }
+  lit.forEach(flashPath);
+  for (const [key, value] of sent) {
+    const row = page.rows.get(key);
+    if (!row) continue;
+    row.send(value);
+    row.lamp.animate(glow(), fading(700));
+  }
+}
+
+function showState(state) {
+  // Events may be ahead of the state, which comes less often.
+  if (state.number >= page.number) page.followed = new Map(Object.entries(state.components));
+  for (const [name, card] of page.cards) card.show(own(state.components, name), state.variables);
+  for (const command of state.commands) page.rows.get(eventName(command.event))?.show(command);
+  showPhases(state.communications);
+  byId("marked").hidden = !state.marked;
+  if (state.choices) showChoices(state.choices, state.undo);
+}
+
+const phases = new Map();
+
+function showPhases(communications) {
+  const names = Object.keys(communications);
+  if (names.length !== phases.size || names.some((name) => !phases.has(name))) {
+    phases.clear();
+    for (const name of names) phases.set(name, make("li"));
+    byId("phases").replaceChildren(...phases.values());
+    byId("calls").hidden = !names.length;
+  }
+  for (const [name, item] of phases) {
+    const phase = communications[name];
+    write(item, `${name} ${phase}`);
+    toggle(item, "busy", phase === "busy");
+    item.dataset.phase = phase;
+  }
+}
+
+const gauges = new Map();
+
+function gauge(name, text, trouble = false) {
+  if (!gauges.has(name)) {
+    const value = make("dd");
+    const whole = make("div", {}, make("dt", {}, name), value);
+    gauges.set(name, { whole, value });
+    byId("gauges").append(whole);
+  }
+  const { whole, value } = gauges.get(name);
+  write(value, text);
+  toggle(whole, "trouble", trouble);
+  value.dataset.gauge = name;
+}
+
+function now() {
+  return page.hello?.source === "log" ? page.times.latest : Date.now() / 1000;
+}
+
+function showStatus() {
+  const live = page.hello?.source !== "log";
+  if (live) gauge("events/s", page.times.mean(now()).toFixed(1));
+  const counters = page.state?.counters ?? {};
+  for (const name of ["inputs", "commands", "errors"]) gauge(name, String(counters[name] ?? 0));
+  for (const name of ["mismatches", "blocked", "failed", "undefined", "late"]) {
+    const count = counters[name] ?? 0;
+    if (count || gauges.has(name) || name === "mismatches") gauge(name, String(count), count > 0);
+  }
+  const told = page.state?.stopped;
+  tell("alert", told && `Safe stop: ${told}`);
+  tell("faults", page.state?.faults?.join(" · "));
+  const broken = link.open === false || performance.now() - page.heard > BROKEN;
+  const usual = { good: true, text: live ? "playing" : "recording" };
+  if (link.open === null) return;
+  const status = broken ? { good: false, text: "the server is gone", stale: true } : (page.status ?? usual);
+  const pill = byId("link");
+  write(pill, page.held ? "held" : status.text);
+  toggle(pill, "good", status.good && !page.held);
+  toggle(pill, "bad", !status.good);
+  const old = Boolean(status.stale && page.state && live);
+  tell("stale", old && `Out of date: ${status.text}. Everything below is how it was at ${clock(page.state.time)}.`);
+  toggle(document.body, "stale", old);
+  byId("empty").hidden = page.cards.size > 0 || page.rows.size > 0;
+  write(byId("empty"), broken ? "" : `Nothing to show yet: ${status.text}.`);
+}
+
+/** A line across the page, as long as there is something to say. */
+function tell(id, text) {
+  byId(id).hidden = !text;
+  write(byId(id), text || "");
+}
+
+function showEvents(fresh) {
+  const list = byId("events");
+  const wanted = byId("filter").value.trim().toLowerCase();
+  const fits = (document) => searchText(document).includes(wanted);
+  if (page.redrawList) {
+    const rows = page.events.filter(fits).slice(-SHOWN).reverse().map(eventRow);
+    list.replaceChildren(...rows);
+    page.redrawList = false;
+  } else if (fresh.length) {
+    const rows = fresh.filter(fits).slice(-SHOWN).reverse().map(eventRow);
+    list.prepend(...rows);
+    while (list.childElementCount > SHOWN) list.lastElementChild.remove();
+  }
+  const style = getComputedStyle(document.documentElement);
+  const names = ["--robot", "--accent", "--line", "--halt", "--quiet", "--rule", "--ink"];
+  const colours = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(name)]));
+  page.times.drawRates(byId("rates"), now(), colours);
+  page.times.drawLanes(byId("lanes"), now(), colours, wanted);
+}

@@ -1,0 +1,155 @@
+// Cards of components, rows of commands, rows of events.
+"use strict";
+
+class Card {
+  constructor(component, number, fire) {
+    this.diagram = new Diagram(component, number, fire);
+    this.now = make("span", { className: "now" });
+    this.tile = make("b");
+    this.link = make("a", { href: `#component-${number}` }, `${component.name} `, this.tile);
+    this.values = new Map();
+    const title = make("h2", {}, component.name, make("small", {}, component.place));
+    this.element = make("article", { className: "card", id: `component-${number}`, tabIndex: -1 }, title, this.now,
+      make("div", { className: "drawing" }, this.diagram.element));
+    this.element.dataset.component = component.name;
+    this.addEverywhere(component);
+    this.addVariables(component);
+  }
+
+  addEverywhere(component) {
+    const inAny = component.transitions.filter((t) => t.from === null && t.to === null);
+    if (!inAny.length) return;
+    const list = make("ul", { className: "anywhere" });
+    for (const t of inAny) {
+      const more = [t.guard && `if ${t.guard}`, ...t.assignments].filter(Boolean).join(", ");
+      const name = make("b", {}, eventName(t.event));
+      const item = make("li", { title: wholeText(t) }, "in any state ", name, more && ` ${more}`);
+      this.diagram.remember(t, name, item);
+      list.append(item);
+    }
+    this.element.append(list);
+  }
+
+  addVariables(component) {
+    if (!component.variables.length) return;
+    const body = make("tbody");
+    for (const variable of component.variables) {
+      const value = make("span");
+      this.values.set(`${component.name}.${variable.name}`, value);
+      const name = make("td", {}, `${variable.name} `, make("small", {}, variable.type));
+      body.append(make("tr", {}, name, make("td", {}, value)));
+    }
+    this.element.append(make("table", { className: "variables" }, body));
+  }
+
+  show(state, variables) {
+    if (state !== undefined) {
+      this.diagram.show(state);
+      write(this.now, `is ${state}`);
+      if (this.tile.textContent !== state) {
+        if (this.tile.textContent) light(this.tile);
+        write(this.tile, state);
+      }
+      this.element.dataset.state = state;
+    }
+    for (const [name, cell] of this.values) {
+      const text = shorten(valueText(own(variables, name)), LONGEST);
+      if (cell.textContent !== text) {
+        if (cell.textContent) light(cell);
+        cell.textContent = text;
+      }
+    }
+  }
+}
+
+const FLASH = [{ opacity: 1 }, { opacity: 1, offset: 0.3 }, { opacity: 0 }];
+
+/** Who wishes for less motion gets it on, and then off. */
+const fading = (duration) => (calm.matches ? { duration: 1500, easing: "steps(1)" } : { duration });
+
+const glow = () => [{ boxShadow: `0 0 0 5px ${colourOf("--flash")}` }, { boxShadow: "0 0 0 0 transparent" }];
+const colourOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+
+function flashPath(element) {
+  if (element instanceof SVGElement) {
+    element.dataset.flashed = Number(element.dataset.flashed ?? 0) + 1;
+    element.animate(FLASH, fading(900));
+  } else light(element);
+}
+
+function light(element) {
+  const colour = `color-mix(in srgb, ${colourOf("--flash")} 60%, transparent)`;
+  element.animate([{ background: colour }, { background: "transparent" }], fading(700));
+}
+
+class CommandRow {
+  constructor(command) {
+    this.lamp = make("span", { className: "lamp", role: "img" });
+    this.tally = make("span", { className: "tally" });
+    this.below = make("div", { className: "below" });
+    this.sent = make("div", { className: "below sent" });
+    const { name, kind } = command.event;
+    this.key = eventName(command.event);
+    this.element = make("li", {}, this.lamp,
+      make("span", { className: "command-name" }, name, make("small", {}, ` ${kind}`)), this.tally,
+      this.sent, this.below);
+    this.element.dataset.command = this.key;
+    this.told = "";
+  }
+
+  show(command) {
+    const waits = command.blocked_by.length > 0 &&
+      command.blocked_by.every((r) => r.kind === "phase" || r.kind === "consent");
+    const word = command.enabled ? "enabled" : waits ? "waiting" : "forbidden";
+    if (this.element.dataset.is !== word) {
+      this.element.dataset.is = word;
+      this.lamp.className = `lamp ${command.enabled ? "on" : waits ? "wait" : "off"}`;
+      this.lamp.setAttribute("aria-label", word);
+      this.lamp.title = word;
+    }
+    write(this.tally, command.count ? `${command.count}×` : "");
+    if (!this.last && command.data) {
+      write(this.sent, command.enabled ? `would send ${shorten(valueText(command.data), LONGEST)}` : "");
+    }
+    const told = JSON.stringify(command.blocked_by);
+    if (told === this.told) return;
+    this.told = told;
+    this.below.replaceChildren(...command.blocked_by.map(reasonLine));
+  }
+
+  send(value) {
+    this.last = true;
+    write(this.sent, `sent ${shorten(valueText(value), LONGEST)}`.trimEnd());
+  }
+
+  forget() {
+    this.last = false;
+    write(this.sent, "");
+  }
+}
+
+function reasonLine(reason) {
+  const waits = reason.kind === "phase" || reason.kind === "consent";
+  const line = make("div", { className: waits ? "why wait" : "why" }, reason.text);
+  if (reason.place) line.append(" ", make("span", { className: "place" }, reason.place));
+  return line;
+}
+
+function eventRow(document) {
+  const { event, outcome, detail, time } = document;
+  const text = make("span", {}, eventName(event));
+  const value = shorten(valueText(event.value), LONGEST);
+  if (value) text.append(" ", make("span", { className: "value" }, value));
+  const more = [outcome === "applied" ? null : outcome, detail].filter(Boolean).join(": ");
+  if (more) text.append(` · ${more}`);
+  if (document.missed) {
+    text.append(make("div", { className: "gap" }, `${document.missed} before it were not told`));
+  }
+  return make("li", { className: sortOf(document) }, make("time", {}, clock(time)), text);
+}
+
+function clock(seconds) {
+  const date = new Date(seconds * 1000);
+  const two = (n, width = 2) => String(n).padStart(width, "0");
+  return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${two(date.getMilliseconds(), 3)}`;
+}

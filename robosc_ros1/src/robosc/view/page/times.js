@@ -1,0 +1,140 @@
+// When events were: how often, and on a line of time.
+"use strict";
+
+const MINUTE = 60;
+const SMALL = "10px system-ui, sans-serif";
+const WINDOW = 20; // seconds that lanes show
+const LANES = 8;
+const LANE = 15; // pixels
+const RATE = 48; // pixels for how often per second
+const LATELY = 5; // seconds over which that is the mean
+const TICKS = 4000;
+
+const SORTS = [["robot", "--robot"], ["own", "--accent"], ["step", "--line"], ["bad", "--halt"]];
+const searchText = ({ event, outcome }) =>
+  `${eventName(event)} ${valueText(event.value)} ${outcome}`.toLowerCase();
+const sortOf = ({ event, outcome }) =>
+  outcome !== "applied" ? "bad" : event.kind === "tau" ? "step" : isOwn(event) ? "own" : "robot";
+
+/** A canvas as sharp as the screen, empty; its context, width and height. */
+function blank(canvas) {
+  const ratio = devicePixelRatio || 1;
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+  if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
+  if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  context.textAlign = "left";
+  return { context, width, height };
+}
+
+/** When events were, by this machine's clock: how many per second, and each on a line of its own. */
+class Times {
+  constructor() { this.clear(); }
+
+  clear() {
+    Object.assign(this, { seconds: new Map(), ticks: [], shown: [], latest: 0 });
+  }
+
+  count(time, sort) {
+    const second = Math.floor(time);
+    this.latest = Math.max(this.latest, time);
+    if (!this.seconds.has(second)) this.seconds.set(second, { robot: 0, own: 0, step: 0, bad: 0 });
+    this.seconds.get(second)[sort]++;
+    if (this.seconds.size > 3 * MINUTE) {
+      for (const old of this.seconds.keys()) if (old < this.latest - MINUTE) this.seconds.delete(old);
+    }
+  }
+
+  tick(time, document) {
+    const name = document.event.name || document.event.kind;
+    this.ticks.push({ time, name, sort: sortOf(document), text: searchText(document) });
+    if (this.ticks.length > 2 * TICKS) this.ticks.splice(0, TICKS);
+  }
+
+  /** Mean of the last whole seconds. */
+  mean(now, over = 3) {
+    let sum = 0;
+    for (let s = Math.floor(now) - over; s < Math.floor(now); s++) {
+      sum += Object.values(this.seconds.get(s) ?? {}).reduce((a, b) => a + b, 0);
+    }
+    return sum / over;
+  }
+
+  drawRates(canvas, now, colours) {
+    const { context, width, height } = blank(canvas);
+    const last = Math.floor(now);
+    const seconds = Array.from({ length: MINUTE }, (_, i) => this.seconds.get(last - MINUTE + 1 + i));
+    const sums = seconds.map((s) => (s ? s.robot + s.own + s.step + s.bad : 0));
+    const most = Math.max(5, ...sums);
+    const step = width / MINUTE;
+    seconds.forEach((second, i) => {
+      let y = height - 1;
+      for (const [sort, name] of second ? SORTS : []) {
+        const part = (second[sort] / most) * (height - 14);
+        context.fillStyle = colours[name];
+        context.fillRect(i * step, y - part, Math.max(1, step - 1), part);
+        y -= part;
+      }
+    });
+    context.fillStyle = colours["--quiet"];
+    context.fillRect(0, height - 1, width, 1);
+    context.font = SMALL;
+    context.fillText(`${most}/s`, 0, 9);
+    context.textAlign = "right";
+    context.fillText("last minute", width, 9);
+  }
+
+  /** A lane for each communication that was heard of, if there is room; who has one keeps it. */
+  drawLanes(canvas, now, colours, wanted) {
+    const begin = now - WINDOW;
+    const first = this.ticks.findLastIndex((t) => t.time < begin) + 1;
+    const ticks = this.ticks.slice(first).filter((t) => t.text.includes(wanted));
+    const names = new Set(ticks.map((t) => t.name));
+    const stay = this.shown.filter((name) => names.delete(name));
+    const lanes = [...stay, ...[...names].slice(0, LANES - stay.length)].sort();
+    const hidden = stay.length + names.size - lanes.length;
+    this.shown = lanes;
+    const tall = `${(Math.max(1, lanes.length) + 1) * LANE}px`;
+    if (canvas.style.height !== tall) canvas.style.height = tall;
+    const { context, width } = blank(canvas);
+    context.font = SMALL;
+    const rates = new Map(lanes.map((name) => [name, 0]));
+    for (const t of ticks) if (t.time > now - LATELY && rates.has(t.name)) rates.set(t.name, rates.get(t.name) + 1);
+    const widest = Math.max(20, ...lanes.map((name) => context.measureText(name).width));
+    const left = Math.min(width * 0.45, widest + RATE);
+    const x = (time) => left + ((time - begin) / WINDOW) * (width - left - 2);
+    context.fillStyle = colours["--rule"];
+    lanes.forEach((_, i) => context.fillRect(left, i * LANE + LANE / 2, width - left, 1));
+    const places = new Map(lanes.map((name, i) => [name, i * LANE]));
+    for (const [sort, colour] of SORTS) {
+      context.fillStyle = colours[colour];
+      for (const tick of ticks) {
+        const y = tick.sort === sort ? places.get(tick.name) : undefined;
+        if (y !== undefined) context.fillRect(x(tick.time), y + 2, 2, LANE - 4);
+      }
+    }
+    context.fillStyle = colours["--ink"];
+    lanes.forEach((name, i) => context.fillText(fit(context, name, left - RATE), 0, (i + 1) * LANE - 4));
+    context.fillStyle = colours["--quiet"];
+    context.textAlign = "right";
+    for (const [name, count] of rates) {
+      context.fillText(count ? `${(count / LATELY).toFixed(1)}/s` : "", left - 6, places.get(name) + LANE - 4);
+    }
+    context.textAlign = "left";
+    const y = (lanes.length + 1) * LANE - 2;
+    context.fillText(hidden ? `and ${hidden} more` : "", 0, y);
+    for (const ago of [0, 5, 10, 15]) {
+      context.textAlign = ago ? "center" : "right";
+      context.fillText(ago ? `−${ago} s` : "now", x(now - ago), y);
+    }
+  }
+}
+
+/** A text, cut where it would be wider. */
+function fit(context, text, width) {
+  let most = Math.min(text.length, 80);
+  while (most > 1 && context.measureText(shorten(text, most)).width > width) most--;
+  return shorten(text, most);
+}
