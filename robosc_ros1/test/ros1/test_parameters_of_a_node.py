@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from ros1.stage import Puppet, Stage, event
-from ros_support import await_condition
+from ros_support import Workspace, await_condition
+
+from robosc.runtime.model import Communication
+from robosc.runtime.settings import declared
 
 INT = "std_msgs/Int16"
+PROBE = (
+    Communication("Oracle.ask", "ask", "service"),
+    Communication("Runner.run", "run", "action"),
+)
+"""The communications of the robot that have parameters of their own."""
 
 
 @pytest.mark.parametrize(
@@ -17,6 +27,7 @@ INT = "std_msgs/Int16"
         ("_order:=alphabetical", "~order must be one of rotate, declared, random"),
         ("_stop_command:=jump", "(ask, run, blow, halt), not 'jump'"),
         ("_timeout/run:=true", "~timeout/run must be a number"),
+        ("_rate/of_what:=3", "~rate must be a number, not a group with ~rate/of_what"),
     ],
 )
 def test_a_wrong_value_is_refused_at_the_start(
@@ -51,19 +62,74 @@ def test_the_rate_is_kept(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
         assert spent > 1.9
 
 
-def test_a_controller_in_a_namespace_and_remapped(
-    stage: Stage, puppet: Puppet, ear: Puppet
+def test_there_must_be_parameters_below_the_name(stage: Stage) -> None:
+    name = "probe_controller"
+    stage.workspace.run("rosparam", "set", "/valued", "5", master=stage.master)
+    done = stage.workspace.run(
+        "rosrun", name, name, "__name:=valued", master=stage.master, check=False
+    )
+    assert done.returncode == 2
+    assert "there must be parameters below the node's name, not 5" in done.stdout + done.stderr
+
+
+TWO = """\
+<launch>
+  <group ns="left">
+    <include file="$(find lantern_controller)/launch/lantern_controller.launch">
+      <arg name="name" value="lantern"/>
+      <arg name="remap" value="/brightness=/sun ~snuff:=/put_out"/>
+    </include>
+  </group>
+  <group ns="right">
+    <include file="$(find lantern_controller)/launch/lantern_controller.launch">
+      <arg name="ns" value="far"/>
+      <arg name="rate" value="20"/>
+    </include>
+  </group>
+</launch>
+"""
+
+
+def test_two_controllers_in_namespaces_one_of_them_remapped(
+    stage: Stage, puppet: Puppet, ear: Puppet, tmp_path: Path
 ) -> None:
-    ear.do("listen", topic="/left/lantern/state", type="std_msgs/String")
+    (tmp_path / "two.launch").write_text(TWO)
+    left, right = "/left/lantern", "/right/far/lantern_controller"
+    ear.do("listen", topic=f"{left}/state", type="std_msgs/String")
+    ear.do("listen", topic=f"{right}/state", type="std_msgs/String")
     ear.do("listen", topic="/left/kindle", type="std_msgs/Empty")
+    ear.do("listen", topic="/right/far/kindle", type="std_msgs/Empty")
     ear.do("listen", topic="/put_out", type="std_msgs/Bool")
-    with stage.workspace.start(
-        "roslaunch", "lantern_controller", "lantern_controller.launch", "ns:=left", "name:=lantern",
-        "remap:=/brightness=/sun ~snuff=/put_out", master=stage.master,
-    ):  # fmt: skip
-        # It listens before the controller starts, so it gets the very first command.
-        ear.hears("/left/kindle")
-        ear.hears("/left/lantern/state", lambda s: s["components"]["Flame"] == "burning")
+    with stage.workspace.start("roslaunch", str(tmp_path / "two.launch"), master=stage.master):
+        # It listens before the controllers start, so it gets their very first commands.
+        for topic in ("/left/kindle", "/right/far/kindle"):
+            ear.hears(topic)
+        for node in (left, right):
+            ear.hears(f"{node}/state", lambda s: s["components"]["Flame"] == "burning")
         puppet.publish("/sun", INT, 99)
         ear.hears("/put_out")
-        ear.hears("/left/lantern/state", lambda s: s["components"]["Flame"] == "cold")
+        ear.hears(f"{left}/state", lambda s: s["components"]["Flame"] == "cold")
+        # The other one listens to /brightness, and sends to a topic below its own name.
+        ear.do("listen", topic=f"{right}/snuff", type="std_msgs/Bool")
+        assert ear.all_heard(f"{right}/state")[-1]["components"]["Flame"] == "burning"
+        puppet.publish("/brightness", INT, 99)
+        ear.hears(f"{right}/state", lambda s: s["components"]["Flame"] == "cold")
+
+
+def test_the_launch_file_gives_each_parameter_its_type(generated_workspace: Workspace) -> None:
+    yaml = pytest.importorskip("yaml")
+    given = {
+        "rate": 3, "order": "random", "seed": 4, "on_mismatch": "stop", "stop_command": "halt",
+        "exit_on_stop": True, "server_lost_after": 2.5, "state_rate": 7, "publish_events": False,
+        "event_log": "123", "event_log_size": 1, "event_log_files": 0, "legacy_state_topic": "on",
+        "timeout/ask": 1, "timeout/run": 2.0, "goal_timeout/run": 3,
+    }  # fmt: skip
+    arguments = [f"{name.replace('/', '_')}:={value}" for name, value in given.items()]
+    launch = ("probe_controller", "probe_controller.launch")
+    for more in ([], ["ns:=far"], ["ns:=/far"]):
+        done = generated_workspace.run("roslaunch", "--dump-params", *launch, *arguments, *more)
+        above = "/far/probe_controller/" if more else "/probe_controller/"
+        assert yaml.safe_load(done.stdout) == {above + k: v for k, v in given.items()}
+    done = generated_workspace.run("roslaunch", "--dump-params", *launch)
+    defaults = {"/probe_controller/" + p.name: p.default for p in declared(PROBE)}
+    assert yaml.safe_load(done.stdout) == defaults

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -33,24 +34,30 @@ def parameter_views(
 
     ``more`` are those that only one version of ROS has.
     """
-    return tuple(
-        ParameterView(
-            p.name,
-            p.name.replace("/", "_"),
-            p.type,
-            _yaml(config.parameters.get(p.name, p.default)),
-            p.meaning + (f" ({', '.join(p.choices)})" if p.choices else ""),
-        )
-        for p in (*settings.declared(declared_communications(robot)), *more)
-    )
+    views: dict[str, ParameterView] = {}
+    for p in (*settings.declared(declared_communications(robot)), *more):
+        argument = p.name.replace("/", "_")
+        while argument in views:  # of a.b and of a_b
+            argument += "_"
+        default = _yaml(config.parameters.get(p.name, p.default))
+        views[argument] = ParameterView(p.name, argument, p.type, default, _meaning(p))
+    return tuple(views.values())
+
+
+def _meaning(parameter: settings.Parameter) -> str:
+    if parameter.choices:
+        return f"{parameter.meaning} ({', '.join(parameter.choices)})"
+    if parameter.minimum is not None:
+        return f"{parameter.meaning} (at least {parameter.minimum:g})"
+    return parameter.meaning
 
 
 def _yaml(value: object) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return f'"{value}"'
-    return str(value)
+    """A value as YAML 1.1 reads it, which wants a point in a number with an exponent."""
+    text = json.dumps(value)
+    if isinstance(value, float) and "e" in text and "." not in text:
+        return text.replace("e", ".0e")
+    return text
 
 
 @dataclass(frozen=True)

@@ -130,13 +130,19 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
 
 
 def flatten(tree: Mapping[str, Any], prefix: str = "") -> Dict[str, Any]:
-    """Nested parameters by their full names."""
+    """Nested parameters by their full names.
+
+    Raises:
+        ParameterError: there is a value where parameters are to be.
+    """
+    if not isinstance(tree, dict):
+        raise ParameterError("there must be parameters below the node's name, not %r" % (tree,))
     flat: Dict[str, Any] = {}
     for name, value in tree.items():
         if isinstance(value, dict):
-            flat.update(flatten(value, prefix + name + "/"))
+            flat.update(flatten(value, "%s%s/" % (prefix, name)))
         else:
-            flat[prefix + name] = value
+            flat["%s%s" % (prefix, name)] = value
     return flat
 
 
@@ -161,12 +167,18 @@ def read(
     """
     parameters = {p.name: p for p in (*declared(communications), *more)}
     warnings = []
+    faults = []
     for name in given:
-        if name not in parameters:
+        if name in parameters:
+            continue
+        above = [p for p in parameters.values() if name.startswith(p.name + "/")]
+        if above:
+            shown = (spelled(above[0].name), above[0].type, spelled(name))
+            faults.append("parameter %s must be a %s, not a group with %s" % shown)
+        else:
             near = difflib.get_close_matches(name, parameters, 1)
             hint = "; did you mean %s?" % spelled(near[0]) if near else ""
             warnings.append("unknown parameter %s is ignored%s" % (spelled(name), hint))
-    faults = []
     values: Dict[str, Any] = {}
     for parameter in parameters.values():
         value = given.get(parameter.name, parameter.default)

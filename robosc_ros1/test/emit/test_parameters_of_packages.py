@@ -1,0 +1,134 @@
+"""Every parameter of a node: in its launch file, its parameter file and its README, on both ROS."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from emit.golden_packages import model_path
+
+from robosc import pipeline
+from robosc.emit import ros1, ros2
+from robosc.emit.config import Config, declared_communications
+from robosc.emit.package import Package
+from robosc.runtime import settings
+from robosc.runtime.quality import quality_parameters
+from robosc.supervisor import Supervisor
+
+EMITTERS = {"ros1": ros1.emit, "ros2": ros2.emit}
+PACKAGE = "some_controller"
+CHANGED = {
+    "rate": 1e22, "stop_command": "shout", "event_log": 'C:\\logs\n"new" | ~/ä.log', "seed": -3,
+    "goal_timeout/reach": 12.5, "exit_on_stop": True,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def gauntlet() -> Supervisor:
+    """Messages, a service, an action, and two imports of one component."""
+    return pipeline.synthesize(pipeline.load(model_path("gauntlet")).robot)
+
+
+def declared_by(supervisor: Supervisor, target: str) -> dict[str, settings.Parameter]:
+    communications = declared_communications(supervisor.plant.robot)
+    more = quality_parameters(communications) if target == "ros2" else []
+    if target == "ros2":  # one for each topic
+        more = [p for p in more if p.name.rpartition("/")[0] in topics_of(supervisor)]
+    return {p.name: p for p in settings.declared(communications) + more}
+
+
+def topics_of(supervisor: Supervisor) -> set[str]:
+    seen: dict[tuple[str, Any], str] = {}
+    robot = supervisor.plant.robot
+    for key, message in robot.communications.items():
+        name = "qos/" + settings.parameter_name(robot.display_names[key])
+        seen.setdefault((message.identifier, message.kind), name)
+    return set(seen.values())
+
+
+def written(package: Package, target: str) -> dict[str, Any]:
+    """What the parameter file says, by the names of ROS 1."""
+    yaml = pytest.importorskip("yaml")
+    document = yaml.safe_load(package.files[f"config/{PACKAGE}.yaml"].content)
+    if target == "ros2":
+        document = {k.replace(".", "/"): v for k, v in document["/**"]["ros__parameters"].items()}
+    return settings.flatten(document)
+
+
+@pytest.mark.parametrize("target", EMITTERS)
+@pytest.mark.parametrize("changed", [{}, CHANGED])
+def test_the_parameter_file_has_every_default(
+    gauntlet: Supervisor, target: str, changed: dict[str, Any]
+) -> None:
+    found = written(EMITTERS[target](gauntlet, PACKAGE, Config(parameters=changed)), target)
+    expected = {name: p.default for name, p in declared_by(gauntlet, target).items()}
+    assert found == {**expected, **changed}
+
+
+@pytest.mark.parametrize("target", EMITTERS)
+def test_the_readme_documents_every_parameter(gauntlet: Supervisor, target: str) -> None:
+    readme = EMITTERS[target](gauntlet, PACKAGE).files["README.md"].content
+    rows = dict(re.findall(r"^\| `([^`]+)` \| (\w+ \| `[^`]*` \| .+) \|$", readme, re.MULTILINE))
+    for name, parameter in declared_by(gauntlet, target).items():
+        type_, default, meaning = rows[name.replace("/", "." if target == "ros2" else "/")].split(
+            " | ", 2
+        )
+        assert type_ == parameter.type
+        assert default.strip("`") in (repr(parameter.default).lower(), f'"{parameter.default}"')
+        assert meaning.startswith(parameter.meaning)
+        assert all(choice in meaning for choice in parameter.choices)
+        if parameter.minimum is not None:
+            assert f"at least {parameter.minimum:g}" in meaning
+
+
+def test_the_launch_file_takes_every_parameter(gauntlet: Supervisor) -> None:
+    launch = EMITTERS["ros1"](gauntlet, PACKAGE).files[f"launch/{PACKAGE}.launch"].content
+    root = ElementTree.fromstring(launch)
+    arguments = {arg.attrib["name"]: arg.attrib["default"] for arg in root.findall("arg")}
+    (node,) = root.findall("node")
+    given = {param.attrib["name"]: param.attrib for param in node.findall("param")}
+    assert set(given) == set(declared_by(gauntlet, "ros1"))
+    for name, attributes in given.items():
+        argument = name.replace("/", "_")
+        assert attributes["value"] == f"$(arg {argument})"
+        assert arguments[argument] == ""
+
+
+def test_the_launch_file_of_ros_2_takes_every_parameter(gauntlet: Supervisor) -> None:
+    launch = EMITTERS["ros2"](gauntlet, PACKAGE).files[f"launch/{PACKAGE}.launch.py"].content
+    table = re.search(r"^PARAMETERS = (\(.*?^\))$", launch, re.MULTILINE | re.DOTALL)
+    assert table is not None
+    given = {parameter: argument for argument, parameter, _ in ast.literal_eval(table[1])}
+    names = {name.replace("/", ".") for name in declared_by(gauntlet, "ros2")}
+    assert set(given) - {"use_sim_time"} == names
+    assert all(argument == name.replace(".", "_") for name, argument in given.items())
+
+
+LIBRARY = """\
+library Boxes {
+    component Box { service shut with request: none, response: none links empty }
+    interface empty use Empty from std_srvs
+}
+"""
+ROBOT = """\
+robot Twins {
+    component A from Boxes import Box with prefix: "a_"
+    component B from Boxes import Box with prefix: "b_"
+    component C { service A_shut with request: none, response: none links empty }
+    interface empty use Empty from std_srvs
+}
+"""
+
+
+def test_arguments_have_names_of_their_own(tmp_path: Path) -> None:
+    (tmp_path / "boxes.rscd").write_text(LIBRARY)
+    (tmp_path / "twins.rscd").write_text(ROBOT)
+    supervisor = pipeline.synthesize(pipeline.load(tmp_path / "twins.rscd").robot)
+    launch = EMITTERS["ros1"](supervisor, PACKAGE).files[f"launch/{PACKAGE}.launch"].content
+    names = re.findall(r'<arg name="([^"]+)" default', launch)
+    assert len([name for name in names if name.startswith("timeout_A_shut")]) == 2
+    assert len(names) == len(set(names))

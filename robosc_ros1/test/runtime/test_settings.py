@@ -1,0 +1,90 @@
+"""The parameters of a node as SEMANTICS has them: defaults, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from runtime.lamp_robot import ARM, LAMP, LampController
+
+from robosc.runtime.settings import ParameterError, Settings, declared, flatten, read
+
+COMMUNICATIONS = LampController.COMMUNICATIONS
+DEFAULTS = {
+    "rate": 10.0, "order": "rotate", "seed": 0, "on_mismatch": "ignore", "stop_command": "",
+    "exit_on_stop": False, "server_lost_after": 5.0, "state_rate": 20.0, "publish_events": True,
+    "event_log": "", "event_log_size": 10.0, "event_log_files": 5, "legacy_state_topic": "",
+    "timeout/light": 5.0, "timeout/reach": 5.0, "goal_timeout/reach": 0.0,
+}  # fmt: skip
+
+RIGHT: dict[str, list[Any]] = {
+    "number": [1, 2.5, 1e9],
+    "integer": [1, 3],
+    "boolean": [True, False],
+    "string": [""],
+}
+WRONG: dict[str, list[Any]] = {
+    "number": ["10", "fast", True, None, [1.0], math.nan, math.inf, -math.inf, -1.0],
+    "integer": ["1", 1.0, True, None, [1], math.nan],
+    "boolean": ["true", 1, 0, None, [True]],
+    "string": [1, 2.0, True, None, ["a"]],
+}
+
+
+def test_the_defaults() -> None:
+    assert {p.name: p.default for p in declared(COMMUNICATIONS)} == DEFAULTS
+    settings, warnings = read(COMMUNICATIONS, {})
+    assert warnings == []
+    assert settings == Settings(timeout={LAMP: 5.0, ARM: 5.0}, goal_timeout={ARM: 0.0})
+    assert settings.goal_timeout_of(ARM) is None
+
+
+@pytest.mark.parametrize("parameter", declared(COMMUNICATIONS), ids=lambda p: p.name)
+def test_each_is_checked(parameter: Any) -> None:
+    for value in parameter.choices or RIGHT[parameter.type]:
+        read(COMMUNICATIONS, {parameter.name: value})
+    wrong = WRONG[parameter.type] + (["sideways"] if parameter.choices else [])
+    if parameter.minimum is not None:
+        read(COMMUNICATIONS, {parameter.name: type(parameter.default)(parameter.minimum)})
+        wrong = [*wrong, parameter.minimum - 1]
+    for value in wrong:
+        with pytest.raises(ParameterError) as refused:
+            read(COMMUNICATIONS, {parameter.name: value})
+        text = str(refused.value)
+        assert text.startswith(f"parameter ~{parameter.name} must be ")
+        assert text.endswith(f", not {value!r}")
+    with pytest.raises(ParameterError, match="not a group with"):
+        read(COMMUNICATIONS, {f"{parameter.name}/deep/inside": 1})
+
+
+def test_all_faults_are_told_at_once() -> None:
+    with pytest.raises(ParameterError) as refused:
+        read(COMMUNICATIONS, {"rate": "x", "seed": 1.5, "stop_command": "jump", "order": 1})
+    assert [line.split()[1] for line in str(refused.value).splitlines()] == [
+        "~rate", "~order", "~seed", "~stop_command",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [
+        ("rat", "rate"),
+        ("timout/light", "timeout/light"),
+        ("timeout/lite", "timeout/light"),
+        ("stop", None),
+        ("xyzzy", None),
+    ],
+)
+def test_an_unknown_one_is_told_with_the_nearest(name: str, near: str | None) -> None:
+    settings, (warning,) = read(COMMUNICATIONS, {name: "anything"})
+    assert settings == read(COMMUNICATIONS, {})[0]
+    hint = "" if near is None else f"; did you mean ~{near}?"
+    assert warning == f"unknown parameter ~{name} is ignored{hint}"
+
+
+def test_what_is_no_group_of_parameters() -> None:
+    assert flatten({"timeout": {"light": 1, 2: 3}}) == {"timeout/light": 1, "timeout/2": 3}
+    for value in (5, "rate: 5", [1], None):
+        with pytest.raises(ParameterError, match="parameters below the node's name, not"):
+            flatten(value)  # type: ignore[arg-type]
