@@ -130,6 +130,7 @@ def test_state_requirement() -> None:
     why = explanation_of(found, "on.request")
     assert trace_text_of(why.trace) == ["on.request", "m.response"]
     assert why.reason.endswith("'requirement never A.up and B.high' fails")
+    assert why.remedy == "change what m.response does to B, or relax the requirement"
     note = why.diagnostic.notes[0].span
     assert note is not None
     assert note.text == "requirement never A.up and B.high"
@@ -146,6 +147,7 @@ def test_forbidden_state_at_once() -> None:
     assert why.reason == (
         "on.request can never be allowed: after on.request, 'requirement never A.up' fails"
     )
+    assert why.remedy == "change what on.request does to A, or relax the requirement"
 
 
 def test_own_step_into_a_dead_end() -> None:
@@ -193,6 +195,7 @@ def test_empty_from_the_start() -> None:
     assert why.reason == (
         "no controller can keep the requirements: 'requirement always A.high' fails"
     )
+    assert why.remedy == "let A start otherwise, or relax the requirement"
 
 
 def test_command_whose_requirements_never_hold() -> None:
@@ -263,3 +266,10 @@ def test_same_reasons_every_time() -> None:
     text = families.transfer_line(4, 2)
     first, second = (synthesize(plant_of(text), "dense") for _ in range(2))
     assert [e.reason for e in first.explanations] == [e.reason for e in second.explanations]
+
+
+def test_a_requirement_that_nothing_keeps() -> None:
+    found = supervisor_of(
+        "component A { behaviour { initial marked state s {} } } requirement never true"
+    )
+    assert [why.remedy for why in found.explanations] == ["relax the requirement"]

@@ -16,15 +16,15 @@ from robosc.errors import Diagnostic, Note, Severity
 from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.expr import conjunction, negation
 from robosc.ir.step import Outcome, Verdict
-from robosc.model.entities import EventKind
-from robosc.model.expr import FALSE
+from robosc.model.entities import EventKind, Requirement
+from robosc.model.expr import FALSE, StateRef, VariableRef, walk
 from robosc.source import Span
 from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.blocking import why_blocked
 from robosc.synthesis.leaving import leaving_remedy
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
-from robosc.synthesis.wording import event_text, trace_text
+from robosc.synthesis.wording import event_text, listing, trace_text
 
 __all__ = ["explain_empty", "explain_guards"]
 
@@ -144,7 +144,7 @@ class _Explainer:
         """
         paths: list[tuple[PlantState, ...]] = []
         for path in self._unpreventable(start):
-            found = self._plain(path)
+            found = self._plain(path, before)
             if found is not None:
                 return found
             paths.append(path)
@@ -182,12 +182,14 @@ class _Explainer:
                 if target is not Verdict.IMPOSSIBLE:
                     yield Step(self.plant.events[way.event], values), target
 
-    def _plain(self, path: tuple[PlantState, ...]) -> _Harm | None:
+    def _plain(self, path: tuple[PlantState, ...], before: tuple[Step, ...]) -> _Harm | None:
         state = path[-1]
         for holds, requirement in self.invariants:
             if not holds(state):
                 reason = f"'{requirement.text}' fails"
-                return _Harm(path, None, reason, None, requirement.span)
+                steps = (*before, *steps_of(self.stepper, path))
+                remedy = _avoiding(requirement, steps[-1].event if steps else None)
+                return _Harm(path, None, reason, remedy, requirement.span)
         for step, target in self._uncontrollable(state):
             if target is Verdict.OUT_OF_RANGE:
                 found = leaving_remedy(self.stepper, step, state)
@@ -196,6 +198,21 @@ class _Explainer:
 
 
 _MOST_PATHS = 20_000
+
+
+def _avoiding(requirement: Requirement, event: Event | None) -> str:
+    """How a state requirement could be kept that fails after an event, or at the start (None)."""
+    read = dict.fromkeys(
+        part.component
+        for part in walk(requirement.condition)
+        if isinstance(part, VariableRef | StateRef)
+    )
+    if not read:
+        return "relax the requirement"
+    if event is None:
+        return f"let {listing(list(read))} start otherwise, or relax the requirement"
+    movers = [p.component for p in event.participants if p.component in read]
+    return f"change what {event_text(event)} does to {listing(movers)}, or relax the requirement"
 
 
 def _notes(harm: _Harm) -> tuple[Note, ...]:
