@@ -173,8 +173,8 @@ def read(
             continue
         above = [p for p in parameters.values() if name.startswith(p.name + "/")]
         if above:
-            shown = (spelled(above[0].name), above[0].type, spelled(name))
-            faults.append("parameter %s must be a %s, not a group with %s" % shown)
+            told = (spelled(above[0].name), above[0].type, spelled(name))
+            faults.append("parameter %s must be a %s, not a group with %s" % told)
         else:
             near = difflib.get_close_matches(name, parameters, 1)
             hint = "; did you mean %s?" % spelled(near[0]) if near else ""
