@@ -349,3 +349,17 @@ def test_the_snapshot_is_not_touched_by_later_events() -> None:
     snapshot = played.engine.snapshot()
     played.see(50)
     assert snapshot["controller"].variables()["Sensor.clear"] is False
+
+
+def test_a_deadline_in_a_thousand_centuries_is_waited_for() -> None:
+    never = 1e15
+    played = Played(timeout={LAMP: never, ARM: never})
+    played.begin()
+    played.engine.stop("enough")  # nothing but the deadlines is left to wait for
+    played.engine.cycle()
+    thread = threading.Thread(target=played.engine.run, daemon=True)
+    thread.start()
+    played.engine.close()
+    thread.join(20)
+    assert not thread.is_alive()
+    assert played.engine.patience() <= threading.TIMEOUT_MAX  # type: ignore[operator]

@@ -28,6 +28,8 @@ from .values import Mismatch
 __all__ = ["Engine"]
 
 _ENDS = ("response", "error")
+_LONGEST_WAIT = 3600.0
+"""Seconds; a queue refuses to wait for centuries, as some deadline may ask for."""
 
 
 class _BoundInput:
@@ -160,7 +162,7 @@ class Engine:
         pace = None if self.stopped else self._pace.wake(self._port.now())
         if self._calls.earliest is None:
             return pace
-        call = max(0.0, self._calls.earliest - self._steady())
+        call = min(_LONGEST_WAIT, max(0.0, self._calls.earliest - self._steady()))
         return call if pace is None else min(pace, call)
 
     def cycle(self, item: _Item = None) -> None:
