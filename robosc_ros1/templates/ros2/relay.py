@@ -197,6 +197,11 @@ class ActionRelay(Action):
         if kind == "error":
             self._end(goal, GoalStatus.STATUS_ABORTED)
 
+    def _cancel_answered(self, goal, future):
+        Action._cancel_answered(self, goal, future)
+        if not goal.ended.done():
+            self._goals[goal.token] = goal  # the controller wants to know its end
+
     def _watch(self, goal):
         over = Action._watch(self, goal)
         if over:  # if its result did not come, it never will

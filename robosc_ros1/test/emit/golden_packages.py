@@ -5,14 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 
 from robosc import pipeline
-from robosc.emit import ros1, ros2
+from robosc.emit import ros1, ros1_supervisor, ros2, ros2_supervisor
 from robosc.emit.package import File, Package
 
-__all__ = ["MODELS", "TARGETS", "golden_folder", "kept_files", "model_path", "package_of"]
+__all__ = [
+    "MODELS", "PACKAGES", "TARGETS", "golden_folder", "kept_files", "model_path", "package_of",
+]  # fmt: skip
 
 GOLDEN = Path(__file__).resolve().parents[1] / "golden"
 
-TARGETS = {"ros1": ros1.emit, "ros2": ros2.emit}
+TARGETS = ("ros1", "ros2")
+EMITTERS = {
+    ("ros1", "controller"): ros1.emit,
+    ("ros1", "supervisor"): ros1_supervisor.emit,
+    ("ros2", "controller"): ros2.emit,
+    ("ros2", "supervisor"): ros2_supervisor.emit,
+}
 
 MODELS = ("lantern", "gauntlet")
 """``lantern`` needs no message definitions; ``gauntlet`` those of gauntlet_interfaces beside it."""
@@ -22,18 +30,27 @@ def model_path(model: str) -> Path:
     return GOLDEN / "models" / f"{model}.rscd"
 
 
-def package_of(model: str, target: str = "ros1") -> Package:
+PACKAGES = [(m, t, "controller") for m in MODELS for t in TARGETS]
+PACKAGES += [("gauntlet", t, "supervisor") for t in TARGETS]
+"""Model, target, mode."""
+
+
+def package_of(model: str, target: str = "ros1", mode: str = "controller") -> Package:
     supervisor = pipeline.synthesize(pipeline.load(model_path(model)).robot)
-    return TARGETS[target](supervisor, f"{model}_controller")
+    return EMITTERS[target, mode](supervisor, f"{model}_{mode}")
 
 
-def golden_folder(model: str, target: str = "ros1") -> Path:
-    return GOLDEN / target / f"{model}_controller"
+def golden_folder(model: str, target: str = "ros1", mode: str = "controller") -> Path:
+    return GOLDEN / target / f"{model}_{mode}"
 
 
-def kept_files(package: Package, target: str = "ros1") -> dict[str, File]:
+def kept_files(package: Package, target: str = "ros1", mode: str = "controller") -> dict[str, File]:
     """All files but those that are copied as they are, which only would be noise here."""
     copied = ["/_runtime/", "test/judge.py", "test/shadow.py"]
+    if mode == "supervisor":
+        copied += ["/relay.py", "test/guard_judge.py"]
+        # These are the controller's, which a test of its own says.
+        copied += ["/controller.py", "/model.py", "test/plant_data.py", "/play_robot.py"]
     copied += [f"/{name}" for name in (ros1 if target == "ros1" else ros2).WIRING]
     # These are the same for all targets, which a test of its own says.
     copied += [] if target == "ros1" else ["/controller.py", "/model.py", "test/plant_data.py"]

@@ -7,7 +7,7 @@ import importlib.util
 from pathlib import Path
 
 import pytest
-from emit.golden_packages import MODELS, TARGETS, golden_folder, kept_files, package_of
+from emit.golden_packages import MODELS, PACKAGES, TARGETS, golden_folder, kept_files, package_of
 
 import robosc.runtime
 from robosc.emit.package import MARKER
@@ -20,38 +20,36 @@ def needs_definitions(model: str) -> None:
         pytest.skip("genmsg is not installed, so that message definitions cannot be read")
 
 
-@pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("model", MODELS)
-def test_the_package_is_the_golden_one(model: str, target: str) -> None:
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_the_package_is_the_golden_one(model: str, target: str, mode: str) -> None:
     needs_definitions(model)
-    folder = golden_folder(model, target)
+    folder = golden_folder(model, target, mode)
     golden = {
         path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
         for path in folder.rglob("*")
         if path.is_file()
     }
-    assert {
-        p: f.content for p, f in kept_files(package_of(model, target), target).items()
-    } == golden
+    kept = kept_files(package_of(model, target, mode), target, mode)
+    assert {p: f.content for p, f in kept.items()} == golden
 
 
 def test_generation_is_deterministic() -> None:
     assert package_of("lantern").files == package_of("lantern").files
 
 
-@pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("model", MODELS)
-def test_every_file_carries_the_marker(model: str, target: str) -> None:
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_every_file_carries_the_marker(model: str, target: str, mode: str) -> None:
     needs_definitions(model)
-    for path, file in package_of(model, target).files.items():
+    for path, file in package_of(model, target, mode).files.items():
         assert MARKER in file.content[:600], path
 
 
-@pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("model", MODELS)
-def test_all_python_parses_as_3_8_and_imports_nothing_of_robosc(model: str, target: str) -> None:
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_all_python_parses_as_3_8_and_imports_nothing_of_robosc(
+    model: str, target: str, mode: str
+) -> None:
     needs_definitions(model)
-    for path, file in package_of(model, target).files.items():
+    for path, file in package_of(model, target, mode).files.items():
         if path.endswith(".py") or path.startswith("scripts/"):
             tree = ast.parse(file.content, path, feature_version=(3, 8))
             for node in ast.walk(tree):
@@ -82,6 +80,21 @@ def test_controller_and_runtime_are_the_same_for_all_targets(model: str) -> None
         assert first[path] == second[path], path
 
 
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_supervisor_has_the_model_and_the_robot_of_the_controller(target: str) -> None:
+    needs_definitions("gauntlet")
+    guard = package_of("gauntlet", target, "supervisor").files
+    controller = package_of("gauntlet", target).files
+    module = "src/" if target == "ros1" else ""
+    shared = [f"{module}gauntlet_controller/{name}.py" for name in ("controller", "model")]
+    for path in (*shared, "test/plant_data.py"):
+        other = path.replace("gauntlet_controller", "gauntlet_supervisor")
+        assert guard[other].content == controller[path].content, path
+    robot = "test/play_robot.py" if target == "ros1" else "test/test_play_robot.py"
+    expected = controller[robot].content.replace("gauntlet_controller", "gauntlet_supervisor")
+    assert guard["test/play_robot.py"].content == expected
+
+
 def test_the_controller_knows_no_ros() -> None:
     for path, file in package_of("lantern").files.items():
         if "_runtime" in path or path.endswith("controller.py"):
@@ -89,11 +102,10 @@ def test_the_controller_knows_no_ros() -> None:
             assert "rclpy." not in file.content.replace("rclpy's own", ""), path
 
 
-@pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("model", MODELS)
-def test_nothing_is_imported_in_vain(model: str, target: str) -> None:
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_nothing_is_imported_in_vain(model: str, target: str, mode: str) -> None:
     needs_definitions(model)
-    for path, file in package_of(model, target).files.items():
+    for path, file in package_of(model, target, mode).files.items():
         if not path.endswith(".py"):
             continue
         imported, used = set(), set()

@@ -14,15 +14,14 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
-from emit.golden_packages import MODELS, TARGETS, golden_folder, kept_files, package_of  # noqa: E402
+from emit.golden_packages import PACKAGES, golden_folder, kept_files, package_of  # noqa: E402
 
 packages = {
-    (model, target): kept_files(package_of(model, target), target)
-    for model in MODELS
-    for target in TARGETS
+    (model, target, mode): kept_files(package_of(model, target, mode), target, mode)
+    for model, target, mode in PACKAGES
 }
-for (model, target), files in packages.items():
-    folder = golden_folder(model, target)
+for (model, target, mode), files in packages.items():
+    folder = golden_folder(model, target, mode)
     shutil.rmtree(folder, ignore_errors=True)
     for path, file in files.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)

@@ -194,3 +194,44 @@ def test_the_launch_file_starts_both_with_the_right_names(
         robot.hears("/vel", lambda m: m["linear"]["x"] == 0.0)
         robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
         other.hears(f"/{NODE}/state", lambda s: s["components"]["ObstacleGrabber"] == "grabbing")
+
+
+FAULTS = {
+    "forbidden": (
+        "_runtime/guard.py",
+        "        if command.possible and command.allowed():\n",
+        "        return []\n        if command.possible and command.allowed():\n",
+        "against: requirement",
+    ),
+    "allowed": (
+        "controller.py",
+        'and self.motor == "stopped"\n        )',
+        "and False)",
+        "because of",
+    ),
+    "data": (
+        "relay.py",
+        "            guard.offer(",
+        "            raw.bytes = bytes(len(raw.bytes))\n            guard.offer(",
+        "carries other messages",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", [None, *FAULTS])
+def test_the_package_s_own_test_finds_faults(
+    guarded_workspace: Workspace, fault: str | None
+) -> None:
+    """It passes; and it finds what passes or is blocked wrongly, and what passes otherwise."""
+    package = guarded_workspace.folder / "src" / NODE / "src" / NODE
+    file, before, after, complaint = FAULTS[fault] if fault else ("relay.py", "", "", "SUCCESS")
+    source = (package / file).read_text(encoding="utf-8")
+    assert before in source
+    (package / file).write_text(source.replace(before, after, 1), encoding="utf-8")
+    try:
+        command = ("rostest", "--text", NODE, f"{NODE}.test", "seconds:=2")
+        done = guarded_workspace.run(*command, check=False)
+    finally:
+        (package / file).write_text(source, encoding="utf-8")
+    output = done.stdout + done.stderr
+    assert complaint in output, output

@@ -17,7 +17,6 @@ READING = "robosc_testing/msg/Reading"
 SWITCH = "std_srvs/srv/SetBool"
 MOVE = "robosc_testing/action/Move"
 NEAR = {"valid": True, "distance": 0.5, "vector": [1.5, 0.0, 0.0]}
-FAR = {"valid": True, "distance": 3.0}
 
 
 @pytest.fixture
@@ -200,18 +199,14 @@ def test_the_launch_file_starts_both_with_the_right_names(
         stop_command="speed",
         controller_package="guarded_arm",
         controller_executable="guarded_arm",
-        qos_zone_reliability="reliable",
-        qos_go_reliability="reliable",
     )
     assert [(n.package, n.name) for n in nodes] == [(NODE, NODE), ("guarded_arm", "controller")]
     for node in nodes:
         command = node.command(install, graph.folder)
         graph.start(*command, **built.environment(node.package))
-    # The controller sees the person, hears the operator, locks the door, and reaches.
-    robot.publish("person", READING, NEAR)
-    robot.expect("message", name="beacon")
-    robot.publish("person", READING, FAR)
-    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    # The controller tells its speed, hears the operator, locks the door, and reaches.
+    robot.expect("message", name="speed")
+    repeat(robot, "go", "std_msgs/msg/Bool", {"data": True})
     request = robot.expect("request", name="door/lock")
     robot.order("tell_server", id=request["id"], data={"success": True})
     sent = robot.expect("goal", name="reach")
@@ -219,7 +214,7 @@ def test_the_launch_file_starts_both_with_the_right_names(
     robot.order("tell_server", id=sent["id"], end="succeed", result={"code": 0})
     robot.expect_state(NODE, lambda s: s["variables"]["Arm.last"] == "good")
     # All of that went through the supervisor: nobody else sends to the robot.
-    assert robot.order("senders", name="beacon") == [NODE]
+    assert robot.order("senders", name="speed") == [NODE]
 
 
 def test_the_launch_file_starts_the_supervisor_alone(built: Any) -> None:
@@ -233,3 +228,14 @@ def test_the_launch_file_starts_the_supervisor_alone(built: Any) -> None:
     assert (other.name, other.namespace, other.arguments) == (None, "left", ["-x", "a b"])
     assert ("reach/_action/get_result", "supervised/reach/_action/get_result") in other.remappings
     assert other.parameters == [{"use_sim_time": True}]
+
+
+def test_the_package_s_own_test_plays_robot_and_controller(built: Any, graph: Graph) -> None:
+    test = graph.start(
+        graph.bed.python, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider",
+        built.folder / "src" / NODE / "test",
+        **built.environment(NODE), ROBOSC_SECONDS="3",
+    )  # fmt: skip
+    code = test.wait(120)
+    assert code == 0, test.output
+    assert "1 passed" in test.output

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pprint import pformat
 from xml.sax.saxutils import escape
 
@@ -49,6 +49,7 @@ class PackageContext:
     services: tuple[TopicView, ...]
     actions: tuple[TopicView, ...]
     parameters: tuple[ParameterView, ...]
+    title: str = field(default="Controller", kw_only=True)
 
     def __post_init__(self) -> None:
         """Raises UsageError if the package would stand in the way of one that it needs."""

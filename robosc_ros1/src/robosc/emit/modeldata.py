@@ -211,8 +211,10 @@ def _plant_communication(
         "kind": communication.kind.value,
         "identifier": communication.identifier,
         "interface": [binding.package, binding.type],
+        "request": _type(communication.request, enums),
         "response": _type(communication.response, enums),
         "feedback": _type(communication.feedback, enums),
+        "request_field": binding.request_field,
         "response_field": binding.response_field,
         "feedback_field": binding.feedback_field,
     }

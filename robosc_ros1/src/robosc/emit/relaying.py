@@ -8,7 +8,8 @@ from robosc.emit.common import PackageContext, TopicView
 from robosc.emit.config import Config
 from robosc.emit.guarding import Recognition, recognitions
 from robosc.errors import UsageError
-from robosc.model.entities import Robot
+from robosc.model.entities import EventKind
+from robosc.supervisor import Supervisor
 
 __all__ = ["ControllerNode", "RelayContext", "RelayView", "relay_context"]
 
@@ -40,7 +41,10 @@ class ControllerNode:
 
 @dataclass(frozen=True)
 class RelayContext(PackageContext):
-    """What all templates of a supervisor see: those of a controller, and both sides."""
+    """What all templates of a supervisor see: those of a controller, and both sides.
+
+    ``restricted`` are the communications whose requests synthesis restricts beyond requirements.
+    """
 
     prefix: str
     controller: ControllerNode
@@ -49,6 +53,7 @@ class RelayContext(PackageContext):
     relayed_services: tuple[RelayView, ...]
     relayed_actions: tuple[RelayView, ...]
     remaps: tuple[tuple[str, str], ...]
+    restricted: tuple[str, ...]
 
 
 _IDLE = ("rate", "order", "seed")
@@ -56,7 +61,7 @@ _IDLE = ("rate", "order", "seed")
 
 
 def relay_context(
-    base: PackageContext, robot: Robot, config: Config, action_parts: tuple[str, ...]
+    base: PackageContext, supervisor: Supervisor, config: Config, action_parts: tuple[str, ...]
 ) -> RelayContext:
     """The context of a supervisor from that of a controller.
 
@@ -66,8 +71,10 @@ def relay_context(
         ModelError: see :func:`.guarding.recognitions`.
         UsageError: the configuration's section about the supervisor has a wrong key.
     """
+    robot = supervisor.plant.robot
     means = {r.key: r for found in recognitions(robot).values() for r in found}
     known = {f.name: getattr(base, f.name) for f in fields(base)}
+    known["title"] = "Supervisor"
     known["parameters"] = tuple(p for p in base.parameters if p.name not in _IDLE)
     inputs = tuple(_view(topic) for topic in base.subscriptions)
     commands = tuple(
@@ -88,6 +95,7 @@ def relay_context(
         relayed_actions=actions,
         # A private name is the supervisor's own; the controller's node has no such.
         remaps=tuple(dict.fromkeys(pair for pair in pairs if not pair[0].startswith("~"))),
+        restricted=_restricted(supervisor),
     )
 
 
@@ -100,6 +108,11 @@ def _view(topic: TopicView, commands: tuple[str, ...] = ()) -> RelayView:
     else:
         other = f"{PREFIX}/{name}"
     return RelayView(name, other, topic.type, topic.keys, topic.key, commands)
+
+
+def _restricted(supervisor: Supervisor) -> tuple[str, ...]:
+    guards = [g for g in supervisor.guards if g.status != "as required"]
+    return tuple(g.event.key for g in guards if g.event.kind is EventKind.REQUEST)
 
 
 def _in_order(found: list[Recognition]) -> list[Recognition]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosc.emit.common import data_module, escaped, model_module
+from robosc.emit.common import data_module, escaped, model_module, plant_module
 from robosc.emit.config import DEFAULTS, Config
 from robosc.emit.context import readme_context
 from robosc.emit.controller import controller_context
@@ -29,12 +29,12 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     source = file_of(robot.span)
     controller = controller_context(supervisor, source)
     base = package_context(robot, package, source, controller, config.checked(robot))
-    context = relay_context(base, robot, config, _ACTION_PARTS)
+    context = relay_context(base, supervisor, config, _ACTION_PARTS)
     readme = readme_context(supervisor, package, source, context.parameters, spelling)
     module = f"src/{package}"
     files = {
-        "package.xml": render("ros1/supervisor_package.xml.jinja", escaped(context)),
-        "CMakeLists.txt": render("ros1/supervisor_CMakeLists.txt.jinja", context),
+        "package.xml": render("ros1/package.xml.jinja", escaped(context)),
+        "CMakeLists.txt": render("ros1/CMakeLists.txt.jinja", context),
         "setup.py": render("ros1/setup.py.jinja", context),
         f"launch/{package}.launch": render("ros1/supervisor.launch.jinja", escaped(context)),
         f"config/{package}.yaml": render("ros1/config.yaml.jinja", context),
@@ -43,13 +43,21 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{module}/model.py": model_module(supervisor, source),
         f"{module}/node.py": render("ros1/supervisor_node.py.jinja", context),
         **{f"{module}/{name}": verbatim(f"ros1/{name}") for name in (*WIRING, "relay.py")},
+        f"test/{package}.test": render("ros1/supervisor_rostest.jinja", escaped(context)),
+        "test/judge.py": verbatim("common/judge.py"),
+        "test/guard_judge.py": verbatim("common/guard_judge.py"),
+        "test/shadow.py": verbatim("common/shadow.py"),
+        "test/plant_data.py": plant_module(robot, source),
         "README.md": render("ros1/supervisor_README.md.jinja", readme),
     }
-    script = File(render("ros1/script.jinja", context), executable=True)
+    programs = {
+        f"scripts/{package}": "ros1/script.jinja",
+        "test/play_robot.py": "ros1/play_robot.py.jinja",
+        "test/play_both.py": "ros1/play_both.py.jinja",
+    }
     texts = {path: File(text) for path, text in files.items()}
+    texts |= {p: File(render(t, context), executable=True) for p, t in programs.items()}
     return Package(
         package,
-        frozen_files(
-            {**texts, f"scripts/{package}": script, **runtime_files(f"{module}/_runtime")}
-        ),
+        frozen_files({**texts, **runtime_files(f"{module}/_runtime")}),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosc.emit.common import data_module, escaped, model_module
+from robosc.emit.common import data_module, escaped, model_module, plant_module
 from robosc.emit.config import DEFAULTS, Config
 from robosc.emit.context import readme_context
 from robosc.emit.controller import controller_context
@@ -31,11 +31,11 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     source = file_of(robot.span)
     controller = controller_context(supervisor, source)
     base = package_context(robot, package, source, controller, config.checked(robot))
-    context = relay_context(base, robot, config, _ACTION_PARTS)
+    context = relay_context(base, supervisor, config, _ACTION_PARTS)
     readme = readme_context(supervisor, package, source, context.parameters, spelling)
     files = {
-        "package.xml": render("ros2/supervisor_package.xml.jinja", escaped(context)),
-        "setup.py": render("ros2/supervisor_setup.py.jinja", context),
+        "package.xml": render("ros2/package.xml.jinja", escaped(context)),
+        "setup.py": render("ros2/setup.py.jinja", context),
         "setup.cfg": render("ros2/setup.cfg.jinja", context),
         f"resource/{package}": render("ros2/marker.jinja", context),
         f"launch/{package}.launch.py": render("ros2/supervisor.launch.py.jinja", context),
@@ -45,6 +45,13 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{package}/model.py": model_module(supervisor, source),
         f"{package}/node.py": render("ros2/supervisor_node.py.jinja", context),
         **{f"{package}/{name}": verbatim(f"ros2/{name}") for name in (*WIRING, "relay.py")},
+        "test/test_play_both.py": render("ros2/test_play_both.py.jinja", context),
+        # A module for that one, no test of its own here.
+        "test/play_robot.py": render("ros2/test_play_robot.py.jinja", context),
+        "test/judge.py": verbatim("common/judge.py"),
+        "test/guard_judge.py": verbatim("common/guard_judge.py"),
+        "test/shadow.py": verbatim("common/shadow.py"),
+        "test/plant_data.py": plant_module(robot, source),
         "README.md": render("ros2/supervisor_README.md.jinja", readme),
     }
     texts = {path: File(text) for path, text in files.items()}

@@ -179,9 +179,9 @@ class Robot:
         return result
 
 
-def start_controller():
-    """The controller as a process, fit for a test: it must not lose what this test says."""
-    words = ["--ros-args", "-p", "rate:=20.0"]
+def start_controller(parameter="rate:=20.0"):
+    """The node as a process, fit for a test: it must not lose what this test says."""
+    words = ["--ros-args", "-p", parameter]
     for communication in PLANT_COMMUNICATIONS.values():
         name = communication["name"]
         if communication["kind"] == "outgoing message":
