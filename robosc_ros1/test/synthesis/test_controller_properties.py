@@ -150,3 +150,20 @@ def test_supervisor_ends_the_steps() -> None:
     )
     assert all(properties(found).values())
     assert found.settle_bound == 1
+
+
+def test_an_order_without_end_is_no_other_end() -> None:
+    """From ``first`` and ``second`` settling ends in one state each, or goes round for ever."""
+    found = supervisor_of(
+        behaviour(
+            "initial marked state s { on response from m goto first }"
+            " state first { transition goto t transition goto round }"
+            " marked state t { on response from m goto second }"
+            " state second { transition goto u transition goto round }"
+            " marked state u {}"
+            " marked state round { transition goto about }"
+            " state about { transition goto round }"
+        )
+    )
+    assert properties(found)["confluence"]
+    assert [d for d in found.diagnostics if d.code in CONTROL] == []

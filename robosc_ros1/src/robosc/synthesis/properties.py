@@ -138,25 +138,31 @@ class _Controller:
         return _Settling(tuple(path), False)
 
     def _differing(self) -> tuple[PlantState, PlantState, PlantState] | None:
-        """A state from which settling ends in two, depending on the order."""
+        """A state from which settling ends in two, depending on the order.
+
+        An order that never ends is no other end: bounded response is about that.
+        """
         known: dict[PlantState, PlantState] = {}
         for start in self.settlings:
             ends: dict[PlantState, None] = {}
-            states = {start: None}
+            closing: list[PlantState] = []
+            before: dict[PlantState, list[PlantState]] = {start: []}
             queue = [start]
             for state in queue:  # grows while it is walked
-                if state in known:
-                    ends[known[state]] = None
-                    continue
                 after = [target for tau in self.taus for target in _moves(tau, state)]
-                if not after:
-                    ends[state] = None
-                queue.extend(t for t in dict.fromkeys(after) if t not in states)
-                states.update(dict.fromkeys(after))
+                if state in known or not after:
+                    ends[known.get(state, state)] = None
+                    closing.append(state)
+                    continue
+                queue.extend(t for t in dict.fromkeys(after) if t not in before)
+                for target in after:
+                    before.setdefault(target, []).append(state)
             if len(ends) > 1:
                 one, other, *_ = ends
                 return start, one, other
-            known.update((state, end) for end in ends for state in states)
+            for state in closing:  # grows while it is walked, back from the end
+                known.setdefault(state, *ends)
+                closing.extend(before.pop(state, ()))
         return None
 
     def _stuck(self) -> PlantState | None:
