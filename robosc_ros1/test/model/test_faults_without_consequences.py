@@ -203,6 +203,15 @@ def test_booleans_of_other_languages() -> None:
     assert diagnostics[0].hint == "did you mean 'true'?"
 
 
+def test_a_datatype_with_the_name_of_one_of_another_kind_is_checked() -> None:
+    object_ = "datatype object Range { x: dooble }"
+    enum = 'datatype enum Range from integer to { value > "1" -> near default -> far }'
+    assert faults(object_ + enum) == [
+        ("unknown-type", "dooble"), ("duplicate-name", "Range"), ("type-mismatch", '"1"'),
+    ]  # fmt: skip
+    assert ("unknown-type", "dooble") in faults(enum + object_)
+
+
 @pytest.mark.parametrize(
     ("keyword", "text"),
     [

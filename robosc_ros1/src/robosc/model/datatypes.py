@@ -257,21 +257,23 @@ class TypeTable:
         return ObjectType(node.name.text, self.scope.origin, tuple(properties))
 
     def _add_shell(self, node: EnumNode) -> None:
+        shell = self._shells[node.name.text] = self._shell(node)
+        for value in shell.values:
+            self._by_value.setdefault(value, []).append(shell)
+
+    def _shell(self, node: EnumNode) -> EnumType:
+        """The enum by its values, without rules."""
         values = tuple(dict.fromkeys(rule.value.text for rule in node.rules))
         defaults = [rule.value.text for rule in node.rules if rule.condition is None]
         default = defaults[0] if defaults else (values[0] if values else "")
-        name = node.name.text
-        shell = EnumType(name, self.scope.origin, NoneType(), values, default, ())
-        self._shells[name] = shell
-        for value in values:
-            self._by_value.setdefault(value, []).append(shell)
+        return EnumType(node.name.text, self.scope.origin, NoneType(), values, default, ())
 
     def _enum(self, node: EnumNode) -> EnumType:
         """The enum. With an error it is still known by its values, without the faulty rules."""
         source = self.resolve(node.source)
         self._check_source(node, source)
         self._check_values(node)
-        shell = self._shells[node.name.text]
+        shell = self._shell(node)
         if source is None or isinstance(source, EnumType | NoneType):
             self.universe.unknown_sources.add((shell.origin, shell.name))
             return shell
