@@ -93,6 +93,8 @@ class Action:
         self.handles.append(handle)
         if self.mode == "reject":
             handle.set_rejected()
+        elif self.mode == "recall":
+            handle.set_canceled()
         elif self.mode != "ignore":
             handle.set_accepted()
             threading.Thread(target=self.act, args=(handle,), daemon=True).start()
@@ -105,7 +107,8 @@ class Action:
             handle.set_canceled()
 
     def act(self, handle):
-        for number in range(self.feedback):
+        numbers = range(self.feedback) if isinstance(self.feedback, int) else self.feedback
+        for number in numbers:
             progress = type(self.type().action_feedback.feedback)(float(number))
             handle.publish_feedback(progress)
         time.sleep(self.delay)
@@ -196,6 +199,10 @@ class Puppet:
         client.wait_for_server(rospy.Duration(5))
         goal = type(self.servers[name].type().action_goal.goal)()
         self.foreign = [client.send_goal(goal) for _ in range(count)]
+
+    def cancel_all(self, name):
+        """Somebody else's cancel of whatever runs."""
+        self.publish(name + "/cancel", "actionlib_msgs/GoalID", {})
 
     def call(self, name, type, fields):
         """Call a service; what comes of it is printed."""

@@ -41,6 +41,7 @@ def test_a_goal_that_succeeds(stage: Stage, puppet: Puppet, ear: Puppet) -> None
     [
         ("abort", "aborted: did not work"),
         ("reject", "rejected"),
+        ("recall", "recalled"),
         ("preempt", "preempted: somebody else was quicker"),
     ],
 )
@@ -99,6 +100,29 @@ def test_a_server_that_is_killed_with_the_goal(stage: Stage, puppet: Puppet, ear
         assert goals_end_once(node)
 
 
+def test_a_server_that_stood_still_answers_for_a_goal_that_is_over(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    puppet.do("action", **RUN, mode="deaf")
+    with stage.controller(ear, server_lost_after=1.0) as node:
+        want(puppet, True)
+        puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
+        node.shows(lambda s: s["communications"]["run"] == "busy")
+        with stage.puppet() as other:
+            os.kill(puppet.process.pid, signal.SIGSTOP)
+            try:
+                assert node.tells(event("error", "run"))["detail"].startswith("server lost")
+                want(other, False)
+                node.shows(lambda s: s["variables"]["Switches.run"] is False)
+            finally:
+                os.kill(puppet.process.pid, signal.SIGCONT)
+        puppet.wait(lambda line: line.get("cancelled") == "/run", "the cancel")
+        puppet.do("action", **RUN, mode="succeed")
+        want(puppet, True)
+        node.tells(event("response", "run"))
+        assert goals_end_once(node)
+
+
 def test_a_server_that_is_restarted_forgets_the_goal(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:
@@ -132,6 +156,19 @@ def test_a_cancel_ends_the_goal_whatever_the_server_answers(
         node.tells(event("response", "run"), since=mark)
         assert node.events(event("error", "run")) == []
         assert [e["outcome"] for e in node.events() if e["outcome"] != "applied"] == []
+        assert goals_end_once(node)
+
+
+def test_somebody_else_cancels_all(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    puppet.do("action", **RUN, mode="hold")
+    with stage.controller(ear) as node:
+        want(puppet, True)
+        puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
+        node.shows(lambda s: s["communications"]["run"] == "busy")
+        puppet.do("cancel_all", name="/run")
+        assert node.tells(event("error", "run"))["detail"] == "preempted"
+        puppet.do("action", **RUN, mode="succeed")
+        node.tells(event("response", "run"))
         assert goals_end_once(node)
 
 

@@ -6,6 +6,7 @@ import os
 import signal
 
 import pytest
+from ros1.broken_service import BrokenService
 from ros1.stage import Puppet, Stage, event
 
 ASK = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}
@@ -123,6 +124,36 @@ def test_a_server_that_stands_still(stage: Stage, puppet: Puppet, ear: Puppet) -
         node.tells(event("response", "ask"), since=mark)
         assert one_end_per_request(node.events())
         assert node.shows(lambda s: s["counters"]["errors"] > 9)["counters"]["failed"] == 0
+
+
+def test_a_service_that_breaks_the_protocol(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    faults = {
+        "hang up": "no answer in time",  # it might be about to start
+        "nonsense": "no answer in time",
+        "hang up in the call": "unable to receive",
+        "reset": "transport error",
+        "part": "unable to receive",
+        "nothing": "cannot deserialize",
+        "too much": "cannot deserialize",
+        "endless": "no answer in time",
+        "refusal without a reason": "responded with an error",
+        "refusal in no language": "responded with an error",
+        "two answers": "cannot deserialize",
+    }
+    with (
+        BrokenService.at(stage.master, "/ask") as broken,
+        stage.controller(ear, timeout__ask=0.5) as node,
+    ):
+        puppet.publish("/ask_wanted", BOOL, True)
+        for fault, reason in faults.items():
+            broken.fault = fault
+            mark = ear.mark
+            node.tells(
+                lambda e, reason=reason: e["event"]["kind"] == "error" and reason in e["detail"],
+                since=mark,
+            )
+        assert one_end_per_request(node.events())
+        assert "Traceback" not in node.log
 
 
 def test_a_service_of_another_type(stage: Stage, puppet: Puppet, ear: Puppet) -> None:

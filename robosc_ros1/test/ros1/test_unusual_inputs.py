@@ -64,6 +64,37 @@ def test_numbers_that_are_none_take_the_rules_as_they_are(
         assert node.tells(event("response", "reading"))["event"]["value"] == value
 
 
+def test_numbers_that_are_none_may_be_data(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    run = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
+    puppet.do("action", **run, mode="hold", feedback=[float("inf"), float("nan")])
+    with stage.controller(ear) as node:
+        puppet.publish("/run_wanted", BOOL, True)
+        node.tells(event("feedback", "run", value="Infinity"))
+        node.tells(event("feedback", "run", value="NaN"))
+        node.shows(lambda s: s["variables"]["Runner.progress"] == "NaN")
+
+
+def test_arrays_that_are_too_short(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    scan = {"type": "gauntlet_interfaces/Scan"}
+    ear.do("listen", topic="/diagnostics", type="diagnostic_msgs/DiagnosticArray")
+    with stage.controller(ear, "gauntlet_controller") as node:
+        full = {"ranges": [0.1, 0.2, 3.0], "label": "full"}
+        for topic in ("/scan", "/spots"):
+            puppet.do("publish", topic=topic, **scan, fields=full)
+        node.tells(event("response", "scan", value="near"))
+        node.shows(lambda s: s["variables"]["Eye.lambda"] == "full")
+        mark = ear.mark
+        for topic in ("/scan", "/spots"):
+            puppet.do("publish", topic=topic, **scan, fields={"label": "empty"})
+        node.tells(event("response", "scan", value="unknown"))
+        state = node.shows(lambda s: s["variables"]["Eye.lambda"] == "empty", since=mark)
+        # What did not come changes nothing; the rest does.
+        assert state["variables"]["Eye.nearest"] == 1.5
+        assert state["counters"]["undefined"] >= 3
+        ear.hears("/diagnostics", lambda m: "new undefined" in m["status"][0]["message"])
+        assert "an array was too short" in node.log
+
+
 def test_neighbours_of_other_types_are_not_heard_but_told(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:
