@@ -8,7 +8,7 @@ import pytest
 import ros_support
 from emit.golden_packages import GOLDEN, package_of
 from ros1.stage import Puppet, Stage
-from ros_support import Master, Workspace
+from ros_support import EXAMPLES, Master, Workspace, run_robosc
 
 from robosc.emit.writer import write
 
@@ -47,3 +47,22 @@ def ear(stage: Stage) -> Iterator[Puppet]:
     """A second puppet, that only listens, so that the first may be killed."""
     with stage.puppet() as running:
         yield running
+
+
+@pytest.fixture(scope="session")
+def guarded_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
+    """The line follower's supervisor and controller."""
+    workspace = make_workspace()
+    workspace.add(EXAMPLES / "robot_common")
+    model = str(EXAMPLES / "line_follower" / "line_follower.rscd")
+    for mode in ("supervisor", "controller"):
+        where = ("--output", str(workspace.folder / "src"))
+        done = run_robosc(("generate", model, "--mode", mode, *where), workspace.folder, {})
+        assert done.returncode == 0, done.stderr
+    workspace.build()
+    return workspace
+
+
+@pytest.fixture
+def guarded(guarded_workspace: Workspace, shared_master: Master) -> Stage:
+    return Stage(guarded_workspace, shared_master)

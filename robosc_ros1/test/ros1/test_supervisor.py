@@ -7,12 +7,12 @@ The test plays both: the robot under its own names, the controller under those t
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from ros1.stage import Node, Puppet, Stage
-from ros_support import EXAMPLES, Master, Workspace, run_robosc
+from ros_support import Workspace
 from runtime.schemas import validate
 
 NODE = "line_follower_supervisor"
@@ -25,25 +25,6 @@ STOP = {"linear": {"x": 0.0}, "angular": {"z": 0.0}}
 
 def speed(x: float) -> dict[str, Any]:
     return {"linear": {"x": x}, "angular": {"z": 0.1}}
-
-
-@pytest.fixture(scope="module")
-def guarded_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
-    """The line follower's supervisor and controller."""
-    workspace = make_workspace()
-    workspace.add(EXAMPLES / "robot_common")
-    model = str(EXAMPLES / "line_follower" / "line_follower.rscd")
-    for mode in ("supervisor", "controller"):
-        where = ("--output", str(workspace.folder / "src"))
-        done = run_robosc(("generate", model, "--mode", mode, *where), workspace.folder, {})
-        assert done.returncode == 0, done.stderr
-    workspace.build()
-    return workspace
-
-
-@pytest.fixture
-def guarded(guarded_workspace: Workspace, shared_master: Master) -> Stage:
-    return Stage(guarded_workspace, shared_master)
 
 
 @pytest.fixture
