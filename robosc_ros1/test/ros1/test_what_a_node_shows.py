@@ -64,6 +64,15 @@ def test_a_command_that_is_not_enabled_names_the_requirement_and_its_line(
         file, _, line = reason["place"].partition(":")
         source = (stage.model_folder / file).read_text(encoding="utf-8").splitlines()
         assert "Switches.reading = warm disables halt" in source[int(line) - 1]
+        puppet.publish("/run_wanted", "std_msgs/Bool", True)  # nobody answers
+        state = node.shows(lambda s: s["components"]["Runner"] == "running")
+        run, cancel = (c["blocked_by"] for c in state["commands"] if c["event"]["name"] == "run")
+        assert [reason["text"] for reason in run] == [
+            "it is busy", "not accepted by Runner in running",
+        ]  # fmt: skip
+        (reason,) = cancel
+        assert reason["text"] == "not violated: requirement run needs Switches.run"
+        assert "run needs Switches.run" in source[int(reason["place"].partition(":")[2]) - 1]
 
 
 def test_the_state_is_latched(stage: Stage, puppet: Puppet, ear: Puppet) -> None:

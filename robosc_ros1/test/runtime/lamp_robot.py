@@ -38,7 +38,17 @@ class LampController(Controller):
         Command(GO, "request", "can_go", None, None, "data_go", None, (0,)),
         Command(HALT, "request", "can_halt", None, None, None, None, (1,)),
         Command(LAMP, "request", "can_light", None, "lamp_busy", None, "do_light", ()),
-        Command(ARM, "request", "can_reach", "arm_idle", "arm_busy", None, "do_reach", (2,)),
+        Command(
+            ARM,
+            "request",
+            "can_reach",
+            "arm_idle",
+            "arm_busy",
+            None,
+            "do_reach",
+            (2,),
+            partners=("Arm",),
+        ),
         Command(ARM, "cancel", "can_cancel", None, "arm_busy", None, "on_cancel", (2,)),
     )
     TAUS = (Tau("Sensor", 1, "tau_settle"),)

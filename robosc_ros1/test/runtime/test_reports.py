@@ -77,15 +77,13 @@ def test_the_state_tells_why_commands_are_not_enabled() -> None:
     assert reasons(document, "request", "halt") == []
     assert reasons(document, "cancel", "reach") == [
         ("phase", "it is idle"),
-        ("requirement", "no requirement on it is violated"),
+        ("requirement", "not violated: reach needs blocked"),
     ]
     engine.cycle()
     document = state_of(engine)
     assert reasons(document, "request", "light") == [("phase", "it is busy")]
     assert ("phase", "it is busy") in reasons(document, "request", "reach")
-    assert ("consent", "a component does not accept it in its state") in reasons(
-        document, "request", "reach"
-    )
+    assert ("consent", "not accepted by Arm in reaching") in reasons(document, "request", "reach")
     assert document["communications"] == {"light": "busy", "reach": "busy"}
 
 

@@ -331,6 +331,7 @@ class _Builder:
             reaction=reaction,
             requirements=event.requirements,
             reason="None" if reason is None else literal(reason),
+            partners=tuple(p.component for p in event.participants) if consent else (),
         )
 
     def _reason(self, event: Event) -> str | None:

@@ -124,6 +124,7 @@ class CommandView:
     requirements: tuple[int, ...]
     reason: str
     """Python source: a string, or None."""
+    partners: tuple[str, ...]
 
 
 @dataclass(frozen=True)

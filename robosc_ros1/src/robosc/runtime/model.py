@@ -43,7 +43,8 @@ class Command(NamedTuple):
     that mention it accept it now (None: always); neither looks at the communication's own phase,
     which is the attribute ``busy`` (None: a message has none). ``data`` gives the fields to send,
     ``apply`` changes the state. ``requirements`` are indexes into the table of requirements;
-    ``reason`` is why synthesis forbids more than they do (None: it does not).
+    ``reason`` is why synthesis forbids more than they do (None: it does not); ``partners`` are the
+    components whose consent it needs.
     """
 
     key: str
@@ -55,6 +56,7 @@ class Command(NamedTuple):
     apply: Optional[str]
     requirements: Tuple[int, ...]
     reason: Optional[str] = None
+    partners: Tuple[str, ...] = ()
 
 
 class Tau(NamedTuple):

@@ -85,12 +85,18 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
         word = "busy" if command.kind == "request" else "idle"
         reasons.append({"kind": "phase", "text": "it is " + word})
     if command.consent is not None and not getattr(controller, command.consent)():
-        reasons.append({"kind": "consent", "text": "a component does not accept it in its state"})
+        states = controller.components()
+        parties = " or ".join("%s in %s" % (name, states[name]) for name in command.partners)
+        reasons.append({"kind": "consent", "text": "not accepted by " + parties})
     if getattr(controller, command.guard)():
         return reasons
     if command.kind == "cancel":
-        reasons.append({"kind": "requirement", "text": "no requirement on it is violated"})
-        return reasons
+        kept = [
+            {"kind": "requirement", "text": "not violated: " + requirement.text,
+             "place": requirement.place}
+            for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
+        ]  # fmt: skip
+        return reasons + (kept or [{"kind": "requirement", "text": "no requirement speaks of it"}])
     failed = violated(controller, command)
     if not failed:
         text = command.reason or "it could lead to where the requirements cannot be kept"

@@ -541,6 +541,7 @@ class GauntletController(Controller):
             apply="request_reach",
             requirements=(0, 1),
             reason=None,
+            partners=("Arm",),
         ),
         Command(
             key="Arm.reach",
@@ -563,6 +564,7 @@ class GauntletController(Controller):
             apply="request_set_level",
             requirements=(4,),
             reason=None,
+            partners=("Lamp",),
         ),
         Command(
             key="Speaker.say",

@@ -156,6 +156,7 @@ class LanternController(Controller):
             apply="request_kindle",
             requirements=(0,),
             reason=None,
+            partners=("Flame",),
         ),
         Command(
             key="Flame.snuff",
@@ -167,6 +168,7 @@ class LanternController(Controller):
             apply="request_snuff",
             requirements=(1,),
             reason=None,
+            partners=("Flame",),
         ),
     )
     TAUS = (
