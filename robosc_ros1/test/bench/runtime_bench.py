@@ -21,7 +21,7 @@ from robosc.runtime.port import Port
 __all__ = ["main"]
 
 LIMIT = 20.0
-"""Microseconds that an event may cost the engine."""
+"""Microseconds of processor time that an event may cost the engine."""
 
 
 class NullPort(Port):
@@ -69,20 +69,19 @@ def main(arguments: list[str] | None = None) -> int:
     inputs = recorded(random.Random(1))
     parts = []
     for _ in range(10):
-        start = time.perf_counter()
+        start = time.process_time()
         drive(engine, port, inputs, args.events // 10)
-        parts.append((time.perf_counter() - start) / (args.events // 10) * 1e6)
-        engine.journal.take()  # as a reporter does
+        parts.append((time.process_time() - start) / (args.events // 10) * 1e6)
         parts_memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         if len(parts) == 3:
             early = parts_memory
     counters = engine.journal.counters
     print(f"engine, line follower, {counters['inputs']} inputs, {counters['commands']} commands")
     print(
-        f"  per input {min(parts):.1f} to {max(parts):.1f} us  (at most {LIMIT:g} on a free core)"
+        f"  per input {min(parts):.1f} to {max(parts):.1f} us of processor time  (at most {LIMIT:g})"
     )
     print(f"  memory {early} kB after 3/10, {parts_memory} kB at the end")
-    return int(min(parts) > LIMIT or parts_memory > early * 1.05 or engine.stopped is not None)
+    return int(sorted(parts)[5] > LIMIT or parts_memory > early * 1.05 or engine.stopped is not None)
 
 
 def recorded(chance: random.Random) -> list[tuple[str, Message]]:
@@ -109,6 +108,8 @@ def drive(engine: Engine, port: NullPort, inputs: list[tuple[str, Message]], cou
             key, token = port.running.pop(0)
             engine.report(key, token, "response" if number % 30 else "error", None)
         engine.cycle()
+        if number % 1000 == 0:
+            engine.journal.take()  # as a reporter does, some times per second
 
 
 if __name__ == "__main__":
