@@ -81,7 +81,9 @@ def main(arguments: list[str] | None = None) -> int:
         f"  per input {min(parts):.1f} to {max(parts):.1f} us of processor time  (at most {LIMIT:g})"
     )
     print(f"  memory {early} kB after 3/10, {parts_memory} kB at the end")
-    return int(sorted(parts)[5] > LIMIT or parts_memory > early * 1.05 or engine.stopped is not None)
+    return int(
+        sorted(parts)[5] > LIMIT or parts_memory > early * 1.05 or engine.stopped is not None
+    )
 
 
 def recorded(chance: random.Random) -> list[tuple[str, Message]]:
