@@ -113,6 +113,14 @@ class Peer:
             publisher.publish(fill(class_(), part))
         return time.monotonic()
 
+    def publish_bytes(self, name: str, type: str, content: list[int]) -> None:
+        """Publish what need not be a message."""
+        publisher = self.node.create_publisher(load(type), name, profile())
+        self.kept.append(publisher)
+        while not publisher.get_subscription_count():
+            time.sleep(0.005)
+        publisher.publish(bytes(content))
+
     # Services
 
     def serve(self, name: str, type: str, reply: Any) -> None:
