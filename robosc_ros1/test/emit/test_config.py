@@ -105,7 +105,7 @@ def test_messages_on_one_topic_have_one_quality_of_service() -> None:
     config = Config(parameters={"qos/shout/depth": 3, "qos/up/reliability": "reliable"})
     package = ros2.emit(supervisor, "gauntlet_controller", config)
     told = package.files["config/gauntlet_controller.yaml"].content
-    assert "# length of the queue of say, shout\n    qos.say.depth: 3\n" in told
+    assert "# length of the queue of say, shout (at least 1)\n    qos.say.depth: 3\n" in told
     assert 'qos.up.reliability: "reliable"' in told
     assert "qos.shout" not in told
     # A file that serves both targets means nothing to ROS 1.
