@@ -88,7 +88,7 @@ def test_document_of_a_robot() -> None:
         "requirement never Buffer.n = 2 and Buffer.other",
     ]
     guards = {g["event"]["name"]: g for g in document["supervisor"]["guards"]}
-    assert guards["fill"]["event"] == {"kind": "request", "name": "fill"}
+    assert guards["fill"]["event"] == {"kind": "request", "name": "fill", "value": None}
     assert guards["fill"]["status"] == "restricted"
     assert guards["take"]["guard"] == "Buffer.n != 2"
 
