@@ -150,12 +150,20 @@ def test_the_rules_tell_right_from_wrong(importer: str, imported: str, verdict: 
 def test_a_small_check_loads_no_library_that_it_can_do_without() -> None:
     """Loading networkx would take longer than everything else that such a check does."""
     model = EXAMPLES / "line_follower" / "line_follower.rscd"
+    loaded = libraries_after(f"from robosc.cli import main; main(['check', {str(model)!r}])")
+    assert loaded <= {"pyparsing", "numpy", "rospkg", "genmsg", "genpy", "catkin_pkg"}
+
+
+def test_watching_a_node_needs_nothing_but_its_ros() -> None:
+    assert libraries_after("import robosc.cli, robosc.view.node") == set()
+
+
+def libraries_after(program: str) -> set[str]:
     code = (
-        f"import sys; sys.path.insert(0, {str(SOURCES)!r}); from robosc.cli import main\n"
-        f"main(['check', {str(model)!r}]); print(sorted({{*sys.modules}} & {{*{[*THIRD_PARTY]!r}}}))"
+        f"import sys; sys.path.insert(0, {str(SOURCES)!r}); {program}\n"
+        f"print(sorted({{*sys.modules}} & {{*{[*THIRD_PARTY]!r}}}))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
     )
-    loaded = set(ast.literal_eval(done.stdout.splitlines()[-1]))
-    assert loaded <= {"pyparsing", "numpy", "rospkg", "genmsg", "genpy", "catkin_pkg"}
+    return set(ast.literal_eval(done.stdout.splitlines()[-1]))

@@ -78,6 +78,7 @@ def test_the_page_shows_what_the_controller_tells(
         )
         sent = "document.querySelector('[data-command=\"stop.request\"] .sent').textContent"
         browser.sees(f"{sent}.includes('linear: {{x: 0}}')")
+        browser.sees("page.times.mean(now()) > 8")
         for name, *look in (("view", 1280, 900), ("view-phone", 360, 1200, "dark")):
             browser.look(*look)
             browser.picture(name)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 from view.browser import Browser
-from view.watching import line_follower, log_of, serving
+from view.watching import Told, line_follower, log_of, serving
 
 from robosc.simulate.single import SingleEvents
 from robosc.view.hub import Hub
+from robosc.view.listening import Heard
 from robosc.view.played import Played
 from robosc.view.recorded import Recording
 
@@ -111,3 +113,66 @@ def test_a_recording_is_gone_through_step_by_step(
         browser.sees("recording.at === arguments[0]", len(lines) - 1)
         browser.run("document.getElementById('play').click()")
         browser.sees("recording.at === recording.count && !recording.playing")
+
+
+def test_phases_of_services_and_actions(browser: Browser) -> None:
+    hub = Hub()
+    played = Played(SingleEvents(line_follower()), hub)
+
+    def phase(name: str) -> str:
+        items = "[...document.querySelectorAll('#phases li')]"
+        return f"{items}.find((e) => e.textContent.startsWith('{name}'))?.dataset.phase"
+
+    with serving(hub, played.answers) as server:
+        browser.open(server.url)
+        browser.sees(f"{phase('grab')} === 'idle' && {phase('set_light_state')} === 'idle'")
+        for kind, word in (("request", "busy"), ("error", "idle"), ("request", "busy")):
+            played.do({"event": {"kind": kind, "name": "set_light_state"}})
+            browser.sees(f"{phase('set_light_state')} === '{word}'")
+        assert browser.run(f"return {phase('grab')}") == "idle"
+
+
+def test_mismatches_rates_and_faults_are_told_by_the_clock_of_who_looks(browser: Browser) -> None:
+    hub = Hub()
+    heard = Heard("/node", hub)
+    told = Told(line_follower())
+    with serving(hub) as server:
+        browser.open(server.url)
+        told.state["time"] -= 3600.0  # the robot's clock is slow
+        told.to(heard)
+        browser.sees("page.shown")
+        for _ in range(40):
+            told.step()
+            told.event["time"] -= 3600.0
+            told.state["time"] -= 3600.0
+            told.to(heard)
+        mismatch = {**told.event, "number": told.event["number"] + 1, "outcome": "mismatch"}
+        heard.event(json.dumps(mismatch | {"detail": "it is idle"}))
+        told.state["counters"]["mismatches"] = 1
+        told.state["faults"] = ["the log cannot be written"]
+        heard.state(json.dumps(told.state))
+        browser.sees("page.times.mean(now()) > 5")
+        browser.sees("page.times.ticks.every((t) => Math.abs(t.time - Date.now() / 1000) < 300)")
+        gauge = "document.querySelector('[data-gauge=mismatches]')"
+        browser.sees(f"{gauge}.textContent === '1' && {gauge}.parentNode.className === 'trouble'")
+        browser.sees("document.querySelector('#events .bad').textContent.includes('it is idle')")
+        browser.sees(
+            "document.getElementById('faults').textContent === 'the log cannot be written'"
+        )
+
+
+def test_a_picture_that_is_held_stays_and_then_catches_up(browser: Browser) -> None:
+    hub = Hub()
+    played = Played(SingleEvents(line_follower()), hub)
+    with serving(hub, played.answers) as server:
+        browser.open(server.url)
+        browser.sees(f"{state_of('DistanceSensor')} === 'waiting'")
+        browser.press(" ")
+        browser.sees("document.getElementById('link').textContent === 'held'")
+        played.do({"event": {"kind": "response", "name": "distance", "value": "free"}})
+        browser.sees("page.number === 1")
+        browser.sees("performance.now() - page.listed > 600")
+        assert browser.run(f"return {state_of('DistanceSensor')}") == "waiting"
+        browser.press(" ")
+        browser.sees(f"{state_of('DistanceSensor')} === 'sensing'")
+        browser.sees("document.getElementById('events').childElementCount === 1")
