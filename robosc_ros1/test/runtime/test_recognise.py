@@ -28,6 +28,8 @@ class Speed:
 class Other:
     """A message of ROS 2."""
 
+    __slots__ = ("from_",)
+
     def __init__(self, from_: int = 0) -> None:
         self.from_ = from_
 
