@@ -181,7 +181,7 @@ def _clean(publisher):
     """
     try:
         yield
-    except rospy.ROSSerializationException:
+    except Exception:
         publisher.impl.buff.seek(0)
         publisher.impl.buff.truncate(0)
         raise

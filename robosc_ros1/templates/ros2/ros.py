@@ -21,6 +21,7 @@ from ._runtime.report import Outlet
 from .ros_courier import Courier
 from .ros_messages import fill, has_oddities, plain
 from .ros_parameters import quality
+from .ros_watch import Watch
 
 try:
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -36,6 +37,8 @@ WATCH = 0.25
 """Seconds between two looks at the server of a goal that is under way."""
 BATCH = 50
 """The most messages of one topic that are taken before others have their turn."""
+FEEDBACK = 100
+"""Length of the queue of feedback."""
 KEPT_GOALS = 8
 """So many goals of one action may be waited for to be cancelled."""
 
@@ -238,7 +241,9 @@ class Action:
         self._node = node
         self._courier = courier
         self._type = type_
-        self._client = ActionClient(node, type_, name)
+        self._client = ActionClient(
+            node, type_, name, feedback_sub_qos_profile=quality("reliable", FEEDBACK)
+        )
         self._status = name + "/_action/status"
         self._goals = {}  # by token; touched by the executor's thread only
         self._heard = time.monotonic()
@@ -393,6 +398,7 @@ class RosOutlet(Outlet):
     def __init__(self, node, model, publish_events, legacy_topic):
         latched = quality("reliable", 1, "transient_local")
         self._node = node
+        self._watch = Watch(node)
         self._state = node.create_publisher(String, "~/state", latched)
         self._model = node.create_publisher(String, "~/model", latched)
         self._events = None
@@ -417,6 +423,9 @@ class RosOutlet(Outlet):
 
     def wants_events(self):
         return self._events is not None and self._events.get_subscription_count() > 0
+
+    def faults(self):
+        return self._watch.faults()
 
     def legacy(self, text):
         self._legacy.publish(String(data=text))

@@ -5,6 +5,8 @@ import copy
 import functools
 import importlib
 import re
+import struct
+import sys
 
 from ._runtime.values import only_field
 
@@ -19,26 +21,44 @@ def _writers(message_type):
 
 
 def _writer(kind, name):
-    if kind in ("float", "double"):
-        return float
-    if kind == "octet":
-        return lambda value: bytes([value])
+    """What checks a value: rclpy does not unless told to, and its C code then ends the process, or
+    sends what nobody may send."""
+    if kind in _SIMPLE:
+        return _SIMPLE[kind]
+    fits = _limits(kind)
+
+    def write(value):
+        if not fits(value):
+            raise ValueError("%s is %r, outside the %s of the message" % (name, value, kind))
+        return value
+
+    return write
+
+
+def _single(value):
+    struct.pack("<f", value)  # raises where C would make an infinity of it
+    return float(value)
+
+
+_SIMPLE = {
+    "boolean": bool,
+    "double": float,
+    "float": _single,
+    "octet": lambda value: bytes([value]),
+}
+
+
+def _limits(kind):
     number = re.fullmatch(r"(u?)int(\d+)", kind)
     if number:
         span = 2 ** int(number[2])
         low = 0 if number[1] else -span // 2
-        high = low + span - 1
-
-        def whole(value):
-            # rclpy does not check it unless told to, and its C code ends the process then.
-            if not low <= value <= high:
-                raise ValueError("%s is %r, outside the %s of the message" % (name, value, kind))
-            return int(value)
-
-        return whole
-    if kind == "boolean":
-        return bool
-    return lambda value: value
+        return lambda value: isinstance(value, int) and low <= value < low + span
+    text = re.fullmatch(r"w?string(?:<(\d+)>)?", kind)
+    if text:
+        longest = int(text[1] or sys.maxsize)
+        return lambda value: isinstance(value, str) and len(value) <= longest
+    return lambda value: False  # neither arrays nor whole messages are written
 
 
 def fill(message, data):

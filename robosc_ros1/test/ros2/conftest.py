@@ -26,6 +26,7 @@ MODELS = {
     REPOSITORY / "examples" / "line_follower" / "line_follower.rscd": "line_follower_controller",
     REPOSITORY / "examples" / "navigation" / "navigation.rscd": "navigation_controller",
     HERE / "models" / "workbench.rscd": "workbench_controller",
+    HERE / "models" / "everything.rscd": "everything_controller",
 }
 
 

@@ -43,6 +43,10 @@ def fill(message: Any, data: dict[str, Any]) -> Any:
             setattr(message, name, [fill(load(f"{package}/msg/{type_}")(), v) for v in value])
         elif isinstance(getattr(message, name), float):
             setattr(message, name, float(value))
+        elif isinstance(getattr(message, name), bytes):
+            setattr(message, name, bytes([value]))
+        elif message.get_fields_and_field_types()[name] == "sequence<octet>":
+            setattr(message, name, [bytes([part]) for part in value])
         else:
             setattr(message, name, value)
     return message
@@ -53,6 +57,10 @@ def plain(value: Any) -> Any:
         return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
     if isinstance(value, bool | int | float | str):
         return value
+    if hasattr(value, "tolist"):  # of numpy, or an array
+        return value.tolist()
+    if isinstance(value, bytes):
+        return list(value) if len(value) != 1 else value[0]
     return [plain(part) for part in value]
 
 
@@ -99,7 +107,9 @@ class Peer:
             )
         )
 
-    def publish(self, name: str, type: str, data: Any, matched: int, qos: dict[str, Any]) -> float:
+    def publish(
+        self, name: str, type: str, data: Any, matched: int, qos: dict[str, Any], rate: float = 0.0
+    ) -> float:
         class_ = load(type)
         if name not in self.publishers:
             self.publishers[name] = self.node.create_publisher(class_, name, profile(**qos))
@@ -109,8 +119,11 @@ class Peer:
             if time.monotonic() > end:
                 raise TimeoutError(f"nobody listens to {name}")
             time.sleep(0.005)
-        for part in data if isinstance(data, list) else [data]:
+        start = time.monotonic()
+        for number, part in enumerate(data if isinstance(data, list) else [data]):
             publisher.publish(fill(class_(), part))
+            if rate:
+                time.sleep(max(0.0, start + (number + 1) / rate - time.monotonic()))
         return time.monotonic()
 
     def publish_bytes(self, name: str, type: str, content: list[int]) -> None:
@@ -152,7 +165,7 @@ class Peer:
         threading.Thread(target=call, daemon=True).start()
 
     def tell_server(self, id: str, **words: Any) -> None:
-        """To a service: ``data``. To an action: ``feedback``, or ``end`` with a ``result``."""
+        """To a service: ``data``. To an action: ``feedback``, ``end`` with a ``result``, or both."""
         self.waiting[id].put(words)
 
     # Actions
@@ -171,9 +184,10 @@ class Peer:
             self.tell("goal", name=name, id=number, uuid=uuid, data=plain(goal.request))
             words: dict[str, Any] = {"end": end}
             while not words.get("end"):
-                if "feedback" in words:
-                    goal.publish_feedback(fill(class_.Feedback(), words["feedback"]))
                 words = inbox.get()
+                feedback = words.get("feedback", [])
+                for part in feedback if isinstance(feedback, list) else [feedback]:
+                    goal.publish_feedback(fill(class_.Feedback(), part))
             getattr(goal, words["end"])()
             return fill(class_.Result(), words.get("result", {}))
 

@@ -119,6 +119,9 @@ def test_a_server_that_leaves_the_graph_is_lost(graph: Graph, controller: Start)
     server.process.signal(signal.SIGKILL)
     arm(robot, "resting", lambda s: s["counters"]["errors"] >= 1)
     assert "reach failed: server lost" in node.output
+    # Another one takes its place.
+    robot.act("reach", ACTION, end="succeed")
+    arm(robot, "resting", lambda s: s["variables"]["Arm.last"] == "good")
 
 
 def test_a_server_that_was_started_anew_does_not_know_the_goal(
@@ -131,3 +134,52 @@ def test_a_server_that_was_started_anew_does_not_know_the_goal(
     robot.act("reach", ACTION)
     arm(robot, "resting", lambda s: s["counters"]["errors"] == 1)
     assert "reach failed: unknown to the server" in node.output
+
+
+def test_a_goal_accepted_after_its_deadline_is_cancelled(graph: Graph, controller: Start) -> None:
+    # An accepted goal has the same deadline, in case it is accepted before all stands still.
+    controller(timeout__reach=1.0, goal_timeout__reach=1.0, rate=0.3)
+    robot = ready(graph, serve=False)
+    server = graph.peer("server")
+    server.act("reach", ACTION)
+    told(server, server.expect("goal", name="reach"), end="abort")
+    before = arm(robot, "resting", lambda s: s["counters"]["errors"] >= 1)["counters"]["errors"]
+    # Now it is there, but does not answer to the next.
+    server.process.signal(signal.SIGSTOP)
+    try:
+        state = arm(robot, "resting", lambda s: s["counters"]["errors"] > before)
+    finally:
+        server.process.signal(signal.SIGCONT)
+    late = server.expect("goal", name="reach")
+    assert server.expect("cancel", name="reach")["id"] == late["id"]
+    assert state["counters"]["mismatches"] == 0
+
+
+def test_goals_of_others_are_none_of_its_own(graph: Graph, controller: Start) -> None:
+    controller(rate=0.1)
+    robot, other = ready(graph), graph.peer("other")
+    goal = robot.expect("goal", name="reach")
+    other.order("send_goal", name="reach", type=ACTION, data={"target": 9})
+    foreign = robot.expect("goal", name="reach", where=lambda data: data["target"] == 9)
+    told(robot, foreign, feedback={"progress": 0.75})
+    other.expect("feedback", name="reach")
+    told(robot, foreign, end="succeed", result={"code": 0})
+    other.expect("result", name="reach")
+    told(robot, goal, feedback={"progress": 0.25})
+    state = arm(robot, "reaching", lambda s: s["variables"]["Arm.progress"] == 0.25)
+    assert (state["variables"]["Arm.last"], state["counters"]["late"]) == ("bad", 0)
+    told(robot, goal, end="succeed", result={"code": 0})
+    arm(robot, "resting", lambda s: s["variables"]["Arm.last"] == "good")
+
+
+def test_a_storm_of_feedback_is_followed_to_its_end(graph: Graph, controller: Start) -> None:
+    controller(rate=0.1)
+    robot = ready(graph)
+    goal = robot.expect("goal", name="reach")
+    for part in range(10):
+        told(robot, goal, feedback=[{"progress": part + n / 100} for n in range(1, 101)])
+    told(robot, goal, feedback={"progress": -1.0})
+    arm(robot, "reaching", lambda s: s["variables"]["Arm.progress"] == -1.0)
+    told(robot, goal, end="succeed", result={"code": 0})
+    state = arm(robot, "resting", lambda s: s["variables"]["Arm.last"] == "good")
+    assert state["counters"]["errors"] == state["counters"]["mismatches"] == 0

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 from ros2.ros2_support import Graph, Peer, Process
+from ros_support import await_condition
 
 Start = Callable[..., Process]
 READING = "robosc_testing/msg/Reading"
@@ -170,6 +172,89 @@ def test_parameters_are_fixed_once_the_node_runs(graph: Graph, controller: Start
     robot = graph.peer()
     (reason,) = robot.order("set_parameter", node="guarded_arm", name="rate", value=2.0)
     assert "read-only" in reason
+
+
+def test_topics_of_other_types_are_told_and_do_no_harm(graph: Graph, controller: Start) -> None:
+    controller()
+    robot, stranger = graph.peer(), graph.peer("stranger")
+    robot.watch("guarded_arm")
+    text = {"data": "go on"}
+    stranger.order("repeat", name="go", type="std_msgs/msg/String", data=text, qos={})
+    qos = {"reliability": "best_effort"}
+    stranger.order("repeat", name="charge", type="std_msgs/msg/Int16", data={"data": 50}, qos=qos)
+    state = robot.expect_state("guarded_arm", lambda s: len(s["faults"]) == 2)
+    quality, type_ = state["faults"]
+    assert quality.startswith("/stranger publishes /charge with another quality of service: a")
+    assert "best-effort publisher and reliable subscription" in quality
+    assert type_.startswith("/stranger publishes /go as std_msgs/msg/String, but this node has")
+    stranger.process.end()
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    state = robot.expect_state("guarded_arm", lambda s: s["variables"]["Operator.wanted"])
+    assert state["counters"]["inputs"] == 1
+    robot.expect_state("guarded_arm", lambda s: s["faults"] == [])
+
+
+def test_a_flood_is_taken_wholly_and_in_order(
+    graph: Graph, controller: Start, tmp_path: Path
+) -> None:
+    log = tmp_path / "events.jsonl"
+    controller(event_log=str(log), qos__charge__depth=2000, rate=0.1)
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    charges = [number % 101 for number in range(2000)]
+    flood = {"rate": 2000.0, "data": [{"data": charge} for charge in charges]}
+    robot.order("publish", name="charge", type="std_msgs/msg/Int16", matched=1, qos={}, **flood)
+    robot.expect_state("guarded_arm", lambda s: s["counters"]["inputs"] == 2000)
+
+    def logged() -> list[Any]:
+        events = [json.loads(line)["event"] for line in log.read_text().splitlines()]
+        return [event["value"] for event in events if event["name"] == "charge"]
+
+    await_condition(lambda: len(logged()) == 2000, "the log")
+    assert logged() == charges
+
+
+def test_every_sort_of_field_comes_and_goes(graph: Graph, controller: Start) -> None:
+    controller("everything_controller", qos__heard__reliability="reliable")
+    robot = graph.peer()
+    robot.watch("everything_controller")
+    every = "robosc_testing/msg/Everything"
+    robot.subscribe("said", every)
+    stamp = {"sec": -3, "nanosec": 7}
+    data = {
+        "wide": "größer 漢字 🤖", "short_name": "12345678", "tags": ["a", "b"], "raw": 200,
+        "letter": 65, "octets": [1, 255], "letters": [1, 66], "flags": [False, True],
+        "big": [-(2**63), 2**63 - 1], "small": [9, 8], "pair": [0.25, -0.5], "stamp": stamp,
+        "inner": {"label": "in", "vector": [1.0, 2.0, 3.0]}, "count": -5,
+        "both": [{"count": 1}, {"count": 2, "samples": [0.5, 1.5]}], "some": [{"valid": True}],
+        "header": {"stamp": stamp, "frame_id": "map"},
+    }  # fmt: skip
+    robot.publish("heard", every, data)
+    said = robot.expect("message", name="said", where=lambda d: d["count"] == -5)["data"]
+    for name in ("wide", "short_name", "raw", "letter", "stamp"):
+        assert said[name] == data[name], name
+    assert (said["inner"]["distance"], said["inner"]["count"]) == (1.5 + 3.0 + -0.5, 255 + 66)
+    assert said["header"] == data["header"]
+    assert said["pair"] == [1.5, 2.5]  # the definition's default
+    state = robot.expect_state("everything_controller", lambda s: s["variables"]["Echo.big"] > 0)
+    variables = state["variables"]
+    assert (variables["Echo.big"], variables["Echo.tag"]) == (2**63 - 1, "b")
+    assert (variables["Echo.flag"], variables["Echo.some"]) == (True, True)
+
+
+def test_what_no_message_can_carry_is_told_and_ends_nothing(
+    graph: Graph, controller: Start
+) -> None:
+    node = controller("everything_controller", qos__heard__reliability="reliable")
+    robot = graph.peer()
+    robot.watch("everything_controller")
+    every = "robosc_testing/msg/Everything"
+    robot.publish("heard", every, {"short_name": "nine char"})  # which nobody may send
+    robot.expect_state("everything_controller", lambda s: s["counters"]["failed"] > 0)
+    assert "said could not be sent: ValueError: short_name is 'nine char'" in node.output
+    robot.publish("heard", every, {"short_name": "fits"})
+    robot.subscribe("said", every)
+    robot.expect("message", name="said", where=lambda d: d["short_name"] == "fits")
 
 
 @pytest.mark.parametrize("value", [True, False])

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import signal
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from ros2.ros2_support import Graph, Peer, Process
@@ -89,3 +92,64 @@ def test_a_server_that_dies_in_the_call_becomes_an_error(graph: Graph, controlle
     server.expect("request", name="door/lock")
     server.process.popen.kill()
     door(robot, "open", lambda s: s["counters"]["errors"] >= 1)
+
+
+def test_a_server_that_stands_still_gives_one_error_per_request(
+    graph: Graph, controller: Start, tmp_path: Path
+) -> None:
+    log = tmp_path / "events.jsonl"
+    controller(timeout__lock=0.2, event_log=str(log))
+    robot, server = wanting(graph), graph.peer("server")
+    server.serve("door/lock", SERVICE, {"success": False})
+    door(robot, "open", lambda s: s["counters"]["inputs"] >= 2)
+    server.process.signal(signal.SIGSTOP)
+    try:
+        state = robot.expect_state("guarded_arm", lambda s: s["counters"]["errors"] >= 4)
+    finally:
+        server.process.signal(signal.SIGCONT)
+    # What it then answers to calls that are over is dropped, and the next one is served.
+    errors, inputs = state["counters"]["errors"], state["counters"]["inputs"]
+    robot.expect_state(
+        "guarded_arm",
+        lambda s: s["counters"]["inputs"] - s["counters"]["errors"] > inputs - errors,
+    )
+    calls = [kind for kind, name in events(log) if name == "lock"]
+    assert set(calls[::2]) == {"request"}
+    assert set(calls[1::2]) == {"response", "error"}
+
+
+def events(log: Path) -> list[tuple[str, str]]:
+    lines = map(json.loads, log.read_text().splitlines())
+    return [(line["event"]["kind"], line["event"]["name"]) for line in lines]
+
+
+def test_responses_to_other_clients_are_none_of_its_own(graph: Graph, controller: Start) -> None:
+    controller()
+    robot, other = wanting(graph), graph.peer("other")
+    robot.serve("door/lock", SERVICE)
+    own = robot.expect("request", name="door/lock")
+    other.order("start_call", name="door/lock", type=SERVICE, data={"data": False})
+    foreign = robot.expect("request", name="door/lock")
+    robot.order("tell_server", id=foreign["id"], data={"success": True})
+    assert other.expect("response")["data"]["success"]
+    assert door(robot, "locking")["communications"]["lock"] == "busy"
+    robot.order("tell_server", id=own["id"], data={"success": False})
+    door(robot, "open")
+
+
+def test_a_service_of_another_type_is_told_and_does_no_harm(
+    graph: Graph, controller: Start
+) -> None:
+    controller(timeout__lock=0.2)
+    robot, stranger = wanting(graph), graph.peer("stranger")
+    stranger.serve("door/lock", "std_srvs/srv/Trigger", {"success": True})
+    told = (
+        "the service /door/lock is a std_srvs/srv/Trigger, but this node has std_srvs/srv/SetBool"
+    )
+    robot.expect_state(
+        "guarded_arm",
+        lambda s: s["counters"]["errors"] and any(told in fault for fault in s["faults"]),
+    )
+    stranger.process.end()
+    robot.serve("door/lock", SERVICE, {"success": True})
+    door(robot, "locked")

@@ -34,7 +34,7 @@ ALWAYS_NEEDED = (
     "python3-yaml", "rcl_interfaces", "rclpy", "rosgraph_msgs", "std_msgs",
 )  # fmt: skip
 
-WIRING = ("ros.py", "ros_courier.py", "ros_messages.py", "ros_parameters.py")
+WIRING = ("ros.py", "ros_courier.py", "ros_messages.py", "ros_parameters.py", "ros_watch.py")
 """What is the same in every package."""
 
 _FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
