@@ -284,7 +284,7 @@ def generate(
     supervisor = synthesize(loaded.robot, progress=options.progress)
     _existing(supervisor, loaded.diagnostics)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
-    package = _emitter(output.target, output.mode)(supervisor, name, config)
+    package = _emitter(output.target, output.mode)(supervisor, name, config.of_package(name))
     folder = output.folder or config.output.get(output.target) or Path()
     files = write(package, folder, output.force)
     return Generated(output, supervisor, diagnostics, files, time.perf_counter() - start)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from emit.golden_packages import model_path
+from ros_support import Completed
 
 from robosc import pipeline
 from robosc.emit import ros1, ros2
@@ -69,6 +72,16 @@ def test_the_file_of_the_original_and_own_options_before_it(tmp_path: Path) -> N
         ("controller-config.json", '{"a": }', "controller-config.json:1:7: Expecting value"),
         ("controller-config.json", '{"writeEvents": true}', "did you mean writeEventsToLog?"),
         ("controller-config.json", '{"writeEventsToLog": 1}', "must be true or false, not 1"),
+        ("controller-config.json", '{"PublishStateInformation": true}', "did you mean publishSta"),
+        ("controller-config.json", '{"package": "x"}', "unknown key 'package'; there are: publis"),
+        ("controller-config.json", '{"output": {"ros1": {"here": 1}}}', "output must be a folder"),
+        ("controller-config.json", '{"output": null}', "output must be a folder"),
+        ("controller-config.json", "[]", "must hold keys and values"),
+        ("controller-config.json", "[" * 100000, "nested too deeply"),
+        ("controller-config.json", "", "controller-config.json:1:1: Expecting value"),
+        ("robosc.yaml", "[" * 5000, "nested too deeply"),
+        ("robosc.yaml", "parameters: [rate]", "parameters must be names of parameters"),
+        ("robosc.yaml", "1: x", "unknown key 1; there are"),
     ],
 )
 def test_faulty_files_are_refused(tmp_path: Path, name: str, text: str, complaint: str) -> None:
@@ -145,3 +158,42 @@ def test_generate_obeys_the_file_beside_the_model(tmp_path: Path) -> None:
 def test_a_file_that_is_named_must_be_there(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot read"):
         load_config(tmp_path / "model.rscd", tmp_path / "none.yaml")
+
+
+def test_generate_obeys_the_file_of_the_original(
+    robosc: Callable[..., Completed], tmp_path: Path
+) -> None:
+    (tmp_path / "models").mkdir()
+    text = model_path("lantern").read_text(encoding="utf-8")
+    (tmp_path / "models" / "lantern.rscd").write_text(text, encoding="utf-8")
+    options = {
+        "publishStateInformation": True,
+        "writeEventsToLog": True,
+        "outputLocations": {"ROS1": "../one/src", "ros2": "../two/src"},
+    }
+    file = tmp_path / "models" / "controller-config.json"
+    file.write_text("\ufeff" + json.dumps(options), encoding="utf-8")
+    for target, place in (("ros1", "one"), ("ros2", "two")):
+        done = robosc("generate", "models/lantern.rscd", "--target", target)
+        assert done.returncode == 0, done.stderr
+        package = tmp_path / place / "src" / "lantern_controller"
+        told = (package / "config" / "lantern_controller.yaml").read_text(encoding="utf-8")
+        assert 'legacy_state_topic: "/state"\n' in told
+        assert 'event_log: "~/.ros/log/lantern_controller.jsonl"\n' in told
+    # What is typed goes before what is written down.
+    done = robosc("generate", "models/lantern.rscd", "--output", "three", "--package", "other")
+    told = (tmp_path / "three" / "other" / "config" / "other.yaml").read_text(encoding="utf-8")
+    assert 'event_log: "~/.ros/log/other.jsonl"\n' in told
+    file.write_text('{"writeEventToLog": true}', encoding="utf-8")
+    done = robosc("generate", "models/lantern.rscd")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        "error: models/controller-config.json: unknown key 'writeEventToLog';"
+        " did you mean writeEventsToLog?\n"
+    )
+
+
+def test_a_folder_below_the_home_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    (tmp_path / "controller-config.json").write_text('{"output": "~/ws/src"}')
+    assert load_config(tmp_path / "model.rscd").output["ros1"] == tmp_path / "home" / "ws" / "src"

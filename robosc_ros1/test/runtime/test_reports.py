@@ -150,7 +150,13 @@ def test_nobody_listens_and_the_state_still_knows_the_latest_events() -> None:
     run_reporter(Settings(legacy_state_topic="/state"), heard, play)
     assert heard.told == []
     assert heard.states[-1]["latest"]
-    assert heard.legacies[-1]["variables"]["Motor"] == {"speed": 5.0}
+    latest = [f"{e['event']['kind']}_{e['event']['name']}" for e in heard.states[-1]["latest"]]
+    assert "response_range" in latest
+    assert heard.legacies[-1] == {
+        "states": heard.states[-1]["components"],
+        "variables": {"Sensor": {"clear": True}, "Motor": {"speed": 5.0}},
+        "transitions": latest,
+    }
 
 
 def test_diagnostics_warn_of_what_is_new_and_are_calm_again() -> None:

@@ -23,6 +23,7 @@ from robosc.runtime.model import Communication as Declared
 
 __all__ = ["DEFAULTS", "Config", "declared_communications", "load_config", "shared_topics"]
 
+_EVENT_LOG = "~/.ros/log/{package}.jsonl"
 OWN = "robosc.yaml"
 ORIGINAL = "controller-config.json"
 
@@ -47,6 +48,13 @@ class Config:
     licence: str = "BSD-3-Clause"
     parameters: Mapping[str, Any] = field(default_factory=_empty)
     supervisor: Mapping[str, Any] = field(default_factory=_empty)
+
+    def of_package(self, package: str) -> Config:
+        """The same; the log that the original's file asks for is one of the package's own."""
+        if self.parameters.get("event_log") != _EVENT_LOG:
+            return self
+        log = _EVENT_LOG.format(package=package)
+        return replace(self, parameters=MappingProxyType({**self.parameters, "event_log": log}))
 
     def checked(self, robot: Robot) -> Config:
         """The same, if the parameters fit the robot; each quality of a message is that of all
@@ -111,7 +119,7 @@ def load_config(model: Path, file: Path | None = None) -> Config:
 
 def _read(file: Path, config: Config) -> Config:
     try:
-        text = file.read_text(encoding="utf-8")
+        text = file.read_text(encoding="utf-8-sig")  # some editors begin with a mark
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(f"cannot read {file}: {error}") from error
     if file.suffix == ".json":
@@ -124,6 +132,8 @@ def _parsed_json(file: Path, text: str) -> Any:
         return json.loads(text)
     except json.JSONDecodeError as error:
         raise UsageError(f"{file}:{error.lineno}:{error.colno}: {error.msg}") from error
+    except RecursionError as error:
+        raise UsageError(f"{file} is nested too deeply") from error
 
 
 def _parsed_yaml(file: Path, text: str) -> Any:
@@ -135,6 +145,8 @@ def _parsed_yaml(file: Path, text: str) -> Any:
         return yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise UsageError(f"{file}: {' '.join(str(error).split())}") from error
+    except RecursionError as error:
+        raise UsageError(f"{file} is nested too deeply") from error
 
 
 Setter = Callable[[Config, Any, Path], Config]
@@ -175,7 +187,7 @@ def _output(config: Config, value: Any, file: Path) -> Config:
         name = str(target).lower()
         if name not in ("ros1", "ros2") or not isinstance(folder, str):
             raise ValueError("a folder, or folders for ros1 and ros2")
-        folders[name] = file.parent / folder
+        folders[name] = file.parent / Path(folder).expanduser()
     return replace(config, output=MappingProxyType({**config.output, **folders}))
 
 
@@ -213,7 +225,8 @@ _OWN_KEYS: Mapping[str, Setter] = {
 
 _ORIGINAL_KEYS: Mapping[str, Setter] = {
     "publishStateInformation": _switch("legacy_state_topic", "/state"),
-    "writeEventsToLog": _switch("event_log", "~/.ros/log/robosc-events.jsonl"),
+    "writeEventsToLog": _switch("event_log", _EVENT_LOG),
     "output": _output,
+    "outputLocations": _output,
     "supervisor": _supervisor,
 }
