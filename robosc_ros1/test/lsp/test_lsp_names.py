@@ -176,3 +176,74 @@ def test_messages_are_shown_as_they_are(desk: Desk, tmp_path: Path) -> None:
     assert Path(found.source.path).name == "Vector3.msg" and found.text == "x"
     found = definition_of(analysis, named(analysis, "geometry_msgs"))
     assert found is not None and Path(found.source.path).name == "package.xml"
+
+
+ACTION = """\
+robot R {
+    component Arm {
+        action grip with request: Goal, response: Result, feedback: Progress links grip
+        service lock with request: Lock, response: none links lock
+        behaviour {
+            variable last: double
+            initial marked state open { on feedback from grip do last := value.part }
+        }
+    }
+    provide grip with { force: 3 }
+    provide lock with { engage: true }
+    datatype object Goal { force: integer }
+    datatype object Result { held: boolean }
+    datatype object Progress { part: double }
+    datatype object Lock { engage: boolean }
+    interface grip use GripAction from arm_msgs
+    interface lock use Lock from arm_msgs
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "file", "text", "line"),
+    [
+        ("grip use", "Grip.action", "", 1),
+        ("GripAction", "Grip.action", "", 1),
+        ("lock use", "Lock.srv", "", 1),
+        ("force: integer", "Grip.action", "force", 2),
+        ("held: boolean", "Grip.action", "held", 4),
+        ("part: double", "Grip.action", "part", 6),
+        ("engage: boolean", "Lock.srv", "engage", 1),
+        ("force: 3", "robot.rscd", "force", 12),
+    ],
+)
+def test_definitions_in_services_and_actions(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: str,
+    file: str,
+    text: str,
+    line: int,
+) -> None:
+    package = tmp_path / "arm_msgs"
+    for name, lines in (
+        ("action/Grip.action", "# newton\nint32 force\n---\nbool held\n---\nfloat64 part\n"),
+        ("srv/Lock.srv", "bool engage\n---\n"),
+        ("package.xml", "<package><name>arm_msgs</name></package>"),
+    ):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text(lines)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    analysis = open_text(Desk(), tmp_path / "robot.rscd", ACTION)
+    assert not [d for d in analysis.diagnostics if d.severity.value == "error"]
+    found = definition_of(analysis, named(analysis, words))
+    assert found is not None
+    assert (Path(found.source.path).name, found.text, found.line) == (file, text, line)
+
+
+def test_a_file_that_links_lead_to_twice_is_edited_once(tmp_path: Path) -> None:
+    real = tmp_path / "real"
+    real.mkdir()
+    (tmp_path / "link").symlink_to(real)
+    (real / "base.rscd").write_text(LIBRARY)
+    (real / "robot.rscd").write_text(ROBOT)
+    desk = Desk(folders=[str(tmp_path / "link")])
+    analysis = open_text(desk, real / "robot.rscd", ROBOT)
+    edits = rename(desk, str(real / "robot.rscd"), named(analysis, "slow and").symbol, "crawling")
+    assert sorted(Path(file).name for file in edits) == ["base.rscd", "robot.rscd"]

@@ -140,13 +140,15 @@ class Desk:
 
     def all_files(self, path: str) -> Iterator[str]:
         """Model files that may have to do with one: open ones, beside it, in the workspace."""
-        seen: dict[str, None] = dict.fromkeys((path, *self._open))
-        for root in (*self.folders, os.path.dirname(path)):  # noqa: PTH120
+        seen: dict[str, str] = {}  # a file that links lead to twice is edited once
+        for file in (path, *self._open):
+            seen.setdefault(os.path.realpath(file), file)
+        for root in (os.path.dirname(path), *self.folders):  # noqa: PTH120
             for file in _model_files(root):
                 if len(seen) >= _MOST_FILES:
                     break
-                seen.setdefault(file)
-        yield from seen
+                seen.setdefault(os.path.realpath(file), file)
+        yield from seen.values()
 
     def related(self, path: str) -> Mapping[str, Analysis]:
         """Those of :meth:`all_files` that can be read, by path."""

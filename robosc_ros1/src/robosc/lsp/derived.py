@@ -8,7 +8,10 @@ output; places are offsets into the text that was sent.
 from __future__ import annotations
 
 import json
+import os
 import sys
+import threading
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -130,8 +133,17 @@ def moved(derived: Derived, source: Source) -> tuple[Diagnostic, ...]:
 
 
 def main() -> None:
+    server = os.getppid()
+    threading.Thread(target=_end_with, args=(server,), daemon=True).start()
     request = json.load(sys.stdin)
     json.dump(_answer(request), sys.stdout)
+
+
+def _end_with(server: int) -> None:
+    """Nobody waits for the answer when the server was killed."""
+    while os.getppid() == server:
+        time.sleep(0.5)
+    os._exit(1)
 
 
 def _answer(request: Mapping[str, Any]) -> dict[str, Any]:

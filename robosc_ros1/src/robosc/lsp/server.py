@@ -80,6 +80,7 @@ class _Session:
             types.TEXT_DOCUMENT_DID_SAVE: self._saved,
             types.TEXT_DOCUMENT_DID_CLOSE: self._closed,
             types.WORKSPACE_DID_CHANGE_WATCHED_FILES: self._files_changed,
+            types.WORKSPACE_DID_CHANGE_WORKSPACE_FOLDERS: self._folders_changed,
             types.WORKSPACE_DID_CHANGE_CONFIGURATION: self._configured,
             types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: self._symbols,
             types.TEXT_DOCUMENT_FOLDING_RANGE: self._folding,
@@ -187,6 +188,9 @@ class _Session:
     def _files_changed(self, params: types.DidChangeWatchedFilesParams) -> None:
         self._refresh()
 
+    def _folders_changed(self, params: types.DidChangeWorkspaceFoldersParams) -> None:
+        self._refresh()
+
     def _refresh(self) -> None:
         self._find_folders()
         self._desk.refresh()
@@ -201,6 +205,8 @@ class _Session:
         self.server.text_document_publish_diagnostics(
             types.PublishDiagnosticsParams(params.text_document.uri, [])
         )
+        for other in self._desk.open:  # what was not saved counts no longer
+            self._schedule(other, _REST)
 
     def _take(self, uri: str, rest: float) -> None:
         path = wire.path_of(uri)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from urllib.parse import unquote, urlparse
+from urllib.parse import unquote, urlsplit
 
 from lsprotocol import types
 
@@ -59,7 +59,7 @@ _SEVERITY = {
 
 def path_of(uri: str) -> str:
     """The file of a URI; what is no file keeps its URI as its name."""
-    parts = urlparse(uri)
+    parts = urlsplit(uri)
     return unquote(parts.path) if parts.scheme == "file" else uri
 
 

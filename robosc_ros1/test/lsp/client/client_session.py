@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import pytest_lsp
-from lsp_models import LIBRARY, MODEL, place
+from lsp_models import LARGE, LIBRARY, MODEL, place
 from lsprotocol import types
 from pytest_lsp import ClientServerConfig, LanguageClient, client_capabilities
 
@@ -63,6 +63,9 @@ class Document:
                 [types.TextDocumentContentChangeWholeDocument(text)],
             )
         )
+
+    def close(self) -> None:
+        self.client.text_document_did_close(types.DidCloseTextDocumentParams(self.id))
 
     def at(self, words: str, inside: int = 0) -> types.Position:
         return place(self.text, words, inside)
@@ -127,6 +130,61 @@ async def test_unsaved_libraries_count(client: LanguageClient, open_model) -> No
     await document.codes({"unknown-member"})
     library.write(LIBRARY)
     await document.codes(WARNINGS)
+    library.write(LIBRARY.replace("closing", "shutting"))
+    await document.codes({"unknown-member"})
+    library.close()  # not saved
+    await document.codes(WARNINGS)
+
+
+@pytest.mark.asyncio
+async def test_libraries_change_on_disk(client: LanguageClient, open_model, tmp_path: Path) -> None:
+    document = open_model(GOOD)
+    await document.codes(WARNINGS)
+    file = tmp_path / "arms.rscd"
+
+    def changed(kind: types.FileChangeType) -> None:
+        client.workspace_did_change_watched_files(
+            types.DidChangeWatchedFilesParams([types.FileEvent(file.as_uri(), kind)])
+        )
+
+    file.write_text(LIBRARY.replace("closing", "shutting"))
+    changed(types.FileChangeType.Changed)
+    await document.codes({"unknown-member"})
+    file.unlink()
+    changed(types.FileChangeType.Deleted)
+    await document.codes({"library-not-found"})
+    file.write_text(LIBRARY)
+    changed(types.FileChangeType.Created)
+    await document.codes(WARNINGS)
+
+
+@pytest.mark.asyncio
+async def test_folders_that_join_the_workspace(
+    client: LanguageClient, open_model, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """A robot that imports a library is found as soon as its folder is there."""
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    for folder in ("libraries", "robots"):
+        (elsewhere / folder).mkdir()
+    (elsewhere / "robots" / "robot.rscd").write_text(GOOD)
+    (elsewhere / "libraries" / "arms.rscd").write_text(LIBRARY)
+    library = open_model(LIBRARY, str(elsewhere / "libraries" / "arms.rscd"))
+
+    async def files() -> set[str]:
+        context = types.ReferenceContext(include_declaration=True)
+        found = await client.text_document_references_async(
+            types.ReferenceParams(context, library.id, library.at("closing {"))
+        )
+        return {Path(location.uri).name for location in found}
+
+    assert await files() == {"arms.rscd"}
+    joined = types.WorkspaceFolder((elsewhere / "robots").as_uri(), "robots")
+    client.workspace_did_change_workspace_folders(
+        types.DidChangeWorkspaceFoldersParams(
+            types.WorkspaceFoldersChangeEvent(added=[joined], removed=[])
+        )
+    )
+    assert await files() == {"arms.rscd", "robot.rscd"}
 
 
 @pytest.mark.asyncio
@@ -171,6 +229,72 @@ async def test_columns_count_as_the_protocol_does(client: LanguageClient, open_m
         types.HoverParams(document.id, document.at("Motor", 4))
     )
     assert "Motor" in hover.contents.value
+
+
+@pytest.mark.asyncio
+@pytest.mark.parametrize("old, new", [("\n", "\r\n"), ("    ", "\t"), ("\n", "\r")])
+async def test_other_ends_of_lines_and_tabs(
+    client: LanguageClient, open_model, old: str, new: str
+) -> None:
+    """Places are those of the text as it is: a tab is one unit."""
+    broken = GOOD.replace("Eye.last = far", "/* 🤖 */ Eye.last = fur")
+    document = open_model(broken.replace(old, new))
+    (wrong,) = await document.codes({"unknown-name"})
+    start = place(broken.replace("    ", "\t") if new == "\t" else broken, "fur and")
+    assert wrong.range == types.Range(start, types.Position(start.line, start.character + 3))
+    (action,) = await client.text_document_code_action_async(
+        types.CodeActionParams(document.id, wrong.range, types.CodeActionContext([]))
+    )
+    (edit,) = action.edit.changes[document.uri]
+    assert (edit.range, edit.new_text) == (wrong.range, "far")
+
+
+@pytest.mark.asyncio
+async def test_synthesis_of_a_large_model_keeps_nobody_waiting(
+    client: LanguageClient, open_model
+) -> None:
+    """It is given up when the text changes, and another model is not held up by it."""
+    large = open_model(LARGE, "large.rscd")
+    for count in range(10):
+        large.write(LARGE + " " * count)
+        params = types.HoverParams(large.id, large.at("Philosophers", 1))
+        assert await client.text_document_hover_async(params) is not None
+        await asyncio.sleep(0.1)
+    small = open_model(STUCK, "small.rscd")
+    await small.codes({"never-allowed"})
+    large.write(STUCK)
+    await large.codes({"never-allowed"})
+
+
+@pytest.mark.asyncio
+async def test_requests_that_are_cancelled(client: LanguageClient, open_model) -> None:
+    document = open_model(GOOD)
+    requests = [
+        asyncio.ensure_future(
+            client.text_document_completion_async(
+                types.CompletionParams(document.id, document.at("far and"))
+            )
+        )
+        for _ in range(20)
+    ]
+    for identity in range(200):
+        client.cancel_request(types.CancelParams(identity))
+    await asyncio.wait(requests, timeout=30)
+    assert all(request.done() for request in requests)
+    await document.codes(WARNINGS)
+
+
+@pytest.mark.asyncio
+async def test_guards_and_requirements_are_told(client: LanguageClient, open_model) -> None:
+    document = open_model(GOOD)
+    await document.codes(WARNINGS)
+    hover = await client.text_document_hover_async(
+        types.HoverParams(document.id, document.at("drive with type"))
+    )
+    text = hover.contents.value
+    assert "requirement drive needs Eye.last = far and !(Eye.count > 2)  // line" in text
+    assert "restricted further than the requirements say" in text
+    assert "Synthesis allows it where" in text and "Why: " in text
 
 
 @pytest.mark.asyncio

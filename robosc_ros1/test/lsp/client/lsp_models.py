@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-__all__ = ["LIBRARY", "MODEL", "place"]
+__all__ = ["LARGE", "LIBRARY", "MODEL", "place"]
 
 LIBRARY = """\
 library Arms {
@@ -53,6 +53,28 @@ robot Keeper {
 }
 """
 """One line of it is wrong."""
+
+_PHILOSOPHER = """\
+    component Phil{0} {{
+        incoming message first{0} with type: none
+        incoming message second{0} with type: none
+        outgoing message done{0} with type: none
+        behaviour {{
+            initial marked state thinking {{ on request to first{0} goto waiting }}
+            state waiting {{ on request to second{0} goto eating }}
+            state eating {{ on response from done{0} goto thinking }}
+        }}
+    }}
+    requirement first{0} needs !Phil{1}.eating
+    requirement second{0} needs Phil{2}.thinking
+"""
+_SEATS = 13
+LARGE = "".join([
+    "robot Philosophers {\n",
+    *(_PHILOSOPHER.format(i, (i - 1) % _SEATS, (i + 1) % _SEATS) for i in range(_SEATS)),
+    "}\n",
+])  # fmt: skip
+"""Its synthesis takes minutes."""
 
 
 def place(text: str, words: str, inside: int = 0) -> types.Position:
