@@ -212,6 +212,15 @@ def test_a_datatype_with_the_name_of_one_of_another_kind_is_checked() -> None:
     assert ("unknown-type", "dooble") in faults(enum + object_)
 
 
+def test_no_more_errors_are_told_than_anybody_reads() -> None:
+    found = faults(
+        MOTOR.replace("halt", "move") + "requirement move needs " + " or ".join("a" * 1500)
+    )
+    assert len(found) == 1001
+    assert {code for code, _ in found[:1000]} == {"unknown-name"}
+    assert found[1000] == ("too-many-errors", "a")
+
+
 @pytest.mark.parametrize(
     ("keyword", "text"),
     [

@@ -147,7 +147,7 @@ class _Loader:
         for library in self._libraries.values():
             # What a library's author should know is told when the library itself is checked.
             diagnostics += [d for d in library.diagnostics if d.severity is Severity.ERROR]
-        ordered = tuple(sort_diagnostics(diagnostics))
+        ordered = _told(sort_diagnostics(diagnostics))
         scope = file.scope
         if scope is None or file.model is None or scope.node.kind != "robot":
             return None, ordered
@@ -263,6 +263,18 @@ class _Loader:
         return file
 
 
+def _told(found: list[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """As many errors as anybody would read, and all warnings on the way."""
+    errors = [n for n, d in enumerate(found) if d.severity is Severity.ERROR]
+    if len(errors) > _MOST_ERRORS:
+        first = errors[_MOST_ERRORS]
+        message = f"there are more than {_MOST_ERRORS} errors: the others are not shown"
+        span = found[first].span
+        found[first:] = [Diagnostic(Severity.ERROR, "too-many-errors", message, span)]
+    return tuple(found)
+
+
+_MOST_ERRORS = 1000
 _DEEPEST_IMPORT = 20
 
 
