@@ -158,3 +158,28 @@ def test_a_node_that_begins_again_with_another_model(
     browser.sees(is_in("Engine", other.state["components"]["Engine"]))
     browser.sees("page.events.length === 1")
     assert browser.run("return document.querySelectorAll('[data-component=Motor]').length") == 0
+
+
+@pytest.mark.parametrize("width", [1280, 360])
+def test_the_state_of_a_large_automaton_is_in_sight(
+    width: int, told: Told, heard: Heard, browser: Browser
+) -> None:
+    sensor = told.model["components"][0]
+    state, transition = sensor["states"][0], sensor["transitions"][0]
+    names = [f"state_{i}" for i in range(12)]
+    ways = [(a, b) for i, a in enumerate(names) for b in (names[i - 1], names[(5 * i + 2) % 12])]
+    sensor["states"] = [{**state, "name": n, "initial": n == names[0]} for n in names]
+    sensor["transitions"] = [{**transition, "from": a, "to": b} for a, b in ways]
+    browser.look(width, 900)
+    lit = "page.cards.get('DistanceSensor').diagram.element.querySelector('.active')"
+    for name in names:
+        told.state["components"]["DistanceSensor"] = name
+        told.to(heard)
+        browser.sees(f"{lit}?.textContent === '{name}'")
+        left, right, begin, end = browser.run(
+            f"const [a, b] = [{lit}, {lit}.closest('.drawing')].map((e) => e.getBoundingClientRect());"
+            "return [a.left, a.right, b.left, b.right]"
+        )
+        assert begin - 1 <= left and right <= end + 1
+    assert browser.run("return document.documentElement.scrollWidth <= innerWidth")
+    browser.picture(f"view-automaton-{width}")

@@ -21,6 +21,7 @@ function linesOf(transition) {
 }
 
 const LINE = 14;
+const WIDE = 360; // pixels that a card has for sure, but for phones
 const SMALLEST = 0.75; // of their size, to which diagrams shrink before they have to be scrolled
 
 function sizeOf(transitions) {
@@ -45,6 +46,7 @@ class Diagram {
     const nodes = this.nodes();
     const links = this.links(nodes);
     const size = layOut(nodes, links);
+    this.isWide = size.width > WIDE;
     const name = `tip-${this.number}`;
     const tip = draw("marker", {
       id: name, viewBox: "0 0 10 10", refX: 9, refY: 5, markerWidth: 8, markerHeight: 8, orient: "auto",
@@ -177,7 +179,18 @@ class Diagram {
     if (state === this.active) return;
     if (this.active !== null) toggle(this.states.get(this.active), "active", false);
     this.active = this.states.has(state) ? state : null;
-    if (this.active !== null) toggle(this.states.get(state), "active", true);
+    if (this.active === null) return;
+    toggle(this.states.get(state), "active", true);
+    if (this.isWide) this.bringIntoSight(this.states.get(state));
+  }
+
+  /** Diagrams that are wider than their card are scrolled; nothing else on the page is. */
+  bringIntoSight(group) {
+    const pane = this.element.parentElement;
+    if (!pane || pane.scrollWidth <= pane.clientWidth) return;
+    const [outside, inside] = [pane.getBoundingClientRect(), group.getBoundingClientRect()];
+    if (inside.left >= outside.left && inside.right <= outside.right) return;
+    pane.scrollLeft += (inside.left + inside.right - outside.left - outside.right) / 2;
   }
 
   /**

@@ -12,6 +12,7 @@ class Card {
     this.element = make("article", { className: "card", id: `component-${number}`, tabIndex: -1 }, title, this.now,
       make("div", { className: "drawing" }, this.diagram.element));
     this.element.dataset.component = component.name;
+    toggle(this.element, "wide", this.diagram.element.width.baseVal.value > 1.5 * WIDE);
     this.addEverywhere(component);
     this.addVariables(component);
   }
