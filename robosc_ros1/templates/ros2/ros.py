@@ -12,8 +12,8 @@ import time
 
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
+from rclpy.clock import JumpThreshold
 from rclpy.duration import Duration
-from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from ._runtime.port import Port
@@ -33,6 +33,11 @@ FAILURES = {
     GoalStatus.STATUS_CANCELED: "cancelled",
     GoalStatus.STATUS_UNKNOWN: "unknown to the server",
 }
+EVERY_STEP = JumpThreshold(
+    min_forward=Duration(nanoseconds=1),
+    min_backward=Duration(nanoseconds=-1),
+    on_clock_change=True,
+)
 WATCH = 0.25
 """Seconds between two looks at the server of a goal that is under way."""
 BATCH = 50
@@ -79,9 +84,9 @@ class RosPort(Port):
             post = _fan_out(posters, has_oddities(message_type))
             _subscribe(self._node, message_type, topic, post, self._profiles[keys[0]])
         if self._simulated:
-            wake = engine.wake
-            profile = quality("best_effort", 1)
-            self._node.create_subscription(Clock, "/clock", lambda _: wake(), profile)
+            self._jumps = self._node.get_clock().create_jump_callback(
+                EVERY_STEP, post_callback=lambda _: engine.wake()
+            )
         self.courier.start()
 
     def await_subscribers(self, patience=0.5):

@@ -130,15 +130,19 @@ def report(result: dict[str, Any], memory: list[int]) -> int:
     lost = sum(s is None for s in taken["controller"])
     print(f"  unanswered: {lost}")
     if "flood" in result:
-        flood = result["flood"]
-        answers = quantiles(flood["answers"])
-        print(f"flood: {flood['sent']} messages in {flood['seconds']:.1f} s")
-        print(f"  received {flood['received']}, lost {flood['sent'] - flood['received']}")
-        print(f"  command after: median {answers['median']:.0f} us, 99 % {answers['99 %']:.0f} us")
-        late = memory[len(memory) // 3 :]
-        print(f"  memory {late[0]} kB, at the end {late[-1]} kB")
-        failed |= flood["sent"] != flood["received"]
+        failed |= report_flood(result["flood"], memory)
     return int(failed or lost > 0)
+
+
+def report_flood(flood: dict[str, Any], memory: list[int]) -> bool:
+    """Print what became of it, with the memory that was taken meanwhile; whether any was lost."""
+    answers = quantiles(flood["answers"])
+    print(f"flood: {flood['sent']} messages in {flood['seconds']:.1f} s")
+    print(f"  received {flood['received']}, lost {flood['sent'] - flood['received']}")
+    print(f"  command after: median {answers['median']:.0f} us, 99 % {answers['99 %']:.0f} us")
+    late = memory[len(memory) // 3 :]
+    print(f"  memory {late[0]} kB, at the end {late[-1]} kB")
+    return bool(flood["sent"] != flood["received"])
 
 
 def report_guard(taken: dict[str, Any]) -> int:

@@ -390,7 +390,9 @@ class Peer:
         """Listen to a controller's own topic ``~/state``."""
         self.subscribe(f"{node}/state", "std_msgs/msg/String", durability="transient_local")
 
-    def expect_state(self, node: str, where: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+    def expect_state(
+        self, node: str, where: Callable[[dict[str, Any]], object], seconds: float = 20.0
+    ) -> dict[str, Any]:
         """Wait for a state of a watched controller."""
         documents: list[dict[str, Any]] = []
 
@@ -398,7 +400,7 @@ class Peer:
             documents.append(json.loads(data["data"]))
             return where(documents[-1])
 
-        self.expect("message", name=f"{node}/state", where=fits)
+        self.expect("message", seconds, where=fits, name=f"{node}/state")
         return documents[-1]
 
     def subscribe(self, name: str, type: str, **qos: Any) -> None:

@@ -31,7 +31,7 @@ __all__ = ["WIRING", "emit", "package_context", "spelling"]
 
 ALWAYS_NEEDED = (
     "action_msgs", "ament_index_python", "diagnostic_msgs", "launch", "launch_ros",
-    "python3-yaml", "rcl_interfaces", "rclpy", "rosgraph_msgs", "std_msgs",
+    "python3-yaml", "rcl_interfaces", "rclpy", "std_msgs",
 )  # fmt: skip
 
 WIRING = ("ros.py", "ros_courier.py", "ros_messages.py", "ros_parameters.py", "ros_watch.py")

@@ -16,7 +16,8 @@ __all__ = ["quality_name", "quality_parameters", "shared"]
 
 _RELIABILITY = ("reliable", "best_effort")
 _DURABILITY = ("volatile", "transient_local")
-_DEPTHS = {"incoming": 10, "outgoing": 100}
+_DEPTHS = {"incoming": 10, "outgoing": 1000}
+"""Inputs may come faster than a busy machine runs the node, for half a second or so."""
 QUALITIES = ("reliability", "durability", "depth")
 
 
