@@ -274,7 +274,9 @@ def generate(
     start = time.perf_counter()
     loaded = load(path, options)
     config = load_config(Path(path), output.config)
-    name = config.package or f"{package_name(loaded.robot.name)}_{output.mode}"
+    # The configuration names the controller, which a supervisor must not overwrite.
+    own = config.package if output.mode == "controller" else None
+    name = own or f"{package_name(loaded.robot.name)}_{output.mode}"
     if output.package is not None:
         name = output.package
     if fault := package_name_fault(name):

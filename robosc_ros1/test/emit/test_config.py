@@ -82,6 +82,7 @@ def test_the_file_of_the_original_and_own_options_before_it(tmp_path: Path) -> N
         ("robosc.yaml", "[" * 5000, "nested too deeply"),
         ("robosc.yaml", "parameters: [rate]", "parameters must be names of parameters"),
         ("robosc.yaml", "1: x", "unknown key 1; there are"),
+        ("robosc.yaml", "supervisor: x", "supervisor must be a section, not 'x'"),
     ],
 )
 def test_faulty_files_are_refused(tmp_path: Path, name: str, text: str, complaint: str) -> None:

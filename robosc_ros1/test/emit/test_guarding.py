@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import ast
+from pathlib import Path
+from xml.etree import ElementTree
+
 import pytest
 from emit.generated_code import supervisor_of
 
+from robosc import pipeline
+from robosc.emit import ros1_supervisor, ros2_supervisor
+from robosc.emit.config import Config
 from robosc.emit.guarding import Recognition, recognitions
-from robosc.emit.ros2_supervisor import emit
-from robosc.errors import ModelError
+from robosc.errors import ModelError, UsageError
 
 MODEL = """
 robot Cart {
@@ -30,6 +36,7 @@ robot Cart {
     %s
 }
 """
+EMITTERS = {"ros1": ros1_supervisor.emit, "ros2": ros2_supervisor.emit}
 VEL = ("/vel", "geometry_msgs/Twist")
 DRIVE = "provide drive with { linear: { x: Sensor.wanted }, angular: { z: 0.0 } }"
 TURN = "provide turn with { linear: { x: Sensor.wanted }, angular: { z: 1.0 } }"
@@ -54,7 +61,9 @@ def test_constant_data_are_known_exactly_and_others_by_a_field() -> None:
 
 def test_exact_data_go_first_in_the_node() -> None:
     """A stop has the field by which driving is known."""
-    files = emit(supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}"), "cart_supervisor").files
+    files = ros2_supervisor.emit(
+        supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}"), "cart_supervisor"
+    ).files
     node = files["cart_supervisor/node.py"].content
     assert node.index('"Motor.stop"') < node.index('"Motor.drive"')
 
@@ -81,7 +90,41 @@ def test_one_command_may_mean_all_the_rest() -> None:
 )
 def test_what_cannot_be_told_apart_is_refused(provides: list[str], fault: str) -> None:
     with pytest.raises(ModelError) as refused:
-        emit(supervisor_of(MODEL % "\n".join(provides)), "cart_supervisor")
+        ros2_supervisor.emit(supervisor_of(MODEL % "\n".join(provides)), "cart_supervisor")
     (diagnostic,) = refused.value.diagnostics
     assert diagnostic.code == "commands-alike"
     assert fault in diagnostic.message
+
+
+GUARDED = {"package": "wild", "executable": "wild.py", "name": "w", "arguments": '--say "a & b"'}
+
+
+@pytest.mark.parametrize("target", EMITTERS)
+def test_the_configuration_tells_what_is_guarded(target: str) -> None:
+    config = Config(supervisor=GUARDED)
+    supervisor = supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}")
+    files = EMITTERS[target](supervisor, "cart_supervisor", config).files
+    if target == "ros2":
+        launch = files["launch/cart_supervisor.launch.py"].content
+        values = {n.value for n in ast.walk(ast.parse(launch)) if isinstance(n, ast.Constant)}
+    else:
+        launch = files["launch/cart_supervisor.launch"].content
+        values = {tag.get("default") for tag in ElementTree.fromstring(launch).iter("arg")}
+    assert set(GUARDED.values()) <= values
+
+
+def test_a_key_of_the_section_that_is_not_known_is_refused() -> None:
+    config = Config(supervisor={"node": "wild"})
+    with pytest.raises(UsageError, match="has texts for package, executable, name, arguments; not"):
+        ros1_supervisor.emit(supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}"), "c", config)
+
+
+def test_the_configuration_s_name_is_the_controller_s(tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    (tmp_path / "robosc.yaml").write_text("package: my_cart\n")
+    model = tmp_path / "cart.rscd"
+    model.write_text(MODEL % f"{DRIVE} {TURN} {STOP}")
+    modes: tuple[pipeline.Mode, ...] = ("controller", "supervisor")
+    for mode in modes:
+        pipeline.generate(model, output=pipeline.Output(folder=tmp_path / "src", mode=mode))
+    assert {f.name for f in (tmp_path / "src").iterdir()} == {"my_cart", "cart_supervisor"}

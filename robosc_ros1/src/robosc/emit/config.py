@@ -37,7 +37,7 @@ class Config:
     """Options of one generation; what the command line says goes before ``package`` and ``output``.
 
     ``output`` are folders by target, ``parameters`` defaults of the node's parameters by their full
-    names. ``supervisor`` is that section of the original's file, as it stands.
+    names. ``supervisor`` tells the node that a supervisor guards, as it stands in the file.
     """
 
     package: str | None = None
@@ -221,6 +221,7 @@ _OWN_KEYS: Mapping[str, Setter] = {
     "email": _text("email", r"[^@\s]+@[^@\s]+\.[^@\s.]+", "an address with a dotted domain"),
     "license": _text("licence", r".*\S.*", "the name of a licence"),
     "parameters": _parameters,
+    "supervisor": _supervisor,
 }
 
 _ORIGINAL_KEYS: Mapping[str, Setter] = {

@@ -31,7 +31,11 @@ class RelayView:
 
 @dataclass(frozen=True)
 class ControllerNode:
-    """The node that is guarded, if the launch file is to start it; empty texts: it is not."""
+    """The node that is guarded, if the launch file is to start it; empty texts: it is not.
+
+    These are the keys of the section ``supervisor`` in both files of options. What the original
+    has there is described nowhere; any other key is an error.
+    """
 
     package: str = ""
     executable: str = ""
