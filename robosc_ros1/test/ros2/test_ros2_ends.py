@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
-from ros2.ros2_support import Graph, Process
+from emit.generated_code import supervisor_of
+from ros2.ros2_support import HERE, Graph, Process
+
+from robosc.simulate.replay import read_log, replay
 
 Start = Callable[..., Process]
 ACTION = "robosc_testing/action/Move"
@@ -54,8 +58,11 @@ def test_shutdown_while_everything_is_absent(graph: Graph, controller: Start) ->
     assert "Traceback" not in node.output
 
 
-def test_safe_stop_stops_commands_and_stays_to_tell(graph: Graph, controller: Start) -> None:
-    controller(on_mismatch="stop", stop_command="warn")
+def test_safe_stop_stops_commands_and_stays_to_tell(
+    graph: Graph, controller: Start, tmp_path: Path
+) -> None:
+    log = tmp_path / "log" / "events.jsonl"
+    node = controller(on_mismatch="stop", stop_command="warn", event_log=str(log))
     robot = graph.peer()
     robot.watch("guarded_arm")
     robot.subscribe("beacon", "std_msgs/msg/Empty")
@@ -74,6 +81,14 @@ def test_safe_stop_stops_commands_and_stays_to_tell(graph: Graph, controller: St
     assert "mismatch" in state["stopped"]
     later = robot.expect_state("guarded_arm", lambda s: s["time"] > state["time"] + 0.5)
     assert later["counters"]["commands"] == state["counters"]["commands"]
+    # All of that can be followed in the model afterwards.
+    node.signal(signal.SIGINT)
+    assert node.wait() == 0
+    text = (HERE / "models" / "guarded_arm.rscd").read_text(encoding="utf-8")
+    found = replay(supervisor_of(text), str(log))
+    assert (found.departures, found.missing) == ((), ())
+    assert (found.events, found.mismatches) == (later["number"], 1)
+    assert "stop command" in [entry.document["detail"] for entry in read_log(str(log))]
 
 
 def test_the_node_ends_after_a_safe_stop_if_told_to(graph: Graph, controller: Start) -> None:
