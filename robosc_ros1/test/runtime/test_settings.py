@@ -58,6 +58,14 @@ def test_each_is_checked(parameter: Any) -> None:
         read(COMMUNICATIONS, {f"{parameter.name}/deep/inside": 1})
 
 
+def test_a_topic_has_a_name_that_ros_takes() -> None:
+    for topic in ("/state", "state", "~state", "~/state", "/a/b_2/c"):
+        assert read(COMMUNICATIONS, {"legacy_state_topic": topic})[0].legacy_state_topic == topic
+    for topic in ("/a b", "5x", "/", "~", "a//b", "a/", "/ä", "state\n"):
+        with pytest.raises(ParameterError, match="must be the name of a topic, not"):
+            read(COMMUNICATIONS, {"legacy_state_topic": topic})
+
+
 def test_all_faults_are_told_at_once() -> None:
     with pytest.raises(ParameterError) as refused:
         read(COMMUNICATIONS, {"rate": "x", "seed": 1.5, "stop_command": "jump", "order": 1})

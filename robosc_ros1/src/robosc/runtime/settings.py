@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from .model import Communication
@@ -23,6 +24,9 @@ __all__ = [
     "private",
     "read",
 ]
+
+
+_TOPIC = re.compile(r"(/|~/?)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*\Z", re.ASCII)
 
 
 class ParameterError(Exception):
@@ -195,6 +199,10 @@ def read(
             "parameter %s must name a message, service or action that the controller"
             " can request (%s), not %r" % (spelled("stop_command"), ", ".join(names), stop)
         )
+    topic = values.get("legacy_state_topic", "")
+    if topic and not _TOPIC.match(topic):
+        shown = spelled("legacy_state_topic")
+        faults.append("parameter %s must be the name of a topic, not %r" % (shown, topic))
     if faults:
         raise ParameterError("\n".join(faults))
     values["more"] = {p.name: values.pop(p.name) for p in more}
