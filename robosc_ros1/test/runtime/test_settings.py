@@ -59,8 +59,9 @@ def test_each_is_checked(parameter: Any) -> None:
 
 
 def test_a_topic_has_a_name_that_ros_takes() -> None:
-    for topic in ("/state", "state", "~state", "~/state", "/a/b_2/c"):
+    for topic in ("/state", "state", "~/state", "/a/b_2/c"):
         assert read(COMMUNICATIONS, {"legacy_state_topic": topic})[0].legacy_state_topic == topic
+    assert read(COMMUNICATIONS, {"legacy_state_topic": "~x"})[0].legacy_state_topic == "~/x"
     for topic in ("/a b", "5x", "/", "~", "a//b", "a/", "/ä", "state\n"):
         with pytest.raises(ParameterError, match="must be the name of a topic, not"):
             read(COMMUNICATIONS, {"legacy_state_topic": topic})
