@@ -118,6 +118,8 @@ _NOISE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\])*"', re.DOTALL)
 _ANNOTATION = re.compile(r"@\w+\s*(?:\([^()]*\))?")
 _STRUCT = re.compile(r"struct\s+(\w+)\s*\{([^{}]*)\}")
 _TYPEDEF = re.compile(r"typedef\s+([^;]+?)\s+(\w+)\s*\[\s*(\d+)\s*\]\s*;")
+# What arrays of another struct are made of.
+_ALIAS = re.compile(r"typedef\s+([^;\[\]]+?)\s+(\w+)\s*;")
 _CONSTANTS = re.compile(r"module\s+(\w+)_Constants\s*\{([^{}]*)\}")
 _CONSTANT = re.compile(r"const\s+[^;=]+?(\w+)\s*=")
 _SEQUENCE = re.compile(r"sequence\s*<\s*([\w:]+(?:\s*<\s*\d+\s*>)?)\s*(?:,\s*\d+\s*)?>")
@@ -134,7 +136,9 @@ def _idl(text: str, type_: str, kind: str) -> tuple[Part, ...]:
         return '""' if match[0].startswith('"') else " "
 
     text = _ANNOTATION.sub(" ", _NOISE.sub(blank, text))
-    arrays = {name: (base, length) for base, name, length in _TYPEDEF.findall(text)}
+    aliases = {name: base for base, name in _ALIAS.findall(text)}
+    typedefs = _TYPEDEF.findall(text)
+    arrays = {name: (aliases.get(base, base), length) for base, name, length in typedefs}
     structs = dict(_STRUCT.findall(text))
     constants = {name: tuple(_CONSTANT.findall(body)) for name, body in _CONSTANTS.findall(text)}
     parts = []
