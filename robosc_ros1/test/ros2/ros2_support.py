@@ -44,10 +44,11 @@ __all__ = ["Bed", "Graph", "Peer", "Process", "Unavailable", "free_domain", "tes
 HERE = Path(__file__).resolve().parent
 REPOSITORY = HERE.parents[2]
 CACHE = REPOSITORY / ".cache" / "ros2"
-INTERFACES = {
-    "robosc_testing": HERE / "interfaces" / "robosc_testing",
-    "robot_common": REPOSITORY / "examples" / "robot_common",
-}
+INTERFACES = (
+    HERE / "interfaces" / "robosc_testing",
+    REPOSITORY / "examples" / "robot_common",
+)
+GENERATORS = HERE / "interfaces" / "rosidl_default_generatorsConfig.cmake"
 # What the wheels' CMake packages ask for, and only exists to be found.
 _EMPTY_PACKAGES = ("python_cmake_module", "PythonExtra", "ament_cmake_ros")
 _DEBIAN_PYTHON = Path("/usr/lib/python3/dist-packages")
@@ -129,8 +130,8 @@ def test_bed() -> Bed:
     with (CACHE / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         _once(CACHE / "venv", [HERE / "requirements.txt"], lambda: _make_venv(bed))
-        definitions = [f for p in INTERFACES.values() for f in _definitions(p)]
-        inputs = [HERE / "requirements.txt", HERE / "interfaces" / "CMakeLists.txt", *definitions]
+        sources = [file for package in INTERFACES for file in _sources(package)]
+        inputs = [HERE / "requirements.txt", GENERATORS, *sources]
         _once(bed.interfaces, inputs, lambda: _make_interfaces(bed))
         (CACHE / "home").mkdir(exist_ok=True)
     return bed
@@ -175,8 +176,9 @@ def _python() -> str:
     return str(system) if system.is_file() else sys.executable
 
 
-def _definitions(package: Path) -> list[Path]:
-    return sorted(f for kind in ("msg", "srv", "action") for f in package.glob(f"{kind}/*.{kind}"))
+def _sources(package: Path) -> list[Path]:
+    definitions = [f for kind in ("msg", "srv", "action") for f in package.glob(f"{kind}/*.{kind}")]
+    return [package / "CMakeLists.txt", package / "package.xml", *sorted(definitions)]
 
 
 def _make_interfaces(bed: Bed) -> None:
@@ -186,8 +188,8 @@ def _make_interfaces(bed: Bed) -> None:
         raise Unavailable(f"not installed: {', '.join(missing)} (./dev setup installs them)")
     with tempfile.TemporaryDirectory() as scratch:
         stubs = _stubs(Path(scratch))
-        for name, package in INTERFACES.items():
-            _build_interface(bed, name, package, Path(scratch), stubs)
+        for package in INTERFACES:
+            _build_interface(bed, package, Path(scratch), stubs)
 
 
 def _stubs(scratch: Path) -> Path:
@@ -196,33 +198,24 @@ def _stubs(scratch: Path) -> Path:
         config = stubs / "share" / name / "cmake" / f"{name}Config.cmake"
         config.parent.mkdir(parents=True)
         config.write_text(f"set({name}_FOUND TRUE)\n")
+    config = stubs / "share" / "rosidl_default_generators" / "cmake" / GENERATORS.name
+    config.parent.mkdir(parents=True)
+    config.symlink_to(GENERATORS)
     # ament's CMake runs Python of the environment, which must see this one module of Debian's.
     (stubs / "python").mkdir()
     (stubs / "python" / "ament_package").symlink_to(_DEBIAN_PYTHON / "ament_package")
     return stubs
 
 
-def _build_interface(bed: Bed, name: str, package: Path, scratch: Path, stubs: Path) -> None:
-    source, build = scratch / name, scratch / f"build-{name}"
-    for file in _definitions(package):
-        target = source / file.relative_to(package)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(file, target)
-    shutil.copy(HERE / "interfaces" / "CMakeLists.txt", source)
-    (source / "package.xml").write_text(
-        f'<package format="3"><name>{name}</name><version>0.1.0</version>'
-        "<description>Interfaces for tests</description>"
-        '<maintainer email="robosc@example.org">robosc</maintainer><license>BSD-3-Clause</license>'
-        "<buildtool_depend>ament_cmake</buildtool_depend>"
-        "<member_of_group>rosidl_interface_packages</member_of_group>"
-        "<export><build_type>ament_cmake</build_type></export></package>\n"
-    )
+def _build_interface(bed: Bed, package: Path, scratch: Path, stubs: Path) -> None:
+    build = scratch / f"build-{package.name}"
     env = bed.environment | {
         "PYTHONPATH": str(stubs / "python"),
         "AMENT_PREFIX_PATH": str(bed.prefix),
+        "ROS_VERSION": "2",
     }
     configure = [
-        "cmake", "-S", source, "-B", build, f"-DPACKAGE={name}",
+        "cmake", "-S", package, "-B", build,
         f"-DCMAKE_PREFIX_PATH={stubs};{bed.prefix}", f"-DCMAKE_INSTALL_PREFIX={bed.interfaces}",
         "-DPYTHON_INSTALL_DIR=lib/python", f"-DPython3_EXECUTABLE={bed.python}",
         "-DPython3_FIND_VIRTUALENV=ONLY", "-DBUILD_TESTING=OFF",

@@ -1,12 +1,8 @@
-# Builds one package of definitions (-DPACKAGE=name) for the wheels' rclpy. The wheels lack the glue
-# that find_package(rosidl_default_generators) is on an installed ROS 2, so its parts stand here; what
-# else they miss are the empty packages that ros2_support.py makes.
-cmake_minimum_required(VERSION 3.16)
-project(${PACKAGE})
+# The wheels lack the glue that find_package(rosidl_default_generators) is on an installed ROS 2: here
+# are its parts. What else they miss are the empty packages that ros2_support.py makes.
 
 # Typesupport libraries are loaded by name at run time.
 set(BUILD_SHARED_LIBS ON)
-find_package(ament_cmake REQUIRED)
 find_package(Python3 REQUIRED COMPONENTS Interpreter Development NumPy)
 # In the order in which they need one another: those of fastrtps before the one that chooses.
 foreach(generator
@@ -16,14 +12,10 @@ foreach(generator
   find_package(${generator} REQUIRED)
 endforeach()
 
-set(dependencies action_msgs builtin_interfaces service_msgs std_msgs)
-foreach(dependency ${dependencies} unique_identifier_msgs)
+foreach(dependency
+    action_msgs builtin_interfaces service_msgs std_msgs unique_identifier_msgs)
   find_package(${dependency} REQUIRED)
   # These name folders of the machine on which the wheels were built.
   set_target_properties(${dependency}::${dependency}__rosidl_generator_py
     PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "")
 endforeach()
-
-file(GLOB definitions RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} msg/*.msg srv/*.srv action/*.action)
-rosidl_generate_interfaces(${PROJECT_NAME} ${definitions} DEPENDENCIES ${dependencies})
-ament_package()
