@@ -12,6 +12,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -543,20 +544,24 @@ def run(verb: str) -> int:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line; the exit code is that of CLI.md. Raises SystemExit on wrong usage."""
-    for stream in (sys.stdout, sys.stderr):
-        _never_fail(stream)
+    _prepare_streams()
     try:
-        args = _parser().parse_args(arguments)
-        code = _guarded(args)
-        sys.stdout.flush()
-        return code
+        try:
+            return _guarded(_parser().parse_args(arguments))
+        finally:
+            sys.stdout.flush()
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return _INTERRUPTED
     except BrokenPipeError:
-        # The reader has seen enough (robosc explore … | head): nothing to tell, nothing to flush.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # The reader has seen enough (robosc explore … | head): nothing to tell.
+        _drop_output()
         return 0
+    except OSError as error:
+        _drop_output()
+        with suppress(OSError):
+            _complain(f"cannot write the result: {error.strerror or error}")
+        return UsageError.exit_code
 
 
 def _guarded(args: Arguments) -> int:
@@ -607,7 +612,8 @@ def _options(args: Arguments) -> Options:
 
 
 def _report(diagnostics: Iterable[Diagnostic]) -> None:
-    print(render_all(diagnostics, _color(sys.stderr)), end="", file=sys.stderr)
+    if text := render_all(diagnostics, _color(sys.stderr)):
+        print(text, end="", file=sys.stderr)
 
 
 def _complain(message: str) -> None:
@@ -628,8 +634,22 @@ def _plural(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def _never_fail(stream: TextIO) -> None:
-    """A terminal that cannot show a character of the model gets an escape, not a traceback."""
-    reconfigure = getattr(stream, "reconfigure", None)
-    if reconfigure is not None:
-        reconfigure(errors="backslashreplace")
+def _prepare_streams() -> None:
+    """Streams that can be written to, whatever the user did with them.
+
+    A terminal that cannot show a character of the model gets an escape, and a count is told with
+    all its digits.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:  # closed: no other file shall get its number
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115, PTH123 - as long as it runs
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="backslashreplace")
+    sys.set_int_max_str_digits(0)
+
+
+def _drop_output() -> None:
+    """What is still to be written goes nowhere, so that ending does not fail on it again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

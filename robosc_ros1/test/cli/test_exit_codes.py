@@ -220,3 +220,38 @@ def test_reader_that_has_seen_enough_is_no_error(
     assert process.stderr.read() == b""
     process.stderr.close()
     assert process.wait(timeout=60) == 0
+
+
+def redirected(redirection: str, folder: Path, *arguments: str) -> Completed:
+    """A command line of the shell, as a user types it."""
+    words = [sys.executable, "-m", "robosc", *arguments]
+    return subprocess.run(
+        ["sh", "-c", f'"$@" {redirection}', "sh", *words],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(SOURCES)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+
+
+@pytest.mark.parametrize("arguments", [("check",), ("check", "--json"), ("generate",)])
+@pytest.mark.parametrize("redirection", [">&-", "2>&-", ">&- 2>&- <&-", "2>/dev/full"])
+def test_streams_that_are_closed_change_nothing(
+    arguments: tuple[str, ...], redirection: str, model: Callable[[str], str], tmp_path: Path
+) -> None:
+    done = redirected(redirection, tmp_path, *arguments, model(models.GOOD))
+    assert code(done) == 0
+    assert (tmp_path / "lamp_controller" / "package.xml").exists() == ("generate" in arguments)
+
+
+@pytest.mark.parametrize("arguments", [("check", "model.rscd"), ("--help",), ("check", "--help")])
+def test_a_result_that_cannot_be_written_is_told(
+    arguments: tuple[str, ...], model: Callable[[str], str], tmp_path: Path
+) -> None:
+    model(models.GOOD)
+    done = redirected(">/dev/full", tmp_path, *arguments)
+    assert code(done) == 2
+    assert done.stderr == "error: cannot write the result: No space left on device\n"
+    assert code(redirected(">/dev/full 2>&1", tmp_path, *arguments)) == 2

@@ -79,3 +79,8 @@ def test_text_in_memory_may_have_windows_line_ends_too() -> None:
     tree, diagnostics = parse(Source("m", "\ufeff" + MODEL.replace("\n", "\r\n")))
     assert tree is not None
     assert not diagnostics
+
+
+def test_a_file_without_end_is_not_read_to_its_end() -> None:
+    with pytest.raises(UsageError, match="no model has more than 64 MB"):
+        read_source("/dev/zero")

@@ -27,6 +27,10 @@ _NAME = re.compile(NAME, re.ASCII)
 _TO_BRACE = re.compile(r"[^{}\n]*(?=\{)")
 
 
+_LARGEST = 2**26
+"""Bytes of a model file; a device such as /dev/zero has no end at all."""
+
+
 def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
     """The model file at ``path``; None and the reason if it is no UTF-8 text.
 
@@ -34,10 +38,13 @@ def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
     be read at all.
     """
     try:
-        data = Path(path).read_bytes()
+        with Path(path).open("rb") as file:
+            data = file.read(_LARGEST + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise UsageError(f"cannot read {path}: {reason or error}") from error
+    if len(data) > _LARGEST:
+        raise UsageError(f"cannot read {path}: no model has more than {_LARGEST >> 20} MB")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
