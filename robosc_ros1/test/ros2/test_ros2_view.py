@@ -11,7 +11,7 @@ import pytest
 from ros2.ros2_support import Graph, Process
 from ros_support import SOURCES, await_condition
 from view.browser import Browser
-from view.watching import command_is, is_in, link_says
+from view.watching import Watcher, command_is, is_in, link_says
 
 Start = Callable[..., Process]
 NODE = "line_follower_controller"
@@ -68,6 +68,16 @@ def test_the_page_shows_what_a_controller_of_ros_2_tells(
     browser.sees("document.getElementById('robot').textContent === 'GuardedArm'")
     browser.sees(is_in("Arm", "resting"))
     assert browser.run("return document.querySelectorAll('[data-component=Motor]').length") == 0
+
+
+def test_who_mistypes_a_name_is_told_which_there_are(
+    controller: Start, viewer: Process, url: str
+) -> None:
+    controller("guarded_arm")
+    watcher = Watcher(int(url.rstrip("/").rpartition(":")[2]))
+    told = f"waiting for /{NODE}; there is /guarded_arm"
+    watcher.until(lambda w: w.seen.get("status", {}).get("text") == told)
+    watcher.close()
 
 
 def test_a_viewer_of_ros_2_takes_part_in_nothing_and_leaves_in_order(

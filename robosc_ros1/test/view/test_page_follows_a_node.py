@@ -14,7 +14,7 @@ import ros_support
 from ros1.stage import Node, Puppet, Stage, event
 from ros_support import Master, Workspace, await_condition, free_port
 from view.browser import Browser
-from view.watching import MODEL, command_is, is_in, link_says
+from view.watching import MODEL, Watcher, command_is, is_in, link_says
 
 NODE = "line_follower_controller"
 DISTANCE = ("/distance", "std_msgs/Float32")
@@ -78,7 +78,7 @@ def test_the_page_shows_what_the_controller_tells(
         )
         sent = "document.querySelector('[data-command=\"stop.request\"] .sent').textContent"
         browser.sees(f"{sent}.includes('linear: {{x: 0}}')")
-        browser.sees("page.times.mean(now()) > 8")
+        browser.sees("page.times.mean(now()) > 5")
         for name, *look in (("view", 1280, 900), ("view-phone", 360, 1200, "dark")):
             browser.look(*look)
             browser.picture(name)
@@ -155,6 +155,16 @@ def test_the_viewer_takes_part_in_nothing(
         assert "Publications: None" in info
         heard = [f"/{NODE}/{topic} [std_msgs/String]" for topic in ("events", "model", "state")]
         assert sorted(re.findall(r"\* (/\S+ \[.*\])", info)) == heard
+
+
+def test_who_mistypes_a_name_is_told_which_there_are(stage: Stage, puppet: Puppet) -> None:
+    command = ("rosrun", "robosc", "view", "--ros", "/line_folower", "--port", "0")
+    with stage.controller(puppet, NODE), stage.workspace.start(*command, master=stage.master) as p:
+        port = int(address(p).rstrip("/").rpartition(":")[2])
+        watcher = Watcher(port)
+        told = f"waiting for /line_folower; there is /{NODE}"
+        watcher.until(lambda w: w.seen.get("status", {}).get("text") == told)
+        watcher.close()
 
 
 def nodes(stage: Stage) -> list[str]:

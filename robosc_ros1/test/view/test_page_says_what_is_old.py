@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import pytest
+from ros_support import await_condition
 from view.browser import Browser
 from view.watching import Told, is_in, line_follower, link_says, serving
 
@@ -29,8 +31,7 @@ def test_silence_is_told_until_the_node_is_heard_again(
         browser.sees(link_says("waiting for /node"))
         browser.sees("document.getElementById('empty').textContent.includes('waiting for /node')")
         assert not browser.run(f"return {STALE}")
-        told.to(heard)
-        browser.sees(link_says("live"))
+        goes_on(told, heard, browser, link_says("live"))
         browser.sees("document.getElementById('empty').hidden")
         browser.sees(f"{STALE} && {WORDS}.includes('silent; waiting for /node')")
         # It says of when the picture is: the state's own time.
@@ -38,8 +39,17 @@ def test_silence_is_told_until_the_node_is_heard_again(
         browser.sees(f"{WORDS}.includes(arguments[0])", when)
         browser.picture("view-out-of-date")
         told.step()
+        goes_on(told, heard, browser, f"!{STALE} && document.getElementById('stale').hidden")
+
+
+def goes_on(told: Told, heard: Heard, browser: Browser, until: str) -> None:
+    """The node tells its state, as it does each second, until the page has noticed."""
+
+    def noticed() -> Any:
         told.to(heard)
-        browser.sees(f"!{STALE} && document.getElementById('stale').hidden")
+        return browser.run(f"return {until}")
+
+    await_condition(noticed, until)
 
 
 def test_a_server_that_is_gone_is_told(browser: Browser) -> None:

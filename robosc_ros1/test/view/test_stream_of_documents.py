@@ -59,7 +59,7 @@ def test_many_watch_one_hub() -> None:
     hub = Hub()
     with serving(hub) as server:
         hub.put("ready", "true")
-        watchers = [Watcher(server) for _ in range(12)]
+        watchers = [Watcher(server.server_port) for _ in range(12)]
         for watcher in watchers:  # who comes late is not told of all events
             watcher.until(lambda w: "ready" in w.seen)
         for n in range(500):

@@ -183,13 +183,14 @@ def memory() -> float:
 def test_browsers_that_do_not_read_cost_no_memory_and_hold_up_nobody(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    assert server_module._Handler.timeout  # without, they would stay for ever
     monkeypatch.setattr(server_module._Handler, "timeout", 2.0)
     hub = Hub()
     threads = threading.active_count()
     with serving(hub) as server:
         asleep = streams(server, 30)
         await_condition(lambda: threading.active_count() >= threads + 31, "their threads")
-        watcher = Watcher(server)
+        watcher = Watcher(server.server_port)
         hub.put("state", "[0]")
         watcher.until(lambda w: "state" in w.seen)
         for number in range(1, 151):  # 300 MB go by

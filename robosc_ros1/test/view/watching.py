@@ -101,10 +101,10 @@ def ask(
 
 
 class Watcher:
-    """Follows the stream of a server; ``seen`` has the latest of each document."""
+    """Follows the stream of a server on this machine; ``seen`` has the latest of each document."""
 
-    def __init__(self, server: PageServer) -> None:
-        self._connection = HTTPConnection(*server.server_address[:2], timeout=20)  # type: ignore[misc]
+    def __init__(self, port: int) -> None:
+        self._connection = HTTPConnection("127.0.0.1", port, timeout=20)
         self._connection.request("GET", "/stream")
         self._answer: HTTPResponse = self._connection.getresponse()
         self.seen: Json = {}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import threading
 import time
+from collections.abc import Iterable
 from typing import Protocol
 
 from robosc.runtime.report import dump
@@ -45,6 +46,14 @@ class Heard:
         """What there is to say while nothing is heard."""
         hub.put("hello", dump({"source": "ros", "title": node}))
         self._tell()
+
+    def waits(self, topics: Iterable[str]) -> None:
+        """There is nothing to say but which other controllers tell something on these topics."""
+        there = set(topics)
+        names = sorted(topic.removesuffix("/model") for topic in there if topic.endswith("/model"))
+        others = [n for n in names if {f"{n}/state", f"{n}/events"} <= there and n != self.node]
+        hint = f"; there is {', '.join(others)}" if others else ""
+        self.otherwise = f"waiting for {self.node}{hint}"
 
     def watch(self) -> None:
         """Begin to tell how things stand, whatever else in this process hangs."""

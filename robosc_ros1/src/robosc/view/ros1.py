@@ -62,16 +62,18 @@ class Ros1:
         import rosgraph
         import rospy
 
+        topics: list[str] = []
         try:
+            topics = [name for name, _ in master.getPublishedTopics("")]
             known = master.lookupNode(rospy.get_name()) is not None
         except rosgraph.MasterError:
             known = False
         except OSError:
             self._heard.otherwise = f"no master on {rosgraph.get_master_uri()}"
             return
+        self._heard.waits(topics)
         if not known or not self._subscribers:
             self._subscribe()
-        self._heard.otherwise = f"waiting for {self._heard.node}"
 
     def _subscribe(self) -> None:
         import rospy

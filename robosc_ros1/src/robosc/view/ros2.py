@@ -9,7 +9,7 @@ from typing import Any
 
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
-from robosc.view.listening import Heard
+from robosc.view.listening import CHECK, Heard
 
 __all__ = ["Ros2"]
 
@@ -43,6 +43,7 @@ class Ros2:
             raise UsageError(f"ROS 2 does not start: {error}") from error
         self._heard = Heard(name, hub)
         self._subscribe()
+        self._node.create_timer(CHECK, self._look_around)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._thread = threading.Thread(target=self._run, name="listener", daemon=True)
@@ -95,6 +96,9 @@ class Ros2:
                 lambda message, listener=listener: listener(message.data),
                 quality,
             )
+
+    def _look_around(self) -> None:
+        self._heard.waits(name for name, _ in self._node.get_topic_names_and_types())
 
     def _run(self) -> None:
         from rclpy.executors import ExternalShutdownException, ShutdownException

@@ -80,7 +80,10 @@ class PageServer(ThreadingHTTPServer):
 
     @property
     def url(self) -> str:
-        host = f"[{self._host}]" if ":" in self._host else self._host
+        address = _address(self._host)
+        # "All addresses" is none to go to.
+        host = socket.gethostname() if address and address.is_unspecified else self._host
+        host = f"[{host}]" if ":" in host else host
         return f"http://{host}:{self.server_address[1]}/"
 
     def run(self) -> None:
