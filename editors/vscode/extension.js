@@ -1,8 +1,9 @@
 // The client of "robosc lsp", and commands that run robosc in a terminal.
 "use strict";
 
+const { spawn } = require("child_process");
 const { commands, window, workspace } = require("vscode");
-const { LanguageClient } = require("vscode-languageclient/node");
+const { CloseAction, ErrorAction, LanguageClient } = require("vscode-languageclient/node");
 
 let client;
 
@@ -15,26 +16,55 @@ function libraryArguments(resource) {
   return settings(resource).get("strict", false) ? [...found, "--strict"] : found;
 }
 
-async function start() {
+// The server, and the last of what it says on standard error, which tells why it does not start.
+function launch() {
   const [program, ...first] = settings().get("command", ["robosc"]);
-  client = new LanguageClient(
-    "robosc",
-    "RoboSC",
-    { command: program, args: [...first, "lsp"] },
-    {
-      documentSelector: [{ language: "rscd" }],
-      initializationOptions: {
-        libraryPath: settings().get("libraryPath", []),
-        strict: settings().get("strict", false),
-      },
-      synchronize: { configurationSection: "robosc" },
+  const said = { text: "" };
+  const server = async () => {
+    const child = spawn(program, [...first, "lsp"]);
+    child.stderr.on("data", (part) => {
+      said.text = `${said.text}${part}`.slice(-500);
+    });
+    return new Promise((resolve, reject) => {
+      child.once("spawn", () => resolve(child));
+      child.once("error", reject);
+    });
+  };
+  return { server, said };
+}
+
+async function start() {
+  const { server, said } = launch();
+  let runs = false;
+  let usual;
+  const starting = new LanguageClient("robosc", "RoboSC", server, {
+    documentSelector: [{ language: "rscd" }],
+    initializationOptions: {
+      libraryPath: settings().get("libraryPath", []),
+      strict: settings().get("strict", false),
     },
-  );
+    synchronize: { configurationSection: "robosc" },
+    // A server that never ran would not run the next time either.
+    initializationFailedHandler: () => false,
+    errorHandler: {
+      error: () => ({ action: ErrorAction.Continue, handled: !runs }),
+      closed: () => {
+        usual ??= starting.createDefaultErrorHandler();
+        return runs ? usual.closed() : { action: CloseAction.DoNotRestart, handled: true };
+      },
+    },
+  });
+  client = starting;
   try {
-    await client.start();
+    await starting.start();
+    runs = starting.isRunning(); // start() does not always tell that it failed
+    if (!runs) {
+      throw new Error("it ended at once");
+    }
   } catch (error) {
+    const reason = said.text.trim() || error.message || error;
     const answer = await window.showErrorMessage(
-      `The RoboSC language server does not start: ${error.message}. Is robosc installed with its extra (robosc[lsp])?`,
+      `The RoboSC language server does not start: ${reason}`,
       "Settings",
     );
     if (answer === "Settings") {

@@ -17,7 +17,7 @@ from http.client import HTTPConnection
 from pathlib import Path
 
 from lsp_support import REPOSITORY, Unavailable
-from ros_support import SOURCES, await_condition, free_port
+from ros_support import await_condition, free_port
 from view.browser import Browser
 
 __all__ = ["Code", "code_server", "running_code"]
@@ -163,14 +163,14 @@ class Code:
 
 @contextlib.contextmanager
 def running_code(
-    browser: Browser, command: list[str], extension: Path, python: str, home: Path
+    browser: Browser, command: list[str], extension: Path, robosc: Path, home: Path
 ) -> Iterator[Code]:
-    """An editor with the extension; ``python`` starts the language server and runs the verbs."""
+    """An editor with the extension; ``robosc`` is the program for the language server and verbs."""
     for folder in ("models", "data/User"):
         (home / folder).mkdir(parents=True)
-    settings = _SETTINGS | {"robosc.command": [python, "-m", "robosc"]}
+    settings = _SETTINGS | {"robosc.command": [str(robosc)]}
     (home / "data/User/settings.json").write_text(json.dumps(settings))
-    environment = os.environ | {"HOME": str(home), "PYTHONPATH": str(SOURCES), "PS1": "$ "}
+    environment = os.environ | {"HOME": str(home), "PS1": "$ "}
     command = [*command, "--user-data-dir", str(home / "data"), "--extensions-dir"]
     command += [str(home / "extensions"), "--auth", "none"]
     with (home / "log").open("wb") as log:

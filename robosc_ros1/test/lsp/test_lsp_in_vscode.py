@@ -25,7 +25,9 @@ def place(words: str) -> tuple[int, int]:
 
 
 @pytest.fixture(scope="module")
-def editor(folder: Path, python: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Code]:
+def editor(
+    folder: Path, robosc_program: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Code]:
     reason = missing_browser()
     if reason is not None:
         pytest.skip(reason)
@@ -37,7 +39,7 @@ def editor(folder: Path, python: str, tmp_path_factory: pytest.TempPathFactory) 
     home = tmp_path_factory.mktemp("code")
     with (
         headless(tmp_path_factory.mktemp("browser")) as browser,
-        running_code(browser, command, folder / "robosc.vsix", python, home) as code,
+        running_code(browser, command, folder / "robosc.vsix", robosc_program, home) as code,
     ):
         browser.look(1000, 640)
         code.start()
@@ -115,3 +117,16 @@ def test_a_controller_is_generated_into_the_folder_that_is_chosen(code: Code) ->
     code.shows(TERMINAL, "line_follower_controller")
     manifest = code.folder / "line_follower_controller" / "package.xml"
     await_condition(manifest.is_file, "the package")
+
+
+def test_a_server_that_does_not_start_says_why(code: Code, robosc_program: Path) -> None:
+    text = robosc_program.read_text()
+    robosc_program.write_text("#!/bin/sh\necho 'this robosc is broken' >&2\nexit 2\n")
+    try:
+        code.palette("RoboSC: Restart Language Server")
+        code.shows(".notification-list-item-message", "does not start: this robosc is broken")
+    finally:
+        robosc_program.write_text(text)
+    code.palette("RoboSC: Restart Language Server")
+    code.problems("Warnings: 2")
+    code.palette("Notifications: Clear All Notifications")

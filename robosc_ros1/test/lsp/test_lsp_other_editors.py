@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from extension_build import EXTENSION
-from ros_support import EXAMPLES, SOURCES
+from ros_support import EXAMPLES
 
 README = (EXTENSION / "README.md").read_text(encoding="utf-8")
 MODEL = EXAMPLES / "line_follower_unhandled" / "line_follower_unhandled.rscd"
@@ -50,12 +50,11 @@ def block(language: str, words: str) -> str:
 
 
 @pytest.fixture
-def home(python: str, tmp_path: Path) -> Path:
+def home(robosc_program: Path, tmp_path: Path) -> Path:
     """Someone's home, where robosc is installed as the README says."""
     program = tmp_path / ".robosc" / "bin" / "robosc"
     program.parent.mkdir(parents=True)
-    program.write_text(f'#!/bin/sh\nPYTHONPATH={SOURCES} exec {python} -m robosc "$@"\n')
-    program.chmod(0o755)
+    program.symlink_to(robosc_program)
     shutil.copy(MODEL, tmp_path / "model.rscd")
     return tmp_path
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
 
+import pytest
 from lsp_support import open_text
 from ros_support import EXAMPLES
 
 from robosc import pipeline
+from robosc.errors import Diagnostic
 from robosc.lsp.analysis import Desk
-from robosc.lsp.derived import Derived, command, derived_from, moved, request_for
+from robosc.lsp.derived import Derived, answer, command, derived_from, moved, request_for
 from robosc.source import Source
 
 MODEL = EXAMPLES / "line_follower_unhandled" / "line_follower_unhandled.rscd"
@@ -37,6 +41,39 @@ def test_answer_is_what_check_says() -> None:
     ]
     grab = next(g for g in found.guards if g.communication.endswith(".grab"))
     assert grab.status == "never" and "on error from grab" in str(grab.reasons[0][1])
+
+
+FAULTY = Path(__file__).parents[1] / "faulty"
+MODELS = sorted(f for f in FAULTY.glob("*.rscd") if not f.name.startswith("_"))
+
+
+@pytest.mark.parametrize("file", [MODEL, *MODELS], ids=lambda file: file.stem)
+def test_the_editor_says_what_check_says(file: Path) -> None:
+    """Each faulty model, synthesis included."""
+    analysis = Desk().analysis(str(file))
+    if analysis is None:  # no UTF-8: no editor would show it
+        return
+    found = derived_from(
+        analysis.source, json.dumps(answer(json.loads(request_for(analysis.source, [], {}))))
+    )
+    assert found is not None
+    checked = pipeline.check(file)
+    assert spoken([*analysis.diagnostics, *found.diagnostics]) == spoken(checked.diagnostics)
+
+
+def spoken(diagnostics: Iterable[Diagnostic]) -> list[tuple[object, ...]]:
+    return sorted(
+        (
+            d.span.source.path,
+            d.span.start,
+            d.span.end,
+            d.severity.value,
+            d.code,
+            d.message,
+            d.hint or "",
+        )
+        for d in diagnostics
+    )
 
 
 def test_broken_models_have_no_answer() -> None:

@@ -23,7 +23,7 @@ from robosc.source import Source, Span
 if TYPE_CHECKING:
     from robosc.supervisor import Supervisor
 
-__all__ = ["Derived", "GuardText", "command", "derived_from", "main", "moved", "request_for"]
+__all__ = ["Derived", "GuardText", "answer", "command", "derived_from", "main", "moved", "request_for"]
 
 _MOST_STATES = 2**24
 """Beyond this product, the editor leaves synthesis to ``check``."""
@@ -73,10 +73,10 @@ def request_for(source: Source, library_path: Sequence[str], texts: Mapping[str,
     return json.dumps(document).encode()
 
 
-def derived_from(source: Source, answer: bytes) -> Derived | None:
+def derived_from(source: Source, text: bytes | str) -> Derived | None:
     """The answer about a text; None if the process was stopped or has failed."""
     try:
-        document = json.loads(answer)
+        document = json.loads(text)
     except ValueError:
         return None
     guards = (
@@ -136,7 +136,7 @@ def main() -> None:
     server = os.getppid()
     threading.Thread(target=_end_with, args=(server,), daemon=True).start()
     request = json.load(sys.stdin)
-    json.dump(_answer(request), sys.stdout)
+    json.dump(answer(request), sys.stdout)
 
 
 def _end_with(server: int) -> None:
@@ -146,7 +146,8 @@ def _end_with(server: int) -> None:
     os._exit(1)
 
 
-def _answer(request: Mapping[str, Any]) -> dict[str, Any]:
+def answer(request: Mapping[str, Any]) -> dict[str, Any]:
+    """What the process says to a request, both as JSON documents."""
     from robosc.lsp.analysis import Desk
     from robosc.pipeline import synthesize
 
