@@ -23,7 +23,9 @@ from robosc.source import Source, Span
 if TYPE_CHECKING:
     from robosc.supervisor import Supervisor
 
-__all__ = ["Derived", "GuardText", "answer", "command", "derived_from", "main", "moved", "request_for"]
+__all__ = [
+    "Derived", "GuardText", "answer", "command", "derived_from", "main", "moved", "request_for",
+]  # fmt: skip
 
 _MOST_STATES = 2**24
 """Beyond this product, the editor leaves synthesis to ``check``."""
