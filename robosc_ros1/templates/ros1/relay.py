@@ -16,7 +16,8 @@ from rospy.msg import AnyMsg
 from std_msgs.msg import String
 
 from ._runtime.recognise import choices_of
-from .ros import FAILURES, QUEUE, RESULT_PATIENCE, RosPort, fill
+from .ros import QUEUE, RosPort
+from .ros_calls import FAILURES, RESULT_PATIENCE, fill
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)

@@ -24,7 +24,7 @@ PATIENCE = 2.0
 """Seconds to wait for the answer of a master or a node, which may stand still."""
 
 
-class _Refused(Exception):
+class Refused(Exception):
     """It answers, but not as wished."""
 
 
@@ -35,12 +35,12 @@ class _Transport(xmlrpc.client.Transport):
         return connection
 
 
-def _ask(uri, question, *arguments):
+def ask(uri, question, *arguments):
     """What the master or a node answers to a question of ROS's XML-RPC interfaces."""
     node = xmlrpc.client.ServerProxy(uri, transport=_Transport())
     code, text, answer = getattr(node, question)(rospy.get_name(), *arguments)
     if code != 1:
-        raise _Refused(text)
+        raise Refused(text)
     return answer
 
 
@@ -68,11 +68,11 @@ class Watch:
             time.sleep(PERIOD)
             look += 1
             try:
-                _ask(self._master, "lookupNode", rospy.get_name())
+                ask(self._master, "lookupNode", rospy.get_name())
                 if look % NEIGHBOURS == 0:
                     self._look_around()
                 self._gone = False
-            except _Refused:  # it does not know this node
+            except Refused:  # it does not know this node
                 self._register()
             except Exception:
                 if not self._gone:
@@ -105,7 +105,7 @@ class Watch:
 
     def _strangers(self):
         """Neighbours that are not connected: (topic, type, name, uri, what to ask them)."""
-        publishers, subscribers, _ = _ask(self._master, "getSystemState")
+        publishers, subscribers, _ = ask(self._master, "getSystemState")
         manager = rospy.topics.get_topic_manager()
         connected = {(info[4], info[1]) for info in manager.get_pub_sub_info()}
         strangers = set()
@@ -117,7 +117,7 @@ class Watch:
                 for name in others.get(topic, ()):
                     if name == rospy.get_name() or message_type == rosgraph.names.ANYTYPE:
                         continue
-                    uri = _ask(self._master, "lookupNode", name)
+                    uri = ask(self._master, "lookupNode", name)
                     if not connected & {(topic, name), (topic, uri)}:
                         strangers.add((topic, message_type, name, uri, question))
         return strangers
@@ -125,7 +125,7 @@ class Watch:
     def _fault(self, topic, own, name, uri, question):
         """What is wrong with a stranger, if anything is."""
         try:
-            theirs = dict(_ask(uri, question)).get(topic)
+            theirs = dict(ask(uri, question)).get(topic)
         except Exception:
             return None  # it has gone, and left the master to find out
         if theirs is None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
+import signal
 import subprocess
 import threading
 import time
@@ -15,7 +17,7 @@ from xmlrpc.client import Fault, ServerProxy
 from emit.golden_packages import GOLDEN
 from ros_support import PYTHON, Master, Workspace
 
-__all__ = ["Node", "Puppet", "Stage", "event"]
+__all__ = ["Node", "Puppet", "Stage", "event", "master_pid", "stopped"]
 
 PATIENCE = 20.0
 """Seconds after which something that must come has not come."""
@@ -33,6 +35,21 @@ def event(kind: str, name: str, **more: Any) -> Callable[[Json], bool]:
         )
 
     return condition
+
+
+def master_pid(master: Master) -> int:
+    """The process of the master itself; roscore is its parent."""
+    return int(ServerProxy(master.uri).getPid("/test")[2])  # type: ignore[index, call-overload]
+
+
+@contextlib.contextmanager
+def stopped(pid: int) -> Iterator[None]:
+    """A process that stands still for a while."""
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(pid, signal.SIGCONT)
 
 
 class Puppet:

@@ -6,7 +6,7 @@ import os
 import signal
 
 import pytest
-from ros1.stage import Node, Puppet, Stage, event
+from ros1.stage import Node, Puppet, Stage, event, stopped
 
 RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
 BOOL = "std_msgs/Bool"
@@ -108,14 +108,10 @@ def test_a_server_that_stood_still_answers_for_a_goal_that_is_over(
         want(puppet, True)
         puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
         node.shows(lambda s: s["communications"]["run"] == "busy")
-        with stage.puppet() as other:
-            os.kill(puppet.process.pid, signal.SIGSTOP)
-            try:
-                assert node.tells(event("error", "run"))["detail"].startswith("server lost")
-                want(other, False)
-                node.shows(lambda s: s["variables"]["Switches.run"] is False)
-            finally:
-                os.kill(puppet.process.pid, signal.SIGCONT)
+        with stage.puppet() as other, stopped(puppet.process.pid):
+            assert node.tells(event("error", "run"))["detail"].startswith("server lost")
+            want(other, False)
+            node.shows(lambda s: s["variables"]["Switches.run"] is False)
         puppet.wait(lambda line: line.get("cancelled") == "/run", "the cancel")
         puppet.do("action", **RUN, mode="succeed")
         want(puppet, True)

@@ -9,11 +9,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from xmlrpc.client import ServerProxy
 
 import pytest
 import ros_support
-from ros1.stage import Puppet, Stage, event
+from ros1.stage import Puppet, Stage, event, master_pid, stopped
 from ros_support import Workspace, await_condition
 
 RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
@@ -179,21 +178,6 @@ def test_the_master_is_killed_and_restarted(
                     after.hears("/blow")
                 node.process.send_signal(signal.SIGINT)
                 assert node.process.wait(10) == 0
-
-
-def master_pid(running: ros_support.Master) -> int:
-    """The process of the master itself; roscore is its parent."""
-    return int(ServerProxy(running.uri).getPid("/test")[2])  # type: ignore[index, call-overload]
-
-
-@contextmanager
-def stopped(pid: int) -> Iterator[None]:
-    """A process that stands still for a while."""
-    os.kill(pid, signal.SIGSTOP)
-    try:
-        yield
-    finally:
-        os.kill(pid, signal.SIGCONT)
 
 
 def end_master(running: ros_support.Master) -> None:

@@ -22,7 +22,7 @@ from robosc.supervisor import Supervisor
 
 __all__ = ["WIRING", "emit", "package_context", "spelling"]
 
-WIRING = ("ros.py", "ros_watch.py")
+WIRING = ("ros.py", "ros_calls.py", "ros_watch.py")
 """The modules that are copied as they are, from ``templates/ros1``."""
 ALWAYS_NEEDED = ("diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs")
 
@@ -75,7 +75,7 @@ def package_context(
     communications = robot.communications.values()
     actions = [c for c in communications if c.kind is Kind.ACTION]
     needed = {c.binding.package for c in communications} | set(ALWAYS_NEEDED)
-    needed |= {"actionlib", "actionlib_msgs"}  # ros.py imports them always
+    needed |= {"actionlib", "actionlib_msgs"}  # ros_calls.py imports them always
     return PackageContext(
         package=package,
         node_name=package,
