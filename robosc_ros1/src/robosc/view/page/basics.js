@@ -50,6 +50,15 @@ function valueText(value) {
   return String(value);
 }
 
+/** The value of an event in words; what is long (a whole map, perhaps) is not kept. */
+function wordsOf(document) {
+  if (document.words === undefined) {
+    document.words = shorten(valueText(document.event.value), LONGEST);
+    if (document.event.kind !== "tau") delete document.event.value;
+  }
+  return document.words;
+}
+
 const eventName = (event) =>
   event.kind === "tau" ? `${event.name}.tau${event.index ?? ""}`
   : event.name ? `${event.name}.${event.kind}` : event.kind;

@@ -48,7 +48,7 @@ function receive(news) {
   if ("run" in news) forget();
   if (news.status) page.status = news.status;
   compareClocks(news);
-  for (const document of news.events ?? []) note(document);
+  for (const document of news.events ?? []) attempt(() => note(document));
   if (news.state) {
     page.state = news.state;
     noteLater(news.state.latest ?? []);
@@ -61,8 +61,8 @@ function receive(news) {
  * that was seen is the one without delay, unless a clock was set.
  */
 function compareClocks(news) {
-  const sign = page.ahead === null ? news.state : (news.events?.at(-1) ?? news.state);
-  if (!sign) return;
+  const sign = news.state ?? (page.ahead === null ? null : news.events?.at(-1));
+  if (!Number.isFinite(sign?.time)) return;
   const ahead = Date.now() / 1000 - sign.time;
   const fresh = page.status?.good !== false;
   if (page.ahead === null) page.ahead = fresh ? ahead : 0;
@@ -76,6 +76,7 @@ function place(document) {
 }
 
 function note(document) {
+  if (!Number.isFinite(document.time) || !Number.isInteger(document.number)) throw new TypeError("no time or number");
   if (document.number <= page.number) {
     if (document.time <= page.time) return; // told twice: by itself and with the state
     forget(); // the node has begun again
@@ -116,7 +117,7 @@ function putBefore(documents) {
   page.redrawList = true;
   for (const document of documents) {
     const row = page.rows.get(eventName(document.event));
-    if (row && !row.last && document.outcome === "applied") row.send(document.event.value);
+    if (row && !row.last && document.outcome === "applied") row.send(wordsOf(document));
     place(document);
   }
 }
@@ -184,9 +185,10 @@ function render() {
 function flash(fresh) {
   const lit = new Set();
   const sent = new Map();
-  for (const { event, outcome, number } of fresh.slice(-200)) {
+  for (const document of fresh.slice(-200)) {
+    const { event, outcome, number } = document;
     if (outcome !== "applied") continue;
-    if (event.kind === "request" || event.kind === "cancel") sent.set(eventName(event), event.value);
+    if (event.kind === "request" || event.kind === "cancel") sent.set(eventName(event), wordsOf(document));
     for (const [name, card] of page.cards) {
       const state = page.followed.get(name) ?? own(page.state.components, name);
       const after = page.state.number >= number ? own(page.state.components, name) : undefined;
@@ -197,10 +199,10 @@ function flash(fresh) {
     }
   }
   lit.forEach(flashPath);
-  for (const [key, value] of sent) {
+  for (const [key, words] of sent) {
     const row = page.rows.get(key);
     if (!row) continue;
-    row.send(value);
+    row.send(words);
     row.lamp.animate(glow(), fading(700));
   }
 }

@@ -118,9 +118,9 @@ class CommandRow {
     this.below.replaceChildren(...command.blocked_by.map(reasonLine));
   }
 
-  send(value) {
+  send(words) {
     this.last = true;
-    write(this.sent, `sent ${shorten(valueText(value), LONGEST)}`.trimEnd());
+    write(this.sent, `sent ${words}`.trimEnd());
   }
 
   forget() {
@@ -139,7 +139,7 @@ function reasonLine(reason) {
 function eventRow(document) {
   const { event, outcome, detail, time } = document;
   const text = make("span", {}, eventName(event));
-  const value = shorten(valueText(event.value), LONGEST);
+  const value = wordsOf(document);
   if (value) text.append(" ", make("span", { className: "value" }, value));
   const more = [outcome === "applied" ? null : outcome, detail].filter(Boolean).join(": ");
   if (more) text.append(` · ${more}`);

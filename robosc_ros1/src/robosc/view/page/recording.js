@@ -38,8 +38,8 @@ const recording = {
     page.fresh = steps > 0 ? events.slice(-steps) : [];
     page.redrawList = true;
     for (const row of page.rows.values()) row.forget();
-    for (const { event, outcome } of events) {
-      if (outcome === "applied") page.rows.get(eventName(event))?.send(event.value);
+    for (const document of events) {
+      if (document.outcome === "applied") page.rows.get(eventName(document.event))?.send(wordsOf(document));
     }
     // The transitions of what was skipped are not known to have followed one another.
     if (steps <= 0 || steps > events.length) page.followed.clear();

@@ -11,8 +11,8 @@ const LATELY = 5; // seconds over which that is the mean
 const TICKS = 4000;
 
 const SORTS = [["robot", "--robot"], ["own", "--accent"], ["step", "--line"], ["bad", "--halt"]];
-const searchText = ({ event, outcome }) =>
-  `${eventName(event)} ${valueText(event.value)} ${outcome}`.toLowerCase();
+const searchText = (document) =>
+  `${eventName(document.event)} ${wordsOf(document)} ${document.outcome}`.toLowerCase();
 const sortOf = ({ event, outcome }) =>
   outcome !== "applied" ? "bad" : event.kind === "tau" ? "step" : isOwn(event) ? "own" : "robot";
 
