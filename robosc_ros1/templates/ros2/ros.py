@@ -193,7 +193,6 @@ class _Service:
         # Touched by the executor's thread only.
         self._token = None
         self._future = None
-        self._unsent = False
 
     def call(self, data, token):
         request = fill(self._type.Request(), data)

@@ -2,7 +2,8 @@
 """What goes on around the node and rclpy tells in a log at most: neighbours that nothing gets to.
 
 A publisher and a subscription of one topic do not find each other if their types differ, or if one
-demands a quality of service that the other does not offer; nor do a client and a service.
+demands a quality of service that the other does not offer; nor do a client and a service. And ROS 2
+lets two nodes have one name.
 """
 
 import time
@@ -29,12 +30,21 @@ class Watch:
         """What is wrong with the neighbours now, as texts."""
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + PERIOD
-            self._faults = sorted({*self._topics(), *self._services()})
+            self._faults = sorted({*self._namesakes(), *self._topics(), *self._services()})
             for fault in self._faults:
                 text = self._throttle(fault, fault, time.monotonic())
                 if text is not None:
                     self._node.get_logger().warning(text)
         return list(self._faults)
+
+    def _namesakes(self):
+        own = (self._node.get_name(), self._node.get_namespace())
+        if self._node.get_node_names_and_namespaces().count(own) > 1:
+            yield (
+                "another node is called %s, too: two controllers would command one robot (one that"
+                " was killed is forgotten after some seconds)"
+                % self._node.get_fully_qualified_name()
+            )
 
     def _topics(self):
         node = self._node

@@ -132,6 +132,15 @@ def test_messages_on_one_topic_have_one_quality_of_service() -> None:
     assert "~qos/say/depth and ~qos/shout/depth must be the same" in str(caught.value)
 
 
+def test_texts_come_through_to_the_parameter_file() -> None:
+    yaml = pytest.importorskip("yaml")
+    supervisor = pipeline.synthesize(pipeline.load(model_path("lantern")).robot)
+    text = 'C:\\log "today"/größer'
+    package = ros2.emit(supervisor, "lantern", Config(parameters={"event_log": text}))
+    document = yaml.safe_load(package.files["config/lantern.yaml"].content)
+    assert document["/**"]["ros__parameters"]["event_log"] == text
+
+
 def test_generate_obeys_the_file_beside_the_model(tmp_path: Path) -> None:
     pytest.importorskip("yaml")
     model = tmp_path / "lantern.rscd"

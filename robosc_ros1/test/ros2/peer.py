@@ -9,7 +9,6 @@ topic, service or action. Runs under the test bed's Python.
 
 from __future__ import annotations
 
-import contextlib
 import importlib
 import json
 import os
@@ -18,6 +17,7 @@ import re
 import sys
 import threading
 import time
+import traceback
 from typing import Any
 
 import rclpy
@@ -309,8 +309,13 @@ def main() -> None:
     executor.add_node(peer.node)
 
     def spin() -> None:
-        with contextlib.suppress(ExternalShutdownException):
-            executor.spin()
+        while rclpy.ok():
+            try:
+                executor.spin()
+            except ExternalShutdownException:
+                return
+            except Exception:  # of a server that was withdrawn with requests waiting, for one
+                traceback.print_exc()
 
     spinning = threading.Thread(target=spin, daemon=True)
     spinning.start()

@@ -89,7 +89,8 @@ def test_idl_with_constants_typedefs_and_annotations(shapes: Path) -> None:
     write(shapes, "msg/Shape.idl", """
 #include "shapes/msg/Point.idl"
 module shapes { module msg {
-  typedef shapes::msg::Point shapes__msg__Point__4[4];
+  typedef shapes::msg::Point shapes__msg__Point;
+  typedef shapes__msg__Point shapes__msg__Point__4[4];
   module Shape_Constants {
     const uint8 ROUND = 1;
     const string NAME = "struct Shape { long no; };";

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -108,6 +109,25 @@ def test_diagnostics_are_told(graph: Graph, controller: Start) -> None:
     robot.subscribe("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
     (status,) = robot.expect("message", name="/diagnostics")["data"]["status"]
     assert (status["name"], status["message"]) == ("guarded_arm: controller", "running")
+
+
+def test_there_are_no_diagnostics_without_their_messages(graph: Graph, built: Any) -> None:
+    code = "import sys; sys.modules['diagnostic_msgs'] = None;"
+    code += "from guarded_arm.node import main; sys.exit(main())"
+    node = graph.start(graph.bed.python, "-c", code, **built.environment("guarded_arm"))
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.expect_state("guarded_arm", lambda s: s["counters"]["commands"] > 0)
+    assert "/diagnostics" not in robot.order("topics")
+    node.signal(signal.SIGINT)
+    assert node.wait() == 0
+
+
+def test_two_nodes_of_one_name_are_told(graph: Graph, controller: Start) -> None:
+    nodes = controller(), controller()
+    told = "another node is called /guarded_arm, too"
+    for node in nodes:
+        await_condition(lambda node=node: told in node.output, "the warning", 60.0)
 
 
 def test_a_message_that_the_model_cannot_read_stops_nothing(

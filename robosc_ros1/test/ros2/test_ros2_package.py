@@ -16,6 +16,7 @@ Start = Callable[..., Process]
 
 def test_the_verb_generates_what_colcon_builds(built: Any) -> None:
     package = parse_package(str(built.folder / "src" / "guarded_arm" / "package.xml"))
+    assert package.package_format == 3
     assert package.get_build_type() == "ament_python"
     needed = {dependency.name for dependency in package.exec_depends}
     assert {"rclpy", "std_msgs", "std_srvs", "robosc_testing"} <= needed
