@@ -15,8 +15,8 @@ import pytest
 from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
-    "source", "errors", "codes", "names", "resources", "progress", "syntax", "model", "ir",
-    "supervisor", "synthesis", "runtime", "emit", "simulate", "view", "pipeline", "report", "lsp",
+    "source", "errors", "codes", "names", "resources", "progress", "runtime", "syntax", "model",
+    "ir", "supervisor", "synthesis", "emit", "simulate", "view", "pipeline", "report", "lsp",
     "cli", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""

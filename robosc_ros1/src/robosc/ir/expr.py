@@ -7,7 +7,6 @@ looked at does no harm, any other makes the whole expression undefined.
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeAlias
@@ -27,6 +26,7 @@ from robosc.model.expr import (
     walk,
 )
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType, Value
+from robosc.runtime.values import divide, widen
 
 __all__ = [
     "OPERATIONS", "Leaf", "Undefined", "conjunction", "disjunction", "divide", "evaluate",
@@ -85,24 +85,6 @@ def _joined(operator_: str, parts: Sequence[Expr]) -> Expr:
     for part in parts[1:]:
         result = Binary(operator_, result, part, _BOOLEAN)
     return result
-
-
-def widen(number: Any) -> float:
-    """A number as a double; an integer beyond the doubles becomes an infinity (IEEE 754)."""
-    try:
-        return float(number)
-    except OverflowError:
-        return math.inf if number > 0 else -math.inf
-
-
-def divide(left: float, right: float) -> float:
-    """IEEE 754 division: never an error."""
-    numerator, denominator = widen(left), widen(right)
-    if denominator != 0.0:
-        return numerator / denominator
-    if numerator == 0.0 or math.isnan(numerator):
-        return math.nan
-    return math.copysign(math.inf, numerator) * math.copysign(1.0, denominator)
 
 
 def _widening(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:

@@ -23,7 +23,7 @@ class Undefined(Exception):
     """An expression reads an array element that did not come."""
 
 
-def widen(number: float) -> float:
+def widen(number: Value) -> float:
     """A number as a double; an integer beyond the doubles becomes an infinity."""
     try:
         return float(number)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
-from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
+from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.ir.step import missing_together
 from robosc.model.expr import (
@@ -29,6 +29,7 @@ from robosc.model.types import Value
 from robosc.synthesis.bdd_diagrams import Diagrams, Set
 from robosc.synthesis.bdd_order import order_items
 from robosc.synthesis.bdd_partition import Partition, key_of, lazily, negated, strictly
+from robosc.synthesis.columns import axis_of
 
 __all__ = ["Encoding", "Source", "axes_read"]
 
@@ -38,25 +39,13 @@ Source: TypeAlias = int | tuple[int, int]
 
 def axes_read(plant: Plant, expr: Expr) -> set[int]:
     """The axes that an expression reads."""
-    return {axis for leaf in _leaves(expr) if (axis := _axis_of(plant, leaf)) is not None}
+    return {axis for leaf in _leaves(expr) if (axis := axis_of(plant, leaf)) is not None}
 
 
 def _leaves(expr: Expr) -> Iterator[Leaf]:
     for node in walk(expr):
         if isinstance(node, VariableRef | StateRef | PhaseRef | ValueRef):
             yield node
-
-
-def _axis_of(plant: Plant, leaf: Leaf) -> int | None:
-    match leaf:
-        case VariableRef(component=component, variable=name):
-            return plant.axis_index[AxisKind.VARIABLE, f"{component}.{name}"]
-        case StateRef(component=component):
-            return plant.axis_index[AxisKind.LOCATION, component]
-        case PhaseRef(communication=key):
-            return plant.axis_index[AxisKind.PHASE, key]
-        case ValueRef():
-            return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,7 +264,7 @@ class Encoding:
         raise AssertionError("a leaf reads one source")
 
     def _source(self, leaf: Leaf, event: int | None) -> Source:
-        axis = _axis_of(self.plant, leaf)
+        axis = axis_of(self.plant, leaf)
         if axis is not None:
             return axis
         assert event is not None and isinstance(leaf, ValueRef)
@@ -296,7 +285,7 @@ class Encoding:
         return [(value, self.values(source, indexes)) for value, indexes in found.values()]
 
     def _read(self, leaf: Leaf, event: int | None, index: int) -> Value | None:
-        axis = _axis_of(self.plant, leaf)
+        axis = axis_of(self.plant, leaf)
         if axis is None:
             assert event is not None and isinstance(leaf, ValueRef)
             taken = self.plant.events[event]
