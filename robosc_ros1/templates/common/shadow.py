@@ -23,13 +23,34 @@ def field_of(message, name):
     return getattr(message, attribute_of(message, name))
 
 
+def double(number):
+    """A number as floating point; an integer that is too large for it becomes an infinity."""
+    try:
+        return float(number)
+    except OverflowError:
+        return float("inf") if number > 0 else float("-inf")
+
+
+def doubling(operation):
+    """The same operation, also for an integer that is too large for a double beside it."""
+
+    def apply(left, right):
+        try:
+            return operation(left, right)
+        except OverflowError:
+            return operation(double(left), double(right))
+
+    return apply
+
+
 def divide(left, right):
+    left, right = double(left), double(right)
     try:
         return left / right
     except ZeroDivisionError:
         if left == 0 or left != left:
             return float("nan")
-        negative = (str(float(left))[0] == "-") != (str(float(right))[0] == "-")
+        negative = (str(left)[0] == "-") != (str(right)[0] == "-")
         return float("-inf") if negative else float("inf")
 
 
@@ -40,9 +61,9 @@ OPERATORS = {
     "<=": lambda a, b: a <= b,
     ">": lambda a, b: a > b,
     ">=": lambda a, b: a >= b,
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
+    "+": doubling(lambda a, b: a + b),
+    "-": doubling(lambda a, b: a - b),
+    "*": doubling(lambda a, b: a * b),
     "/": divide,
 }
 
@@ -138,11 +159,15 @@ class Shadow:
 
     # Events
 
+    def _is_floating(self, key, told):
+        type_ = self.types[key][0]
+        return type_ == "double" or (type_ == "integer" and isinstance(told, str))
+
     def sync(self, document):
         """Take over a state that the controller published."""
         self.states = dict(document["components"])
         self.variables = {
-            key: float(told) if self.types[key][0] == "double" else told
+            key: float(told) if self._is_floating(key, told) else told
             for key, told in document["variables"].items()
         }
         for name, phase in document["communications"].items():
@@ -291,8 +316,8 @@ class Shadow:
 
 def told_as(told, value):
     """Whether JSON that tells of a value tells this one; it has strings for NaN and infinities."""
-    if isinstance(told, str) and isinstance(value, float):
-        return same(float(told), value) if told in ("NaN", "Infinity", "-Infinity") else False
+    if isinstance(told, str) and isinstance(value, (int, float)):
+        return told in ("NaN", "Infinity", "-Infinity") and same(float(told), double(value))
     return told == value
 
 
