@@ -100,7 +100,7 @@ def test_renaming_and_going_to_the_declaration(code: Code) -> None:
     ("command", "shown"),
     [
         ("Check Model", "1 file: 0 errors, 2 warnings"),
-        ("Simulate", "no requirement on it is violated"),
+        ("Simulate", "from where no marked state can be reached"),
         ("View", "http://127.0.0.1:"),
     ],
 )

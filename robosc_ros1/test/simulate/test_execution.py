@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 from emit.generated_code import supervisor_of
-from simulate.players import SEVERAL_TYPES, line_follower, play, sent, session
+from simulate.players import MODEL, SEVERAL_TYPES, line_follower, play, sent, session
 
 from robosc.simulate.faults import Failed, Refused, Wrong
 from robosc.simulate.generated import make_controller
@@ -119,6 +119,28 @@ def test_a_random_run_is_saved_with_its_parameters(supervisor: Supervisor, tmp_p
     again.do(f"play {file}")
     assert again.machine.state == player.machine.state
     assert again.machine.time == pytest.approx(player.machine.time)
+
+
+@pytest.mark.parametrize("execute", [False, True])
+def test_why_a_goal_is_not_cancelled(execute: bool) -> None:
+    """First no requirement is violated; then one is, but nobody says what follows on a cancel."""
+    forgetful = MODEL.parents[1] / "line_follower_unhandled" / "line_follower_unhandled.rscd"
+    text = forgetful.read_text().replace(
+        "on response from grab goto idle",
+        "on response from grab goto idle on error from grab goto idle",
+    )
+    player = session(supervisor_of(text, str(forgetful)), execute=execute)
+    play(player, "distance 0.1", *([] if execute else ["grab"]))
+
+    def reasons() -> list[tuple[str, str]]:
+        (cancel,) = [c for c in player.machine.commands() if c.event.kind.value == "cancel"]
+        return [(r.kind, r.text) for r in cancel.reasons]
+
+    requirement = "requirement DistanceSensor.current = free disables grab"
+    assert reasons() == [("requirement", f"not violated: {requirement}")]
+    play(player, "distance 0.5")
+    ((kind, text),) = reasons()
+    assert kind == "synthesis" and text.startswith("grab.cancel can never be allowed: after")
 
 
 @pytest.mark.parametrize("side", [-3, 0, 7])

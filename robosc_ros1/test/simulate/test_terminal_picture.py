@@ -21,7 +21,7 @@ body { margin: 0; background: #fff; } pre { margin: 16px; font: 14px/1.4 monospa
 def page(shown: str) -> str:
     """What was written to a terminal, as a page: paints of text, and nothing that moves a cursor."""
     text = re.sub(r"\x1b\[\?[0-9;]*[a-z]|\r", "", shown)
-    text = re.sub(r"\x1b\[(\d+)m(.*?)\x1b\[0m", "\x02\\1\x03\\2\x04", text)
+    text = re.sub(r"(?s)\x1b\[(\d+)m(.*?)\x1b\[0m", "\x02\\1\x03\\2\x04", text)
     text = re.sub("\x02(\\d+)\x03", r'<span class="p\1">', html.escape(text, quote=False))
     return f"{_PAGE}<pre>{text.replace(chr(4), '</span>')}</pre>"
 

@@ -90,14 +90,18 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
         reasons.append({"kind": "consent", "text": "not accepted by " + parties})
     if getattr(controller, command.guard)():
         return reasons
-    if command.kind == "cancel":
-        kept = [
-            {"kind": "requirement", "text": "not violated: " + requirement.text,
-             "place": requirement.place}
-            for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
-        ]  # fmt: skip
-        return reasons + (kept or [{"kind": "requirement", "text": "no requirement speaks of it"}])
     failed = violated(controller, command)
+    if command.kind == "cancel":
+        if not failed:
+            kept = [
+                {"kind": "requirement", "text": "not violated: " + requirement.text,
+                 "place": requirement.place}
+                for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
+            ]  # fmt: skip
+            return reasons + (
+                kept or [{"kind": "requirement", "text": "no requirement speaks of it"}]
+            )
+        failed = []  # they would allow it
     if not failed:
         text = command.reason or "it could lead to where the requirements cannot be kept"
         failed.append({"kind": "synthesis", "text": text})

@@ -28,11 +28,20 @@ def reasons(supervisor: Supervisor, guard: Guard, state: PlantState) -> tuple[Re
     if event.kind is EventKind.CANCEL and not (
         event.requirement is not None and holds(plant, event.requirement, state)
     ):
-        return (*found, Reason("requirement", "no requirement on it is violated"))
+        return (*found, *_kept(supervisor, event))
     violated = list(_violated(supervisor, event, state))
     if violated or found:
         return (*found, *violated)
     return (Reason("synthesis", _explained(supervisor, event)),)
+
+
+def _kept(supervisor: Supervisor, event: Event) -> Iterator[Reason]:
+    """An action is cancelled only for a requirement that is violated."""
+    for index in event.requirements:
+        requirement = supervisor.plant.robot.requirements[index]
+        yield Reason("requirement", f"not violated: {requirement.text}", place(requirement.span))
+    if not event.requirements:
+        yield Reason("requirement", "no requirement speaks of it")
 
 
 def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iterator[Reason]:
@@ -47,7 +56,7 @@ def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iter
         for participant in event.participants:
             if participant.blocking and not _takes_part(supervisor, participant, state):
                 where = plant.axes[participant.axis].values[state[participant.axis]]
-                yield Reason("consent", f"{participant.component} does not accept it in {where}")
+                yield Reason("consent", f"not accepted by {participant.component} in {where}")
 
 
 def _takes_part(supervisor: Supervisor, participant: Participant, state: PlantState) -> bool:
