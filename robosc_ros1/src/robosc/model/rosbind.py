@@ -14,9 +14,9 @@ from robosc.model.datatypes import Universe
 from robosc.model.entities import Binding, Data, DataObject
 from robosc.model.expr import Expr, VariableRef
 from robosc.model.report import Report, listing
+from robosc.model.rosfit import misfit, too_wide
 from robosc.model.rosmsg import (
     BASIC,
-    INTEGERS,
     Definition,
     FieldType,
     Interface,
@@ -26,13 +26,10 @@ from robosc.model.rosmsg import (
 )
 from robosc.model.types import (
     ArrayType,
-    BooleanType,
-    DoubleType,
     EnumType,
     IntegerType,
     NoneType,
     ObjectType,
-    StringType,
     Type,
 )
 from robosc.model.values import fold
@@ -226,7 +223,7 @@ class Binder:
                 f"use a datatype object with: {names}" if fields else "use the type none",
             )
             return None
-        problem = self._misfit(carried, fields[0].type, part.sending)
+        problem = misfit(carried, fields[0].type, part.sending)
         if problem is not None:
             code, message = problem
             self._report.add(
@@ -248,7 +245,7 @@ class Binder:
             if field is None:
                 self._unknown_field(definition, name, node.name.span)
                 continue
-            problem = self._misfit(type_, field.type, sending)
+            problem = misfit(type_, field.type, sending)
             if problem is not None:
                 code, message = problem
                 self._report.add(
@@ -301,23 +298,6 @@ class Binder:
                     nested.detail or f"{nested.package} has no such message",
                 )
 
-    def _misfit(self, type_: Type, field: FieldType, sending: bool) -> tuple[str, str] | None:
-        """Why a type of the model does not fit a field: code and words."""
-        if isinstance(type_, EnumType):
-            return self._misfit(type_.source, field, sending)
-        if isinstance(type_, ArrayType):
-            if not field.is_array:
-                return "field-kind", f"it is no array, {type_} does not fit"
-            return self._misfit(type_.element, field.element, sending)
-        if field.is_array:
-            return "field-kind", f"it is an array, {type_} does not fit; write array({type_})"
-        fits = _kind_fits(type_, field, sending)
-        if not fits:
-            return "field-kind", _kind_words(type_, field, sending)
-        if sending and isinstance(type_, IntegerType) and type_.bounds is not None:
-            return _too_wide(type_.bounds, field, str(type_))
-        return None
-
     # --- provided data ---------------------------------------------------------------------------
 
     def check_data(self, data: Data, interface_part: tuple[Definition, str | None] | None) -> None:
@@ -369,7 +349,7 @@ class Binder:
             bounds = expr.type.bounds
         if bounds is None or expr.span is None:
             return
-        problem = _too_wide(bounds, field, str(value) if value is not None else str(expr.type))
+        problem = too_wide(bounds, field, str(value) if value is not None else str(expr.type))
         if problem is not None:
             self._report.add(problem[0], expr.span, f"{name} is {field}: {problem[1]}")
 
@@ -379,44 +359,6 @@ def _basic_name(type_: Type) -> str:
     if isinstance(type_, IntegerType):
         return "integer"
     return "" if isinstance(type_, ObjectType | ArrayType | EnumType) else str(type_)
-
-
-def _kind_fits(type_: Type, field: FieldType, sending: bool) -> bool:
-    base = field.base
-    floating = base in ("float32", "float64")
-    match type_:
-        case BooleanType():
-            return base == "bool"
-        case StringType():
-            return base == "string"
-        case IntegerType():
-            return base in INTEGERS or (sending and floating)
-        case DoubleType():
-            return floating or (not sending and base in INTEGERS)
-        case ObjectType():
-            return field.is_message
-    return False
-
-
-def _kind_words(type_: Type, field: FieldType, sending: bool) -> str:
-    if isinstance(type_, DoubleType) and field.base in INTEGERS:
-        return "a double cannot be sent through it; use integer"
-    if isinstance(type_, IntegerType) and field.base in ("float32", "float64"):
-        return "what comes in is no integer; use double"
-    if field.is_message:
-        return f"it is a message itself, {type_} does not fit; use an object"
-    if isinstance(type_, ObjectType):
-        return f"it has no fields of its own, the object {type_} does not fit"
-    return f"{type_} does not fit"
-
-
-def _too_wide(bounds: tuple[int, int], field: FieldType, what: str) -> tuple[str, str] | None:
-    if field.base not in INTEGERS:
-        return None
-    low, high = INTEGERS[field.base]
-    if low <= bounds[0] and bounds[1] <= high:
-        return None
-    return "field-range", f"it takes {low} to {high}, {what} does not fit"
 
 
 def _binding(

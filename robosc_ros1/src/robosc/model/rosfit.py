@@ -1,0 +1,74 @@
+"""Whether a type of the model fits a field of a message."""
+
+from __future__ import annotations
+
+from robosc.model.rosmsg import INTEGERS, FieldType
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    ObjectType,
+    StringType,
+    Type,
+)
+
+__all__ = ["misfit", "too_wide"]
+
+
+def misfit(type_: Type, field: FieldType, sending: bool) -> tuple[str, str] | None:
+    """Why a type of the model does not fit a field: code and words."""
+    if isinstance(type_, EnumType):
+        return misfit(type_.source, field, sending)
+    if isinstance(type_, ArrayType):
+        if not field.is_array:
+            return "field-kind", f"it is no array, {type_} does not fit"
+        return misfit(type_.element, field.element, sending)
+    if field.is_array:
+        return "field-kind", f"it is an array, {type_} does not fit; write array({type_})"
+    fits = _kind_fits(type_, field, sending)
+    if not fits:
+        return "field-kind", _kind_words(type_, field, sending)
+    if sending and isinstance(type_, IntegerType) and type_.bounds is not None:
+        return too_wide(type_.bounds, field, str(type_))
+    return None
+
+
+def _kind_fits(type_: Type, field: FieldType, sending: bool) -> bool:
+    base = field.base
+    floating = base in ("float32", "float64")
+    match type_:
+        case BooleanType():
+            return base == "bool"
+        case StringType():
+            return base == "string"
+        case IntegerType():
+            return base in INTEGERS or (sending and floating)
+        case DoubleType():
+            return floating or (not sending and base in INTEGERS)
+        case ObjectType():
+            return field.is_message
+    return False
+
+
+def _kind_words(type_: Type, field: FieldType, sending: bool) -> str:
+    if isinstance(type_, DoubleType) and field.base in INTEGERS:
+        return "a double cannot be sent through it; use integer"
+    if isinstance(type_, IntegerType) and field.base in ("float32", "float64"):
+        return "what comes in is no integer; use double"
+    if field.is_message:
+        return f"it is a message itself, {type_} does not fit; use an object"
+    if isinstance(type_, ObjectType):
+        return f"it has no fields of its own, the object {type_} does not fit"
+    return f"{type_} does not fit"
+
+
+def too_wide(bounds: tuple[int, int], field: FieldType, what: str) -> tuple[str, str] | None:
+    """Why integers between the bounds do not fit a field of integers: code and words."""
+    if field.base not in INTEGERS:
+        return None
+    low, high = INTEGERS[field.base]
+    if low <= bounds[0] and bounds[1] <= high:
+        return None
+    return "field-range", f"it takes {low} to {high}, {what} does not fit"
