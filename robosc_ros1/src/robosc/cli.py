@@ -14,10 +14,9 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from robosc import __version__
+from robosc import __version__, arguments
 from robosc.errors import (
     Diagnostic,
     EmptySupervisorError,
@@ -264,271 +263,82 @@ def _view(args: Arguments) -> int:
     return 0
 
 
-# --- their arguments -----------------------------------------------------------------------------
-
-
-def _common(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--library-path",
-        metavar="DIR",
-        action="append",
-        default=[],
-        type=Path,
-        help="look here for libraries too (may be repeated)",
-    )
-    parser.add_argument(
-        "--strict",
-        action="store_true",
-        help="a message definition that is not installed is an error",
-    )
-
-
-def _json(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print a JSON document")
-
-
-def _check_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("models", metavar="MODEL", nargs="+", help="a .rscd file")
-    _json(parser)
-    _common(parser)
-
-
-def _synthesize_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
-    _json(parser)
-    parser.add_argument("--engine", choices=["auto", "dense", "bdd"], default="auto")
-    parser.add_argument(
-        "--max-states",
-        metavar="N",
-        type=_positive,
-        default=None,
-        help="largest product space for the dense engine (default: 2^28)",
-    )
-    _common(parser)
-
-
-def _explore_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
-    _json(parser)
-    parser.add_argument("--plant", action="store_true", help="without control")
-    parser.add_argument(
-        "--limit",
-        metavar="N",
-        type=_positive,
-        default=100_000,
-        help="refuse to print more states than this (default: 100000)",
-    )
-    _common(parser)
-
-
-def _verify_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
-    _json(parser)
-    _common(parser)
-
-
-def _generate_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
-    parser.add_argument("--target", choices=["ros1", "ros2"], default="ros1")
-    parser.add_argument(
-        "--mode",
-        choices=["controller", "supervisor"],
-        default="controller",
-        help="a controller, or a supervisor that guards one (default: controller)",
-    )
-    parser.add_argument(
-        "--output",
-        metavar="DIR",
-        type=Path,
-        help="the folder that gets the package (default: that of robosc.yaml, or the current one)",
-    )
-    parser.add_argument("--package", metavar="NAME", help="name of the package")
-    parser.add_argument(
-        "--config",
-        metavar="FILE",
-        type=Path,
-        help="options (default: robosc.yaml beside the model)",
-    )
-    parser.add_argument(
-        "--force", action="store_true", help="replace files that robosc did not write"
-    )
-    _common(parser)
-
-
-def _export_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
-    parser.add_argument(
-        "--format", choices=["cif", "dot", "svg", "json"], required=True, help="what to write"
-    )
-    parser.add_argument(
-        "--supervisor", action="store_true", help="with cif: add the guards of the supervisor"
-    )
-    parser.add_argument(
-        "--output", metavar="FILE", type=Path, help="write there (default: standard output)"
-    )
-    _common(parser)
-
-
-def _format_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", metavar="FILE", nargs="+", help="a .rscd file")
-    parser.add_argument(
-        "--check", action="store_true", help="change nothing; exit 1 if a file would be changed"
-    )
-
-
-def _simulate_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
-    parser.add_argument(
-        "--execute",
-        action="store_true",
-        help="let the controller execute on a virtual clock; only the robot's events are typed",
-    )
-    parser.add_argument(
-        "--parameter",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="a parameter of the controller's node, with --execute (may be repeated)",
-    )
-    parser.add_argument("--script", metavar="FILE", help="do the lines of a file, and end")
-    parser.add_argument(
-        "--json", action="store_true", help="read and write JSON, a document per line"
-    )
-    _common(parser)
-
-
-def _replay_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("log", metavar="LOG", help="the event log of a controller's node")
-    parser.add_argument("model", metavar="MODEL", help="the .rscd file it was generated from")
-    _json(parser)
-    _common(parser)
-
-
-def _lsp_arguments(parser: argparse.ArgumentParser) -> None:
-    # Some clients add it unasked; standard input and output is all that there is.
-    parser.add_argument("--stdio", action="store_true", help=argparse.SUPPRESS)
-    _common(parser)
-
-
-def _view_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "model", metavar="MODEL", nargs="?", help="a .rscd file with a robot, to be played"
-    )
-    source = parser.add_mutually_exclusive_group()
-    source.add_argument("--ros", metavar="NODE", help="watch a running controller, of either ROS")
-    source.add_argument("--log", metavar="FILE", help="look through an event log of MODEL's node")
-    source.add_argument(
-        "--execute",
-        action="store_true",
-        help="let the controller execute, as time passes; only the robot's events are played",
-    )
-    parser.add_argument(
-        "--parameter",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="a parameter of the controller's node, with --execute (may be repeated)",
-    )
-    parser.add_argument(
-        "--host", default="127.0.0.1", help="address to listen on (default: this machine only)"
-    )
-    parser.add_argument("--port", type=_port, default=None, help="port (default: 8642 if free)")
-    _common(parser)
-
-
-def _port(text: str) -> int:
-    number = int(text) if text.isdecimal() and text.isascii() and len(text) < 6 else -1
-    if not 0 <= number <= 65535:
-        raise argparse.ArgumentTypeError(f"{text!r} is no port: 0 to 65535, 0 for any")
-    return number
-
-
-def _positive(text: str) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        value = 0
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive integer")
-    return value
-
-
 VERBS = (
     Verb(
         "check",
         "tell all that is wrong with a model",
         "robosc check line_follower.rscd",
-        _check_arguments,
+        arguments.check,
         _check,
     ),
     Verb(
         "generate",
         "write a ROS package with the controller",
         "robosc generate line_follower.rscd --output ~/catkin_ws/src",
-        _generate_arguments,
+        arguments.generate,
         _generate,
     ),
     Verb(
         "synthesize",
         "compute the supervisor: guards, sizes, explanations",
         "robosc synthesize line_follower.rscd --json",
-        _synthesize_arguments,
+        arguments.synthesize,
         _synthesize,
     ),
     Verb(
         "explore",
         "list the controlled (or uncontrolled) transition system",
         "robosc explore line_follower.rscd --plant --limit 1000",
-        _explore_arguments,
+        arguments.explore,
         _explore,
     ),
     Verb(
         "verify",
         "prove a computed supervisor by independent means",
         "robosc verify line_follower.rscd",
-        _verify_arguments,
+        arguments.verify,
         _verify,
     ),
     Verb(
         "export",
         "write the model for other tools: CIF, a picture, JSON",
         "robosc export line_follower.rscd --format svg --output line_follower.svg",
-        _export_arguments,
+        arguments.export,
         _export,
     ),
     Verb(
         "format",
         "give model files their canonical layout",
         "robosc format --check *.rscd",
-        _format_arguments,
+        arguments.format,
         _format,
     ),
     Verb(
         "simulate",
         "play the controlled system by hand, by script or at random",
         "robosc simulate line_follower.rscd --execute",
-        _simulate_arguments,
+        arguments.simulate,
         _simulate,
     ),
     Verb(
         "view",
         "show a robot live in a browser: a model, a running node, an event log",
         "robosc view --ros /line_follower_controller",
-        _view_arguments,
+        arguments.view,
         _view,
     ),
     Verb(
         "replay",
         "follow the event log of a controller's node through its model",
         "robosc replay events.log line_follower.rscd",
-        _replay_arguments,
+        arguments.replay,
         _replay,
     ),
     Verb(
         "lsp",
         "serve an editor: the language server, on standard input and output",
         "robosc lsp --library-path ~/models/libraries",
-        _lsp_arguments,
+        arguments.lsp,
         _lsp,
     ),
 )
@@ -542,12 +352,12 @@ def run(verb: str) -> int:
     return main([verb, *sys.argv[1:]])
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> int:
     """Run a command line; the exit code is that of CLI.md. Raises SystemExit on wrong usage."""
     _prepare_streams()
     try:
         try:
-            return _guarded(_parser().parse_args(arguments))
+            return _guarded(_parser().parse_args(words))
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:
