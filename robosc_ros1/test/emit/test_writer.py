@@ -315,6 +315,11 @@ def test_a_folder_that_cannot_be_exchanged_is_changed_file_by_file(tmp_path: Pat
     assert not (tmp_path / "demo" / "old").exists()
 
 
+def test_a_place_where_nothing_can_be_made_is_told() -> None:
+    with pytest.raises(UsageError, match=r"^cannot write /proc/demo: "):
+        write(package(a="1"), Path("/proc"))
+
+
 @pytest.mark.parametrize("name", ["demo", "nothing yet"])
 def test_a_disk_that_is_full_leaves_the_old_package(tmp_path: Path, name: str) -> None:
     write(package(a="1"), tmp_path)

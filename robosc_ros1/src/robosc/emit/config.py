@@ -120,8 +120,10 @@ def load_config(model: Path, file: Path | None = None) -> Config:
 def _read(file: Path, config: Config) -> Config:
     try:
         text = file.read_text(encoding="utf-8-sig")  # some editors begin with a mark
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"cannot read {file}: {error}") from error
+    except OSError as error:
+        raise UsageError(f"cannot read {file}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise UsageError(f"cannot read {file}: it is no UTF-8 text") from error
     if file.suffix == ".json":
         return _apply(file, _parsed_json(file, text), _ORIGINAL_KEYS, config)
     return _apply(file, _parsed_yaml(file, text), _OWN_KEYS, config)

@@ -54,7 +54,10 @@ def write(package: Package, folder: Path, force: bool = False) -> Written:
             return _write(package, target, force)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise UsageError(f"cannot write {error.filename or target}: {reason}") from error
+        place = str(error.filename or target)
+        if _STAGE.format(package.name) in place:  # a name that is none of the user's business
+            place = str(target)
+        raise UsageError(f"cannot write {place}: {reason}") from error
 
 
 @contextmanager

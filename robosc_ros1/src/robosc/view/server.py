@@ -75,7 +75,8 @@ class PageServer(ThreadingHTTPServer):
         except OSError as error:
             if port is not None or error.errno != errno.EADDRINUSE:
                 reason = error.strerror or str(error)
-                raise UsageError(f"cannot listen on {host}, port {port}: {reason}") from error
+                where = host if port is None else f"{host}, port {port}"
+                raise UsageError(f"cannot listen on {where}: {reason}") from error
             super().__init__((host, 0), _Handler)
 
     @property
@@ -105,7 +106,10 @@ class PageServer(ThreadingHTTPServer):
         if _is_local(self._host):
             return _is_local(name)
         own = socket.gethostname().lower()
-        return name in (self._host, "localhost", own, f"{own}.local") or _address(name) is not None
+        return (
+            name in (self._host.lower(), "localhost", own, f"{own}.local")
+            or _address(name) is not None
+        )
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A browser that goes away is no fault; there is nobody to tell of others."""
