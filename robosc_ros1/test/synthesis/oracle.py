@@ -589,6 +589,10 @@ class Oracle:
             and (not occurrence.event.controllable or occurrence.event in self.enabled(state))
         ]
 
+    def moves(self, state: OracleState, taus: list[Event]) -> list[OracleState]:
+        """Where own steps lead to; the controller does not take one that changes nothing."""
+        return [target for target in self.after(state, taus) if target != state]
+
     def settle(self, state: OracleState) -> list[OracleState] | None:
         """The states that the controller's own steps go through, None if they never end.
 
@@ -600,7 +604,7 @@ class Oracle:
             seen.add(path[-1])
             before = len(path)
             for tau in self.taus:
-                path += self.after(path[-1], [tau])
+                path += self.moves(path[-1], [tau])
             if len(path) == before:
                 return path
         return None
@@ -645,19 +649,19 @@ class Oracle:
         """All that own steps in any order lead to."""
         found, todo = {start}, [start]
         while todo:
-            for target in self.after(todo.pop(), self.taus):
+            for target in self.moves(todo.pop(), self.taus):
                 if target not in found:
                     found.add(target)
                     todo.append(target)
         return found
 
     def _ends(self, start: OracleState) -> set[OracleState]:
-        return {state for state in self._wake(start) if not self.after(state, self.taus)}
+        return {state for state in self._wake(start) if not self.moves(state, self.taus)}
 
     def _goes_round(self, start: OracleState) -> bool:
         left = self._wake(start)
         while True:
-            ends = {s for s in left if not set(self.after(s, self.taus)) & left}
+            ends = {s for s in left if not set(self.moves(s, self.taus)) & left}
             if not ends:
                 return bool(left)
             left -= ends
