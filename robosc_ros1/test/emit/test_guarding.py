@@ -128,3 +128,14 @@ def test_the_configuration_s_name_is_the_controller_s(tmp_path: Path) -> None:
     for mode in modes:
         pipeline.generate(model, output=pipeline.Output(folder=tmp_path / "src", mode=mode))
     assert {f.name for f in (tmp_path / "src").iterdir()} == {"my_cart", "cart_supervisor"}
+
+
+def test_numbers_without_end_and_no_numbers() -> None:
+    stop = "provide stop with { linear: { x: 1.0 / 0.0 } }"
+    turn = "provide turn with { linear: { x: 0.0 / 0.0 } }"
+    drive = 'incoming message drive with identifier: "/vel", type: Twist links twist'
+    supervisor = supervisor_of((MODEL % f"{stop} {turn}").replace(drive, ""))
+    recognised = {r.key: r for r in recognitions(supervisor.plant.robot)[VEL]}
+    assert recognised["Motor.turn"] == Recognition("Motor.turn")
+    node = ros1_supervisor.emit(supervisor, "c").files["src/c/node.py"].content
+    assert '{"linear": {"x": float("inf")}}' in node

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from ros1.stage import Node, Puppet, Stage
+from ros1.stage import Node, Puppet, Stage, event
 from ros_support import Workspace
 from runtime.schemas import validate
 
@@ -87,6 +87,19 @@ def test_a_message_in_effect_is_stopped_when_it_becomes_forbidden(
         robot.hears("/vel", lambda m: m["linear"]["x"] == 0.3)
         robot.publish("/distance", FLOAT, 0.1)
         robot.hears("/vel", lambda m: m["linear"]["x"] == 0.0)
+
+
+def test_a_goal_is_cancelled_when_it_becomes_forbidden(
+    guarded: Stage, robot: Puppet, other: Puppet
+) -> None:
+    with guarded.controller(other, NODE, stop_command="stop") as node:
+        ready_to_grab(node, robot, other)
+        other.do("send", name="/supervised/grab", **GRAB, fields={})
+        node.enters("ObstacleGrabber", "grabbing")
+        robot.publish("/distance", FLOAT, 2.0)
+        robot.wait(lambda line: line.get("cancelled"), "the cancel")
+        assert other.wait(lambda line: line.get("ended"), "the end")["status"] == 2
+        node.tells(event("cancel", "grab"))
 
 
 def test_calls_pass_or_fail_with_the_reason(guarded: Stage, robot: Puppet, other: Puppet) -> None:

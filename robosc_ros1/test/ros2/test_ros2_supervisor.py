@@ -164,6 +164,18 @@ def test_a_cancel_of_the_controller_reaches_the_robot(
     robot.expect_state(NODE, lambda s: s["components"]["Arm"] == "resting")
 
 
+def test_a_message_in_effect_is_stopped_when_it_becomes_forbidden(
+    robot: Peer, other: Peer, controller: Start
+) -> None:
+    controller(NODE, stop_command="speed")
+    repeat(other, "supervised/beacon", "std_msgs/msg/Empty", {})
+    robot.publish("person", READING, NEAR)
+    robot.expect("message", name="beacon")
+    assert robot.events("message", name="speed") == []
+    robot.publish("person", READING, {"valid": False})
+    assert robot.expect("message", name="speed")["data"] == {"data": 0.0}
+
+
 def test_what_becomes_forbidden_is_ended_if_a_stop_command_is_set(
     robot: Peer, other: Peer, controller: Start
 ) -> None:

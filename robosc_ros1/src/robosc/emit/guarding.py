@@ -149,7 +149,9 @@ def _provided(message: Communication, robot: Robot) -> Iterator[_Provided]:
     for provide in robot.provides:
         if provide.communication == message.key:
             fields = list(_leaves(provide.data, message))
-            constants = {path: _constant(expr) for path, expr in fields if _is_constant(expr)}
+            known = {path: _constant(expr) for path, expr in fields if _is_constant(expr)}
+            # What is no number is equal to nothing that comes.
+            constants = {path: value for path, value in known.items() if value == value}
             yield _Provided(constants, len(constants) == len(fields))
 
 

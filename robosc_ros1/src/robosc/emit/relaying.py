@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 
 from robosc.emit.common import PackageContext, TopicView
 from robosc.emit.config import Config
 from robosc.emit.guarding import Recognition, recognitions
+from robosc.emit.python import literal
 from robosc.errors import UsageError
 from robosc.model.entities import EventKind
 from robosc.supervisor import Supervisor
@@ -125,7 +127,18 @@ def _in_order(found: list[Recognition]) -> list[Recognition]:
 
 
 def _source(recognition: Recognition) -> str:
-    return f'"{recognition.key}", {recognition.exact!r}, {recognition.field!r}'
+    return f'"{recognition.key}", {_text(recognition.exact)}, {_text(recognition.field)}'
+
+
+def _text(value: object) -> str:
+    """A nest of tuples and dicts as Python source."""
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_text, value))}{',' * (len(value) == 1)})"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_text(k)}: {_text(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, float) and math.isinf(value):
+        return f'float("{value}")'
+    return literal(value) if isinstance(value, bool | int | float | str) else repr(value)
 
 
 def _controller(config: Config) -> ControllerNode:

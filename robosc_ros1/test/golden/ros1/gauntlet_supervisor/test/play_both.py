@@ -231,7 +231,7 @@ class PlayBoth(unittest.TestCase):
         for fault in faults[:10]:
             print("FAULT: " + fault)
         self.assertEqual(0, len(faults), "\n".join(faults[:10]))
-        self.assertGreater(len(judge.events), 0)
+        self.assertTrue(judge.events or not robot.publishers, "nothing happened")
 
     def await_names(self, controller, judge):
         """Wait until the supervisor stands between all names."""

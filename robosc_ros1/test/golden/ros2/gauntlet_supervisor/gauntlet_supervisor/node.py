@@ -41,7 +41,7 @@ COMMANDS = (
         "/say",
         std_msgs.msg.String,
         (
-            ("Speaker.shout", ({'data': 'HEY'},), None),
+            ("Speaker.shout", ({"data": "HEY"},), None),
             ("Speaker.say", (), None),
         ),
     ),

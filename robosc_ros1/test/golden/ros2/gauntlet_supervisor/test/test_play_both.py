@@ -264,7 +264,7 @@ def test_only_what_is_allowed_passes():
     for key, count in judge.blocked.items():
         print("blocked %s: %d, passed: %d" % (key, count, judge.passed[key]))
     assert (judge.faults + controller.faults)[:10] == []
-    assert judge.events
+    assert judge.events or not robot.publishers
     assert code == 0
 
 
