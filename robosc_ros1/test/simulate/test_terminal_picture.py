@@ -40,7 +40,7 @@ def test_the_way_to_an_obstacle(tmp_path: Path) -> None:
         terminal.close()
     (tmp_path / "page.html").write_text(page(f">{shown}\n>"))
     with headless(tmp_path) as browser:
-        browser.look(860, 600)
+        browser.look(860, 680)
         browser.open((tmp_path / "page.html").as_uri())
         forbidden = "[...document.querySelectorAll('.p31')].map(e => e.textContent.trim())"
         assert "move.request" in browser.run(f"return {forbidden}")

@@ -142,8 +142,8 @@ class _Session:
         self.server.client_register_capability(types.RegistrationParams([registration]))
 
     def _find_folders(self) -> None:
-        folders = self.server.workspace.folders
-        roots = [wire.path_of(uri) for uri in folders]
+        folders = self.server.workspace.folders.values()
+        roots = [wire.path_of(folder.uri) for folder in folders]
         if not roots and self.server.workspace.root_path:
             roots = [self.server.workspace.root_path]
         self._desk.folders = roots
@@ -245,8 +245,8 @@ class _Session:
 
     def _uri(self, path: str) -> str:
         """The URI as the client has written it."""
-        documents = self.server.workspace.text_documents
-        return next((uri for uri in documents if wire.path_of(uri) == path), wire.uri_of(path))
+        documents = self.server.workspace.text_documents.values()  # its keys are rewritten
+        return next((d.uri for d in documents if wire.path_of(d.uri) == path), wire.uri_of(path))
 
     def _diagnostics(self, analysis: Analysis) -> list[Diagnostic]:
         derived = self._derived.get(analysis.path)

@@ -217,6 +217,18 @@ async def test_rename_goes_through_all_files(client: LanguageClient, open_model)
 
 
 @pytest.mark.asyncio
+@pytest.mark.parametrize("name", ["a b.rscd", "50%20.rscd", "a;b#c?d é🤖.rscd"])
+async def test_any_name_of_a_file(client: LanguageClient, open_model, name: str) -> None:
+    """The client gets its own URI back, to the letter."""
+    document = open_model(GOOD, name)
+    await document.codes(WARNINGS)
+    edit = await client.text_document_rename_async(
+        types.RenameParams(document.id, document.at("Wheel"), "Roller")
+    )
+    assert list(edit.changes) == [document.uri]
+
+
+@pytest.mark.asyncio
 async def test_columns_count_as_the_protocol_does(client: LanguageClient, open_model) -> None:
     """🤖 is one character, two units of UTF-16."""
     text = "robot Wide { /* 🤖 */ component Motor { incoming message go with type: none } }\n"
