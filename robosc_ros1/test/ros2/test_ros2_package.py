@@ -10,6 +10,7 @@ import pytest
 from catkin_pkg.package import parse_package
 from ros2.launching import Node, started
 from ros2.ros2_support import Bed, Graph, Process
+from ros_support import run_robosc
 
 Start = Callable[..., Process]
 
@@ -25,6 +26,21 @@ def test_the_verb_generates_what_colcon_builds(built: Any) -> None:
     assert (prefix / "share/guarded_arm/launch/guarded_arm.launch.py").is_file()
     assert (prefix / "share/guarded_arm/config/guarded_arm.yaml").is_file()
     assert (prefix / "share/guarded_arm/package.xml").is_file()
+
+
+def test_a_topic_of_two_types_is_refused(tmp_path: Path) -> None:
+    """The middleware would not start such a node, and not say why."""
+    (tmp_path / "two.rscd").write_text(
+        "robot Two { component A {\n"
+        'outgoing message a with identifier: "/t", type: boolean\n'
+        'incoming message b with identifier: "/t", type: string\n'
+        "} }\n"
+    )
+    done = run_robosc(("generate", "two.rscd", "--target", "ros2"), tmp_path, {})
+    assert done.returncode == 2
+    assert "two.rscd:3: the topic /t carries std_msgs/msg/String here and std_msgs/msg/Bool" in (
+        done.stderr
+    )
 
 
 def test_the_parameter_file_says_what_is_so_anyway(

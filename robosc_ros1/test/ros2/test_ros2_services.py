@@ -68,7 +68,7 @@ def test_a_server_that_comes_in_time_is_waited_for(graph: Graph, controller: Sta
 
 
 def test_an_answer_after_the_deadline_is_dropped(graph: Graph, controller: Start) -> None:
-    controller(timeout__lock=0.5, rate=0.1)
+    controller(timeout__lock=0.5, rate=0.5)
     robot = graph.peer()
     robot.watch("guarded_arm")
     robot.serve("door/lock", SERVICE)

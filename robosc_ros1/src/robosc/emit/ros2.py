@@ -23,6 +23,7 @@ from robosc.emit.controller import ControllerContext, controller_context
 from robosc.emit.engine import render, verbatim
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
+from robosc.errors import UsageError
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime.quality import quality_parameters
 from robosc.supervisor import Supervisor
@@ -46,7 +47,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     ``package`` is a legal package name; the node has the same.
 
     Raises:
-        UsageError: parameters of the configuration do not fit the robot.
+        UsageError: parameters of the configuration do not fit the robot, or a topic has two types.
     """
     robot = supervisor.plant.robot
     source = file_of(robot.span)
@@ -81,6 +82,7 @@ def package_context(
     robot: Robot, package: str, source: str, controller: ControllerContext, config: Config
 ) -> PackageContext:
     communications = robot.communications.values()
+    _demand_one_type_per_topic(robot)
 
     def messages(kind: Kind) -> tuple[TopicView, ...]:
         return topics((c for c in communications if c.kind is kind), _name, _type)
@@ -108,6 +110,22 @@ def package_context(
         actions=servers(Kind.ACTION),
         parameters=_parameters(robot, config),
     )
+
+
+def _demand_one_type_per_topic(robot: Robot) -> None:
+    """Raises UsageError for topics that a node could not have: the middleware would refuse to start
+    it, and not say why."""
+    topics: dict[str, Communication] = {}
+    for communication in robot.communications.values():
+        if communication.kind in _FOLDERS:
+            continue
+        other = topics.setdefault(communication.identifier, communication)
+        if _type(other) != _type(communication):
+            span, (name, type_) = communication.span, spelling(communication)
+            raise UsageError(
+                f"{span.source.path}:{span.line}: the topic {name} carries {type_} here and"
+                f" {spelling(other)[1]} in line {other.span.line}; a node of ROS 2 cannot have both"
+            )
 
 
 def _module(communication: Communication) -> str:
