@@ -9,12 +9,13 @@ time).
 
 import threading
 import time
+import uuid
 from contextlib import contextmanager
 
 import actionlib
 import rosgraph
 import rospy
-from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from rospy.impl.tcpros_base import TCPROSTransport
 
 from ._runtime.values import only_field
@@ -154,6 +155,17 @@ FAILURES = {
 }
 
 
+def _goal_id():
+    """A name for a goal. actionlib's own ones come again with the node, while ROS time stands."""
+    return GoalID(id="%s-%s" % (rospy.get_name(), uuid.uuid4()), stamp=rospy.Time.now())
+
+
+def _forget_goals(manager):
+    """Drop what is over. actionlib would keep it, and look through all of it at each feedback."""
+    with manager.list_mutex:
+        manager.statuses = [goal for goal in manager.statuses if goal() is not None]
+
+
 class Action:
     """Goals of one action, at most one of them of interest to the engine."""
 
@@ -161,6 +173,7 @@ class Action:
         self.report = None
         self._type = type_
         self._client = actionlib.ActionClient(name, type_)
+        self._client.manager._generate_id = _goal_id
         self._lock = threading.Lock()
         self._token = None
         self._cancelled = False
@@ -236,6 +249,7 @@ class Action:
             def on_feedback(_, feedback):
                 self.report(token, "feedback", feedback)
 
+            _forget_goals(self._client.manager)
             with clean(self._client.pub_goal):
                 self._handle = self._client.send_goal(goal, on_transition, on_feedback)
 

@@ -182,6 +182,15 @@ class Stage:
                         pipe.close()
 
     @contextlib.contextmanager
+    def simulated_time(self) -> Iterator[None]:
+        """The clock stands at 0 until somebody publishes one."""
+        self.workspace.run("rosparam", "set", "/use_sim_time", "true", master=self.master)
+        try:
+            yield
+        finally:
+            self.workspace.run("rosparam", "delete", "/use_sim_time", master=self.master)
+
+    @contextlib.contextmanager
     def controller(
         self, ear: Puppet, package: str = "probe_controller", **parameters: Any
     ) -> Iterator[Node]:

@@ -155,6 +155,50 @@ def test_a_cancel_ends_the_goal_whatever_the_server_answers(
         assert goals_end_once(node)
 
 
+def test_goals_of_a_controller_that_came_again_while_the_clock_stands(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    """They are others than those of its former life, which the server still knows."""
+    asked = []
+    puppet.do("action", **RUN, mode="hold")
+    with stage.simulated_time():
+        for _ in range(2):
+            mark = puppet.mark
+            with stage.controller(ear) as node:
+                want(puppet, True)
+                asked.append(
+                    puppet.wait(lambda line: line.get("asked") == "/run", "the goal", since=mark)
+                )
+                node.process.kill()
+                node.process.wait()
+    assert asked[0]["id"] != asked[1]["id"]
+
+
+def test_a_goal_that_is_over_is_forgotten(stage: Stage, puppet: Puppet) -> None:
+    """actionlib would remember each one for good, and look through all of them at each feedback."""
+    puppet.do("action", **RUN, mode="succeed")
+    script = """
+import queue, rospy, time
+from gauntlet_interfaces.msg import ReachAction
+from probe_controller.ros_calls import Action
+rospy.init_node("many_goals")
+action, told = Action("/run", ReachAction), queue.Queue()
+statuses = lambda: action._client.manager.statuses
+action.report = lambda token, kind, payload=None: told.put((token, kind))
+for token in range(1, 21):
+    action.start({}, token, 20.0)
+    while told.get(timeout=20) != (token, "response"):
+        pass
+    action.abandon(token)
+    end = time.monotonic() + 20
+    while token == 19 and any(goal() for goal in statuses()) and time.monotonic() < end:
+        time.sleep(0.1)  # until nobody holds the goals before the last
+print("remembered:", len(statuses()))
+"""
+    done = stage.workspace.run("python3", "-c", script, master=stage.master)
+    assert int(done.stdout.rpartition("remembered: ")[2]) == 1
+
+
 def test_somebody_else_cancels_all(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     puppet.do("action", **RUN, mode="hold")
     with stage.controller(ear) as node:

@@ -18,15 +18,18 @@ def one_end_per_request(events: list[dict]) -> bool:  # type: ignore[type-arg]
     )
 
 
-def test_a_service_that_answers(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
-    puppet.do("service", **ASK, mode="answer", fields={"success": True})
+@pytest.mark.parametrize(("success", "delay"), [(True, 0.0), (False, 0.3)])
+def test_a_service_that_answers(
+    stage: Stage, puppet: Puppet, ear: Puppet, success: bool, delay: float
+) -> None:
+    puppet.do("service", **ASK, mode="answer", fields={"success": success}, delay=delay)
     with stage.controller(ear) as node:
         puppet.publish("/level", "std_msgs/Int16", 3)
         puppet.publish("/ask_wanted", BOOL, True)
         asked = puppet.wait(lambda line: line.get("asked") == "/ask", "the request")
         assert asked["message"] == {"level": 3}
         told = node.tells(event("response", "ask"))
-        assert told["event"]["value"] == {"success": True}
+        assert told["event"]["value"] == {"success": success}
         for _ in range(3):  # and again, and again
             mark = ear.mark
             node.tells(event("response", "ask"), since=mark)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+import signal
 
 import pytest
 from ros1.stage import Puppet, Stage, event
@@ -140,17 +139,8 @@ def test_two_thousand_messages_are_all_taken_in_order(
         assert values == [3] * 1000 + [4] * 1000
 
 
-@contextmanager
-def simulated_time(stage: Stage) -> Iterator[None]:
-    stage.workspace.run("rosparam", "set", "/use_sim_time", "true", master=stage.master)
-    try:
-        yield
-    finally:
-        stage.workspace.run("rosparam", "delete", "/use_sim_time", master=stage.master)
-
-
 def test_simulated_time_stops_starts_and_jumps(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
-    with simulated_time(stage), stage.controller(ear, rate=10.0, timeout__ask=0.5) as node:
+    with stage.simulated_time(), stage.controller(ear, rate=10.0, timeout__ask=0.5) as node:
 
         def commands() -> int:
             return len(node.events(event("request", "blow")))
@@ -182,3 +172,6 @@ def test_simulated_time_stops_starts_and_jumps(stage: Stage, puppet: Puppet, ear
         # It stands still: deadlines run by wall time all the same.
         puppet.publish("/ask_wanted", BOOL, True)
         assert node.tells(event("error", "ask"))["detail"] == "no answer in time"
+        # And so does the end.
+        node.process.send_signal(signal.SIGINT)
+        assert node.process.wait(20) == 0

@@ -195,6 +195,19 @@ def test_values_out_of_range_are_mismatches_and_change_nothing() -> None:
     assert played.controller.variables()["Motor.speed"] == 0.0
 
 
+def test_what_repeats_is_logged_once_per_second_with_how_often() -> None:
+    played = Played()
+    played.begin()
+    for _ in range(250):
+        played.port.time += 0.01
+        played.see(500)
+    assert played.counter("mismatches") == 250
+    texts = [text for _, text in played.port.logs if "outside" in text]
+    assert [text.partition(" (")[2] for text in texts] == [
+        "", "99 more since the last report)", "99 more since the last report)",
+    ]  # fmt: skip
+
+
 def test_messages_that_are_not_what_the_model_says_are_mismatches() -> None:
     played = Played()
     played.begin()
