@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 
 import pytest
 from ros1.stage import Node, Puppet, Stage
-from ros1.test_supervisor import FLOAT, GRAB, NODE, STOP, TWIST, speed, vel
+from ros1.test_supervisor import FLOAT, GRAB, LIGHT, NODE, STOP, TWIST, speed, vel
 
 SEND = {"name": "/supervised/grab", **GRAB, "fields": {}}
 
@@ -144,3 +145,15 @@ def test_a_supervisor_that_is_started_again_guards_the_same_controller(
             arm.do("finish", name="/grab", mode="succeed")
             in_state(node, "looking", mark)
             robot.hears("/vel", since=seen)
+
+
+def test_a_call_under_way_fails_when_the_supervisor_ends(
+    guarded: Stage, robot: Puppet, other: Puppet
+) -> None:
+    robot.do("service", name="/set_light_state", **LIGHT, mode="hang")
+    with guarded.controller(other, NODE) as node:
+        other.do("call", name="/supervised/set_light_state", **LIGHT, fields={"state": True})
+        robot.wait(lambda line: line.get("asked") == "/set_light_state", "the call")
+        node.process.send_signal(signal.SIGINT)
+        assert other.wait(lambda line: line.get("failure"), "the failure")
+        assert node.process.wait(20) == 0
