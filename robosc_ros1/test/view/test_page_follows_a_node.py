@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 import signal
 import subprocess
+import threading
 import time
 from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Any
 
 import pytest
 import ros_support
@@ -141,6 +144,26 @@ def test_a_viewer_outlives_masters(
                     browser.sees("page.events.some((e) => e.event.name === 'distance')")
             stale = "document.getElementById('stale').textContent"
             browser.sees(f"{stale}.includes('no master on {running.uri}')")
+            if run == "first":
+                is_asked_in_vain(master_to_be.port)
+
+
+def is_asked_in_vain(port: int) -> None:
+    """For a while, what listens on the master's port is none."""
+    asked = []
+
+    class NoMaster(BaseHTTPRequestHandler):
+        def log_message(self, format: str, *args: Any) -> None:
+            asked.append(args)
+
+    with ThreadingHTTPServer(("127.0.0.1", port), NoMaster) as server:
+        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+        thread.start()
+        try:
+            await_condition(lambda: len(asked) > 3, "questions to the master")
+        finally:
+            server.shutdown()
+            thread.join()
 
 
 def test_the_viewer_takes_part_in_nothing(

@@ -6,6 +6,8 @@ import contextlib
 import logging
 import threading
 import time
+import xmlrpc.client
+from http.client import HTTPException
 from typing import Any
 
 from robosc.errors import UsageError
@@ -68,7 +70,7 @@ class Ros1:
             known = master.lookupNode(rospy.get_name()) is not None
         except rosgraph.MasterError:
             known = False
-        except OSError:
+        except (OSError, HTTPException, xmlrpc.client.Error):  # what is on its port may be anything
             self._heard.otherwise = f"no master on {rosgraph.get_master_uri()}"
             return
         self._heard.waits(topics)
