@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Iterator
 
@@ -11,7 +12,8 @@ from hypothesis import strategies as st
 from simulate.players import line_follower, session
 from simulate.typed_terminal import Terminal
 
-from robosc.simulate.render import fitted
+from robosc.simulate.render import Style, fitted
+from robosc.simulate.run import follow_typing
 from robosc.simulate.session import Session
 from robosc.simulate.terminal import completions
 
@@ -111,6 +113,20 @@ def test_control_c_interrupts_quietly(terminal: Terminal) -> None:
     assert terminal.exit_code == 130
     assert shown.endswith("interrupted\r\n")
     assert "Traceback" not in shown
+
+
+def test_a_search_that_is_interrupted_leaves_the_session(monkeypatch: pytest.MonkeyPatch) -> None:
+    playing = session(line_follower())
+    lines = iter(["distance free", "goto Motor.stopped", "expect Motor.moving", "move", "quit"])
+
+    def searching(condition: object) -> None:
+        raise KeyboardInterrupt  # the key was pressed
+
+    monkeypatch.setattr(playing.machine, "path", searching)
+    out = io.StringIO()
+    assert follow_typing(playing, lambda: next(lines), out, Style()) == 0
+    assert "the search was interrupted\n" in out.getvalue()
+    assert playing.history == ["distance.response(free)", "move.request"]
 
 
 def test_lines_are_as_wide_as_the_terminal_is_now(terminal: Terminal) -> None:

@@ -95,6 +95,11 @@ def follow_typing(
         except LineFault as fault:
             text = style("31", str(fault)) + "\n"
             continue
+        except KeyboardInterrupt:
+            if not line.startswith("goto"):
+                raise
+            text = "the search was interrupted\n"  # it changes nothing before it has found a way
+            continue
         text = told(session, done, style)
         if done.quit:
             _show(out, text)
