@@ -75,8 +75,8 @@ class PageServer(ThreadingHTTPServer):
         except OSError as error:
             if port is not None or error.errno != errno.EADDRINUSE:
                 reason = error.strerror or str(error)
-                where = host if port is None else f"{host}, port {port}"
-                raise UsageError(f"cannot listen on {where}: {reason}") from error
+                place = host if port is None else f"{host}, port {port}"
+                raise UsageError(f"cannot listen on {place}: {reason}") from error
             super().__init__((host, 0), _Handler)
 
     @property
