@@ -109,6 +109,13 @@ def test_a_recording_is_gone_through_step_by_step(
                 browser.sees(f"({command(name)} === 'enabled') === arguments[0]", told["enabled"])
         browser.look(1280, 900)
         browser.picture("view-log")
+        browser.run(
+            "const slider = document.getElementById('moment'); slider.focus(); slider.value = 3;"
+            "slider.dispatchEvent(new Event('input'))"
+        )
+        browser.sees("recording.at === 3 && page.events.length === 3")
+        browser.press("\ue010")  # end
+        browser.sees("recording.at === recording.count")
         browser.press(ARROW_LEFT)
         browser.sees("recording.at === arguments[0]", len(lines) - 1)
         browser.run("document.getElementById('play').click()")
@@ -130,6 +137,16 @@ def test_phases_of_services_and_actions(browser: Browser) -> None:
             played.do({"event": {"kind": kind, "name": "set_light_state"}})
             browser.sees(f"{phase('set_light_state')} === '{word}'")
         assert browser.run(f"return {phase('grab')}") == "idle"
+
+
+_DRAWN = """(id) => {
+  const {width, height} = document.getElementById(id);
+  const {data} = document.getElementById(id).getContext("2d").getImageData(0, 0, width, height);
+  const found = new Set();
+  for (let i = 0; i < data.length; i += 4) if (data[i + 3] === 255)
+    found.add("#" + [data[i], data[i + 1], data[i + 2]].map((n) => n.toString(16).padStart(2, "0")).join(""));
+  return [...found];
+}"""
 
 
 def test_mismatches_rates_and_faults_are_told_by_the_clock_of_who_looks(browser: Browser) -> None:
@@ -156,6 +173,9 @@ def test_mismatches_rates_and_faults_are_told_by_the_clock_of_who_looks(browser:
         )
         browser.sees(f"{counted} === 41")
         browser.sees("page.times.ticks.every((t) => Math.abs(t.time - Date.now() / 1000) < 300)")
+        for chart in ("rates", "lanes"):
+            # In the colour of what went wrong, at least the mismatch.
+            browser.sees(f"({_DRAWN})('{chart}').includes(colourOf('--halt').trim())")
         gauge = "document.querySelector('[data-gauge=mismatches]')"
         browser.sees(f"{gauge}.textContent === '1' && {gauge}.parentNode.className === 'trouble'")
         browser.sees("document.querySelector('#events .bad').textContent.includes('it is idle')")
