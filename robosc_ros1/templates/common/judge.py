@@ -30,6 +30,7 @@ class Values:
         self._random = chance
         self._everywhere = [0, 1, "", "other", *literals(PLANT)]
         self._near = {key: self._literals_of(key) for key in PLANT_COMMUNICATIONS}
+        self._decks = {}
 
     def _literals_of(self, key):
         """What the model compares the messages of one communication with."""
@@ -66,8 +67,8 @@ class Values:
         communication = PLANT_COMMUNICATIONS[key]
         for _ in range(200):
             # Most around what this communication is compared with, or the run must be long.
-            near = self._near[key] if self._random.random() < 0.7 else []
-            self._pool = near or self._everywhere
+            near = self._near[key] if self._random.random() < 0.8 else []
+            self._of, self._pool = (key, near or self._everywhere)
             message = message_type()
             field = communication.get(kind + "_field")
             try:
@@ -109,21 +110,26 @@ class Values:
         return [self._basic(element) for _ in range(length)]
 
     def _basic(self, type_):
-        chance = self._random
+        """A card of a deck: so that each value comes once before one comes twice."""
         if type_[0] == "boolean":
-            return chance.random() < 0.5
-        strings = [v for v in self._pool if isinstance(v, str)]
-        if type_[0] == "string":
-            return chance.choice(strings or [""])
+            return self._random.random() < 0.5
         if type_[0] == "integer" and len(type_) == 3:
-            return chance.randint(type_[1], type_[2])
-        numbers = [v for v in self._pool if not isinstance(v, str)] or [0]
-        number = chance.choice(numbers)
-        if chance.random() < 0.2:  # a number between two, or the negative of one
-            number = chance.choice([-number, (number + chance.choice(numbers)) / 2])
+            return self._random.randint(type_[1], type_[2])
+        deck = self._decks.setdefault((self._of, type_[0], len(self._pool)), [])
+        if not deck:
+            deck += sorted(self._cards(type_), key=str)
+            self._random.shuffle(deck)
+        return deck.pop()
+
+    def _cards(self, type_):
+        if type_[0] == "string":
+            return {v for v in self._pool if isinstance(v, str)} or {""}
+        numbers = {v for v in self._pool if not isinstance(v, str) and abs(v) < 1e300} or {0}
+        numbers = sorted(numbers | {-v for v in numbers})
+        numbers += [(numbers[i] + numbers[i + 1]) / 2 for i in range(len(numbers) - 1)]
         if type_[0] == "integer":
-            return int(number) + chance.randint(-1, 1)
-        return float(number) + chance.choice([0.0, 0.0, -1.0, 1.0, chance.uniform(-0.1, 0.1)])
+            return {int(v) + step for v in numbers for step in (-1, 0, 1)}
+        return {float(v) + step for v in numbers for step in (-1.0, -0.05, 0.0, 0.05, 1.0)}
 
 
 def literals(tree):
@@ -158,6 +164,7 @@ class Judge:
         self.expected = {topic: deque() for topic, _, _ in publications}
         self.topics = {key: topic for topic, _, keys in publications for key in keys}
         self.asked = {key: [] for key in self.shadow.busy}  # [data, whether it surely arrived]
+        self._first = {}  # key -> the numbers that the first of these may have among the requests
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)
         self._early = []
@@ -197,6 +204,10 @@ class Judge:
                 # Begin here: the controller may have worked before this test could listen.
                 self.shadow.sync(document)
                 self.number = document["number"]
+                for key, busy in self.shadow.busy.items():
+                    some = len(self.robot.requests.get(key, ()))
+                    self._first[key] = range(some + 2) if some else range(1 + busy)
+                self._count()
                 for event in self._early:
                     self._follow(event)
             elif document["number"] == self.number:
@@ -213,6 +224,9 @@ class Judge:
             self._judge(event)
         except Wrong as wrong:
             self.faults.append("event %d: %s" % (event["number"], wrong))
+        self._count()
+
+    def _count(self):
         self.faults += self.shadow.broken_invariants()
         self.shadow.look_at_requirements()
         for component, state in self.shadow.states.items():
@@ -247,10 +261,10 @@ class Judge:
 
     def _input(self, kind, key, value):
         self.inputs += 1
-        if key in self.asked and self.asked[key] and kind != "error":
-            self.asked[key][-1][1] = True
         with self.robot.lock:
             queue = self.robot.sent.get((key, kind))
+            if queue and self.asked.get(key):
+                self.asked[key][-1][1] = True
             message = queue.popleft() if queue else None
             if self._drops(key):
                 while message is not None and queue and not self._fits(kind, key, value, message):
@@ -299,13 +313,14 @@ class Judge:
         """
         with self._lock:
             expected = {topic: list(data) for topic, data in self.expected.items()}
-            asked = {key: [d for d, sure in told if sure] for key, told in self.asked.items()}
+            asked = {key: list(told) for key, told in self.asked.items()}
         for topic, data in expected.items():
             received = self.robot.received[topic]
             arrived = functools.partial(lambda r, d: holds_piece(list(r), d), received, data)
             self.wait(arrived, topic + " to carry what the events say")
-        for key, data in asked.items():
-            if not in_order(list(self.robot.requests.get(key, ())), data):
+        for key, told in asked.items():
+            received = list(self.robot.requests.get(key, ()))
+            if not are_told(received, told, self._first.get(key, ())):
                 self.faults.append("%s was not asked for what the events say" % key)
 
 
@@ -318,10 +333,16 @@ def holds_piece(received, wanted):
     )
 
 
-def in_order(received, wanted):
-    """Whether messages with the wanted data were received, others between them or not."""
-    rest = iter(received)
-    return all(any(carries(message, data or {}) for message in rest) for data in wanted)
+def are_told(received, told, first):
+    """Whether requests arrived as they are told: each [data, whether it surely arrived], in order.
+
+    ``first`` are the numbers that the first of them may have. One more may not be told yet.
+    """
+    reached = set(first)
+    for data, sure in told:
+        fitting = [n for n in reached if n < len(received) and carries(received[n], data or {})]
+        reached = {n + 1 for n in fitting} | (set() if sure else reached)
+    return any(n >= len(received) - 1 for n in reached)
 
 
 def alike(value, data):
@@ -381,7 +402,7 @@ def print_coverage(judge):
     """What the run reached, as a table: events, and in how many of the states after them each
     component was where, and each requirement allowed or forbade its commands."""
     rows = list(coverage(judge))
-    width = max(len(name) for _, name, _ in rows)
+    width = max([len(name) for _, name, _ in rows] + [len("reached")])
     print("%-8s %-*s %s" % ("", width, "reached", "times"))
     for what, name, count in rows:
         print("%-8s %-*s %d" % (what, width, name, count))

@@ -204,7 +204,8 @@ def read(
         shown = spelled("legacy_state_topic")
         faults.append("parameter %s must be the name of a topic, not %r" % (shown, topic))
     elif topic:
-        values["legacy_state_topic"] = re.sub("^~/?", "~/", topic)  # as both versions of ROS take it
+        # As both versions of ROS take a private name.
+        values["legacy_state_topic"] = re.sub("^~/?", "~/", topic)
     if faults:
         raise ParameterError("\n".join(faults))
     values["more"] = {p.name: values.pop(p.name) for p in more}

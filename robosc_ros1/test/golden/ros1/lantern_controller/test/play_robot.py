@@ -181,7 +181,7 @@ class PlayRobot(unittest.TestCase):
         for fault in judge.faults[:10]:
             print("FAULT: " + fault)
         self.assertEqual(0, len(judge.faults), "\n".join(judge.faults[:10]))
-        self.assertGreater(len(judge.events), 0)
+        self.assertTrue(judge.events or not robot.publishers, "nothing happened")
 
 
 def follow(robot, judge):

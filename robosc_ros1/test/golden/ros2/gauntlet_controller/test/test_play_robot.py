@@ -226,7 +226,7 @@ def test_every_command_is_allowed():
         node.destroy_node()
     print_coverage(judge)
     assert judge.faults[:10] == []
-    assert judge.events
+    assert judge.events or not robot.publishers
     assert code == 0
 
 
