@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import rospy
+from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Empty, Int16, String
 
 
@@ -60,6 +61,13 @@ def flood(controller, seconds, rate):
     states = []
     name = "/probe_controller/state"
     rospy.Subscriber(name, String, lambda m: states.append((time.perf_counter(), m.data)))
+    backlogs = []
+
+    def diagnosed(message):
+        values = {entry.key: entry.value for entry in message.status[0].values}
+        backlogs.append(int(values["backlog"]))
+
+    rospy.Subscriber("/diagnostics", DiagnosticArray, diagnosed)
     time.sleep(2.0)  # until the state is that after the last sample
     before = json.loads(states[-1][1])["counters"]["inputs"]
     publisher = controller.publisher
@@ -83,7 +91,13 @@ def flood(controller, seconds, rate):
         if inputs >= count:
             break
         time.sleep(0.1)
-    return {"sent": count, "received": inputs, "seconds": spent, "answers": answers}
+    return {
+        "sent": count,
+        "received": inputs,
+        "seconds": spent,
+        "answers": answers,
+        "backlogs": backlogs,
+    }
 
 
 def main():

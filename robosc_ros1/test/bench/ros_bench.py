@@ -135,14 +135,22 @@ def report(result: dict[str, Any], memory: list[int]) -> int:
 
 
 def report_flood(flood: dict[str, Any], memory: list[int]) -> bool:
-    """Print what became of it, with the memory that was taken meanwhile; whether any was lost."""
+    """Print what became of it, with the memory that was taken meanwhile.
+
+    True if a message was lost, or memory or the queue grew.
+    """
     answers = quantiles(flood["answers"])
     print(f"flood: {flood['sent']} messages in {flood['seconds']:.1f} s")
     print(f"  received {flood['received']}, lost {flood['sent'] - flood['received']}")
     print(f"  command after: median {answers['median']:.0f} us, 99 % {answers['99 %']:.0f} us")
     late = memory[len(memory) // 3 :]
     print(f"  memory {late[0]} kB, at the end {late[-1]} kB")
-    return bool(flood["sent"] != flood["received"])
+    grown = late[-1] > 1.1 * late[0]
+    waiting = flood.get("backlogs")
+    if waiting:
+        print(f"  inputs waiting: at most {max(waiting)}, at the end {waiting[-1]}")
+        grown |= waiting[-1] > flood["sent"] / 100
+    return bool(flood["sent"] != flood["received"] or grown)
 
 
 def report_guard(taken: dict[str, Any]) -> int:
