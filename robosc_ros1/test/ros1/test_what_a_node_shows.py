@@ -146,6 +146,20 @@ def test_a_node_s_own_log_follows_its_model(
     assert done.stdout.startswith(f"forged:{number + 1}: event ")
 
 
+INPUTS = (
+    ("/level", INT, 3),
+    ("/reading", "std_msgs/Float32", 1.0),
+    ("/ask_wanted", "std_msgs/Bool", False),
+    ("/run_wanted", "std_msgs/Bool", False),
+)
+OUTPUTS = (
+    ("/blow", INT),
+    ("/halt", "std_msgs/Empty"),
+    ("/diagnostics", "diagnostic_msgs/DiagnosticArray"),
+    ("/probe_controller/model", "std_msgs/String"),
+)
+
+
 def test_tools_of_ros_have_no_complaint(
     generated_workspace: Workspace, roscore: Master, tmp_path: Path
 ) -> None:
@@ -158,6 +172,13 @@ def test_tools_of_ros_have_no_complaint(
         return stage.workspace.run(*command, master=roscore, check=check).stdout
 
     with stage.puppet() as puppet, stage.puppet() as ear, stage.controller(ear) as node:
+        # Everybody is there to whom the node listens or talks.
+        puppet.do("action", **RUN, mode="succeed")
+        puppet.do("service", **ASK, mode="answer")
+        for topic, type_, value in INPUTS:
+            puppet.publish(topic, type_, value)
+        for topic, type_ in OUTPUTS:
+            ear.do("listen", topic=topic, type=type_)
         with stage.workspace.start("rosbag", "record", "-O", str(bag), *topics, master=roscore):
             await_condition(
                 lambda: any(n.startswith("/record") for n in subscribers(roscore, "/level")),
@@ -170,7 +191,7 @@ def test_tools_of_ros_have_no_complaint(
             )
             assert "/blow [std_msgs/Int16]" in tool("rosnode", "info", "/probe_controller")
         problems = tool("roswtf", check=False)
-        assert "probe_controller" not in errors_of(problems), problems
+        assert "probe_controller" not in problems, problems
         mark = ear.mark
         tool("rosbag", "play", "--delay=1", str(bag), "--topics", "/level")
         node.tells(event("response", "level"), since=mark)
@@ -218,10 +239,3 @@ def subscribers(master: Master, topic: str) -> list[str]:
     """The names of the nodes that subscribe to a topic."""
     _, _, (_, subscriptions, _) = ServerProxy(master.uri).getSystemState("/test")  # type: ignore
     return [node for name, nodes in subscriptions for node in nodes if name == topic]
-
-
-def errors_of(text: str) -> str:
-    """What roswtf calls errors, without its warnings (it warns of every topic nobody sends to)."""
-    return "\n".join(
-        part.partition("WARNING")[0].partition("=====")[0] for part in text.split("ERROR")[1:]
-    )
