@@ -152,7 +152,7 @@ def test_other_ends_of_a_goal_reach_the_controller(
     with guarded.controller(other, NODE) as node:
         ready_to_grab(node, robot, other)
         other.do("send", name="/supervised/grab", **GRAB, fields={})
-        node.enters("ObstacleGrabber", "grabbing")
+        robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
         robot.do("finish", name="/grab", mode=end)
         ended = other.wait(lambda line: line.get("ended"), "the result")
         assert ended["status"] == {"abort": 4, "preempt": 2}[end]
