@@ -270,6 +270,61 @@ def test_a_name_that_is_missing_may_be_any_of_its_kind(text: str, use: str) -> N
     assert told[0].startswith("unknown-"), "without the other fault it is told"
 
 
+ARM = """
+    interface lift use Lift from arm_msgs
+    datatype object Height { low: double high: double }
+    datatype enum Level from Height to { value.low > 1 -> up value.high < 0 -> down default -> between }
+    component Arm {
+        outgoing message seen with type: Level links lift
+        service raise with request: Height, response: none links lift
+        behaviour {
+            variable level: Level
+            initial marked state resting { on request to raise goto moving }
+            state moving {
+                on response from raise if Arm.level = up goto resting
+                on response from raise if Arm.level != up goto resting
+                on error from raise goto resting
+                on response from seen do level := value
+            }
+        }
+    }
+    requirement raise needs Arm.resting and Arm.level = down
+    provide raise with { low: 1, high: 2 } if Arm.level = up
+    provide raise with { low: 0 } if Arm.level = down
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("low: double", "low double"),
+        ("high: double", ": double"),
+        ("-> down", "->"),
+        ("type: Level", "type:"),
+        ("type: Level", "type: Level Level"),
+        ("none links lift", "none lift"),
+        ("Level links lift", "Level lift"),
+        ("state moving", "state state moving"),
+        ("from raise if", "from from raise if"),
+        ("raise if Arm.level = up goto", "raise Arm.level = up goto"),
+        ("request to raise", "request to to raise"),
+        ("needs Arm.resting and", "needs Arm.resting Arm and"),
+        (
+            "requirement raise needs Arm.resting and Arm.level = down",
+            "requirement raise needs Arm.",
+        ),
+        ("} if Arm.level = up", "} if if Arm.level = up"),
+        ("with { low: 1", "with with { low: 1"),
+    ],
+)
+def test_one_slip_is_one_error(before: str, after: str) -> None:
+    assert [code for code, _ in faults(ARM)] == ["package-not-found"]
+    told = [
+        code for code, _ in faults(ARM.replace(before, after, 1)) if code != "package-not-found"
+    ]
+    assert len(told) == 1
+
+
 def test_a_prefix_that_is_none_makes_no_topics(tmp_path: Path) -> None:
     (tmp_path / "Arms.rscd").write_text(
         "library Arms { component Arm { outgoing message angle with type: double } }"

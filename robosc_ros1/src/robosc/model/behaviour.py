@@ -288,7 +288,8 @@ class BehaviourResolver:
             node = node_at[result.span.start]
             earlier = seen.setdefault((result.event, result.communication), [])
             clash = next((e for e in earlier if e.guard is None or node.guard is None), None)
-            if clash is not None:
+            cut_short = self._instance.types.scope.is_cut_short
+            if clash is not None and not (cut_short(node.span) or cut_short(clash.span)):
                 where = f"in state '{state.name.text}'" if state else "for every state"
                 self._report.add(
                     "duplicate-transition",

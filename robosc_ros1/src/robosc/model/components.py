@@ -283,9 +283,9 @@ def _parts(info: CommunicationInfo) -> tuple[Part, ...]:
 def _interface(info: CommunicationInfo, report: Report) -> tuple[InterfaceNode | None, bool]:
     """The linked interface, and whether the link is in order."""
     links = info.node.links
-    if links is None:
-        return None, True
     scope = info.instance.types.scope
+    if links is None:
+        return None, not scope.is_cut_short(info.node.span)
     scope.used_interfaces.add(links.text)
     found = scope.interfaces.get(links.text)
     if found is None:

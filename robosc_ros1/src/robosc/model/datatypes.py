@@ -24,6 +24,7 @@ from robosc.model.types import (
     StringType,
     Type,
 )
+from robosc.names import BASIC_TYPES
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ArrayTypeNode,
@@ -44,11 +45,12 @@ class Universe:
     """What all files of one run share: declarations by (origin, name), and what is unknown in them.
 
     ``unknown_properties`` are properties whose type has an error, ``unknown_sources`` enums that
-    convert from such a type.
+    convert from such a type, ``damaged`` the declarations of which a part did not parse.
     """
 
     nodes: dict[tuple[str, str], ObjectNode | EnumNode] = field(default_factory=dict)
     unknown_properties: set[tuple[str, str, str]] = field(default_factory=set)
+    damaged: set[tuple[str, str]] = field(default_factory=set)
     unknown_sources: set[tuple[str, str]] = field(default_factory=set)
 
     def property_node(self, object_: ObjectType, name: str) -> PropertyNode:
@@ -56,6 +58,17 @@ class Universe:
         node = self.nodes[object_.origin, object_.name]
         assert isinstance(node, ObjectNode)
         return next(p for p in node.properties if p.name.text == name)
+
+    def may_have(self, type_: ObjectType | EnumType, name: str) -> bool:
+        """Whether a property or value that is not known may be one all the same."""
+        key = (type_.origin, type_.name)
+        return key in self.damaged or (*key, name) in self.unknown_properties
+
+    def is_misread(self, type_: ObjectType, name: str) -> bool:
+        """Whether a property may be the type of one whose name is missing."""
+        origin = type_.origin
+        is_type = name in BASIC_TYPES or (origin, name) in self.nodes
+        return is_type and (origin, type_.name) in self.damaged
 
     def is_known(self, type_: Type) -> bool:
         """Whether what a type carries is known: an enum's source may not be."""
@@ -103,6 +116,8 @@ class TypeTable:
         self._by_value: dict[str, list[EnumType]] = {}
         for name, node in scope.datatypes.items():
             universe.nodes[scope.origin, name] = node
+            if scope.is_damaged(node.span):
+                universe.damaged.add((scope.origin, name))
             if isinstance(node, EnumNode):
                 self._add_shell(node)
 

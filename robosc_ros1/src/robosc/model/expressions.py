@@ -369,8 +369,7 @@ class Typer:
             found = type_.property(part.text)
             if found is not None:
                 return found
-            universe = self._types.universe
-            if (type_.origin, type_.name, part.text) not in universe.unknown_properties:
+            if not self._types.universe.may_have(type_, part.text):
                 self._report.add(
                     "unknown-member",
                     part.span,

@@ -176,7 +176,8 @@ class _Loader:
         resolver = _FileResolver(self, scope, report)
         model = resolver.resolve()
         self._open.pop()
-        return ResolvedFile(scope, resolver.types, resolver.assembly, model, report.diagnostics)
+        told = tuple(d for d in report.diagnostics if d in syntax or not scope.is_cut_short(d.span))
+        return ResolvedFile(scope, resolver.types, resolver.assembly, model, told)
 
     @property
     def libraries(self) -> Mapping[str, ResolvedFile]:

@@ -243,7 +243,8 @@ class Binder:
             node = self._universe.property_node(object_, name)
             field = definition.field(name)
             if field is None:
-                self._unknown_field(definition, name, node.name.span)
+                if not self._universe.is_misread(object_, name):
+                    self._unknown_field(definition, name, node.name.span)
                 continue
             problem = misfit(type_, field.type, sending)
             if problem is not None:

@@ -107,6 +107,13 @@ class FileScope:
         """What is declared in it cannot be referred to, which is reported already."""
         self.lost.update(_declared(node))
 
+    def is_cut_short(self, span: Span) -> bool:
+        """Whether what follows this range did not parse: it may have been meant to go on."""
+        return span.source is self.source and any(
+            span.end <= f.start and not self.source.text[span.end : f.start].strip()
+            for f in self.faults
+        )
+
     def is_damaged(self, span: Span) -> bool:
         """Whether a part of this range did not parse, so that what it lacks proves nothing."""
         return span.source is self.source and any(

@@ -160,8 +160,7 @@ class StatementResolver:
         return DataObject(tuple(fields)) if whole else None
 
     def _unknown_property(self, name: str, span: Span, type_: ObjectType) -> None:
-        unusable = self._types.universe.unknown_properties
-        if (type_.origin, type_.name, name) in unusable or self._types.scope.is_lost(name):
+        if self._types.universe.may_have(type_, name) or self._types.scope.is_lost(name):
             return
         self._report.add(
             "unknown-property",

@@ -43,6 +43,8 @@ class NameFaults:
         if names is not None and (about := self._not_a_value(names, name)):
             self._report.add("unknown-name", access.span, *about)
             return
+        if isinstance(needed, EnumType) and self._types.universe.may_have(needed, name):
+            return
         if isinstance(needed, EnumType):
             message = f"{needed.name} has no value '{name}'"
             candidates = list(needed.values)
@@ -86,12 +88,16 @@ class NameFaults:
         enum = self._types.enum(root)
         if component is None:
             assert enum is not None
+            if self._types.universe.may_have(enum, member.text):
+                return
             self._report.add(
                 "unknown-member",
                 member.span,
                 f"{root} has no value '{member.text}'",
                 self._report.suggest(member.text, enum.values),
             )
+        elif self._types.scope.is_damaged(component.node.span):
+            return
         elif member.text in component.communications:
             self._report.add(
                 "unknown-member",
@@ -99,7 +105,7 @@ class NameFaults:
                 f"'{member.text}' is a communication; conditions are about variables and states",
                 "keep what it brings in a variable of its component",
             )
-        elif not self._types.scope.is_damaged(component.node.span):
+        else:
             self._report.add(
                 "unknown-member",
                 member.span,
