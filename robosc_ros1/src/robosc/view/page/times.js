@@ -72,7 +72,9 @@ class Times {
     seconds.forEach((second, i) => {
       let y = height - 1;
       for (const [sort, name] of second ? SORTS : []) {
-        const part = (second[sort] / most) * (height - 14);
+        // What went wrong is seen, even once among hundreds.
+        const least = sort === "bad" && second[sort] ? 2 : 0;
+        const part = Math.max(least, Math.round((second[sort] / most) * (height - 14)));
         context.fillStyle = colours[name];
         context.fillRect(i * step, y - part, Math.max(1, step - 1), part);
         y -= part;
