@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
+from emit.generated_code import supervisor_of
 from ros1.stage import Node, Puppet, Stage, event
-from ros_support import Workspace
+from ros_support import EXAMPLES, Workspace
 from runtime.schemas import validate
+
+from robosc.simulate.replay import replay
 
 NODE = "line_follower_supervisor"
 TWIST = "geometry_msgs/Twist"
@@ -173,14 +177,15 @@ def test_a_cancel_of_the_controller_reaches_the_robot(
 
 
 def test_the_launch_file_starts_both_with_the_right_names(
-    guarded: Stage, robot: Puppet, other: Puppet
+    guarded: Stage, robot: Puppet, other: Puppet, tmp_path: Path
 ) -> None:
+    log = str(tmp_path / "events.jsonl")
     other.do("listen", topic=f"/{NODE}/state", type="std_msgs/String")
     package = "line_follower_controller"
     with guarded.workspace.start(
         "roslaunch", NODE, f"{NODE}.launch", "stop_command:=stop",
         f"controller_package:={package}", f"controller_executable:={package}",
-        master=guarded.master,
+        f"event_log:={log}", master=guarded.master,
     ):  # fmt: skip
         # The controller switches the light, stops, and grabs what stands there; all of it passes.
         robot.wait(lambda line: line.get("asked") == "/set_light_state", "the call")
@@ -188,6 +193,10 @@ def test_the_launch_file_starts_both_with_the_right_names(
         robot.hears("/vel", lambda m: m["linear"]["x"] == 0.0)
         robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
         other.hears(f"/{NODE}/state", lambda s: s["components"]["ObstacleGrabber"] == "grabbing")
+    model = EXAMPLES / "line_follower" / "line_follower.rscd"
+    found = replay(supervisor_of(model.read_text(encoding="utf-8")), log)
+    assert (found.departures, found.missing) == ((), ())
+    assert found.events > 3
 
 
 FAULTS = {
