@@ -14,6 +14,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from robosc import __version__, arguments
@@ -377,6 +378,8 @@ def main(words: Sequence[str] | None = None) -> int:
 def _guarded(args: Arguments) -> int:
     args.progress = ProgressLine(sys.stderr)
     try:
+        if not _stands_somewhere():
+            raise UsageError("the current folder is gone, or another one took its place: cd $PWD")
         verb: Verb = args.verb
         return verb.run(args)
     except (ModelError, EmptySupervisorError) as error:
@@ -442,6 +445,14 @@ def _print_json(document: object) -> None:
 
 def _plural(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _stands_somewhere() -> bool:
+    """A shell in a package that is generated anew stands in the folder that was replaced."""
+    try:
+        return bool(Path.cwd())
+    except FileNotFoundError:
+        return False
 
 
 def _prepare_streams() -> None:

@@ -222,11 +222,11 @@ def test_reader_that_has_seen_enough_is_no_error(
     assert process.wait(timeout=60) == 0
 
 
-def redirected(redirection: str, folder: Path, *arguments: str) -> Completed:
-    """A command line of the shell, as a user types it."""
+def in_shell(script: str, folder: Path, *arguments: str) -> Completed:
+    """Runs a script of the shell, in which ``"$@"`` is robosc with its arguments."""
     words = [sys.executable, "-m", "robosc", *arguments]
     return subprocess.run(
-        ["sh", "-c", f'"$@" {redirection}', "sh", *words],
+        ["sh", "-c", script, "sh", *words],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": str(SOURCES)},
         capture_output=True,
@@ -241,7 +241,7 @@ def redirected(redirection: str, folder: Path, *arguments: str) -> Completed:
 def test_streams_that_are_closed_change_nothing(
     arguments: tuple[str, ...], redirection: str, model: Callable[[str], str], tmp_path: Path
 ) -> None:
-    done = redirected(redirection, tmp_path, *arguments, model(models.GOOD))
+    done = in_shell(f'"$@" {redirection}', tmp_path, *arguments, model(models.GOOD))
     assert code(done) == 0
     assert (tmp_path / "lamp_controller" / "package.xml").exists() == ("generate" in arguments)
 
@@ -251,7 +251,14 @@ def test_a_result_that_cannot_be_written_is_told(
     arguments: tuple[str, ...], model: Callable[[str], str], tmp_path: Path
 ) -> None:
     model(models.GOOD)
-    done = redirected(">/dev/full", tmp_path, *arguments)
+    done = in_shell('"$@" >/dev/full', tmp_path, *arguments)
     assert code(done) == 2
     assert done.stderr == "error: cannot write the result: No space left on device\n"
-    assert code(redirected(">/dev/full 2>&1", tmp_path, *arguments)) == 2
+    assert code(in_shell('"$@" >/dev/full 2>&1', tmp_path, *arguments)) == 2
+
+
+def test_a_folder_that_is_gone_is_told(tmp_path: Path) -> None:
+    script = 'mkdir here && cd here && rmdir ../here && "$@"'
+    done = in_shell(script, tmp_path, "check", "../model.rscd")
+    assert code(done) == 2
+    assert done.stderr.startswith("error: the current folder is gone")
