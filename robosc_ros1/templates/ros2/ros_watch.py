@@ -62,16 +62,10 @@ class Watch:
         for client in self._node.clients:
             name, own = self._node.resolve_service_name(client.srv_name), _spelled(client.srv_type)
             # The client itself is among them, in some middlewares.
-            others = [type_ for type_ in found.get(name, ()) if type_ != own]
+            others = ", ".join(type_ for type_ in found.get(name, ()) if type_ != own)
             if others and not client.service_is_ready():
-                yield (
-                    "the service %s is a %s, but this node has %s there, so no call gets through"
-                    % (
-                        name,
-                        ", ".join(others),
-                        own,
-                    )
-                )
+                text = "the service %s is a %s, but this node has %s there, so no call gets through"
+                yield text % (name, others, own)
 
 
 def _faults(own, other, verb, qualities):

@@ -172,6 +172,18 @@ def test_goals_of_others_are_none_of_its_own(graph: Graph, controller: Start) ->
     arm(robot, "resting", lambda s: s["variables"]["Arm.last"] == "good")
 
 
+def test_a_goal_that_others_cancel_becomes_an_error(graph: Graph, controller: Start) -> None:
+    node = controller(rate=0.1)
+    robot, other = ready(graph), graph.peer("other")
+    goal = robot.expect("goal", name="reach")
+    everything = {"type": "action_msgs/srv/CancelGoal", "data": {}}
+    other.order("call", name="reach/_action/cancel_goal", **everything)
+    robot.expect("cancel", name="reach")
+    told(robot, goal, end="canceled")
+    arm(robot, "resting", lambda s: s["counters"]["errors"] == 1)
+    assert "reach failed: cancelled" in node.output
+
+
 def test_a_storm_of_feedback_is_followed_to_its_end(graph: Graph, controller: Start) -> None:
     controller(rate=0.1)
     robot = ready(graph)
