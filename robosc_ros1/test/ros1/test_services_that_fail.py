@@ -109,26 +109,42 @@ def test_a_server_that_dies_in_the_call(stage: Stage, puppet: Puppet, ear: Puppe
 
 def test_a_server_that_stands_still(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     """It is there and takes connections, but the process does nothing: not even shake hands."""
+
+    def want(wanted: bool) -> None:
+        puppet.publish("/ask_wanted", BOOL, wanted)
+
+    def rest() -> None:
+        mark = ear.mark
+        want(False)
+        node.shows(
+            lambda s: not s["variables"]["Switches.ask"] and s["communications"]["ask"] == "idle",
+            since=mark,
+        )
+
+    def call(level: int) -> None:
+        """As another client; what came before is done, too."""
+        mark = puppet.mark
+        puppet.do("call", name="/ask", type=ASK["type"], fields={"level": level})
+        puppet.wait(lambda line: line.get("answered") == "/ask", "the answer", since=mark)
+
     with stage.puppet() as victim, stage.controller(ear, timeout__ask=0.2) as node:
         victim.do("service", **ASK, mode="answer")
-        puppet.publish("/ask_wanted", BOOL, True)
+        want(True)
         node.tells(event("response", "ask"))
+        rest()
+        call(6)
         with stopped(victim.process.pid):
-            node.shows(lambda s: s["counters"]["errors"] >= 10)
-            puppet.publish("/ask_wanted", BOOL, False)
-            node.shows(
-                lambda s: (
-                    not s["variables"]["Switches.ask"] and s["communications"]["ask"] == "idle"
-                )
-            )
+            before = len(node.events(event("error", "ask")))
+            want(True)
+            node.shows(lambda s: s["counters"]["errors"] >= before + 10)
+            rest()
             mark = victim.mark
         # What nobody waits for is not done when the server goes on.
-        puppet.do("call", name="/ask", type=ASK["type"], fields={"level": 7})
-        puppet.wait(lambda line: line.get("answered") == "/ask", "the answer")
+        call(7)
         asked = [line["message"]["level"] for line in victim.lines[mark:] if "asked" in line]
         assert asked == [7]
-        puppet.publish("/ask_wanted", BOOL, True)
         mark = ear.mark
+        want(True)
         node.tells(event("response", "ask"), since=mark)
         assert one_end_per_request(node.events())
 
