@@ -27,7 +27,7 @@ function schedule() {
   page.waiting = true;
   requestAnimationFrame(() => {
     page.waiting = false;
-    attempt(render);
+    if (!page.held) attempt(render); // it may have been held since
   });
 }
 
