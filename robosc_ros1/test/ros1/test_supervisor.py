@@ -215,7 +215,7 @@ FAULTS = {
     "data": (
         "relay.py",
         "            guard.offer(",
-        "            raw.bytes = bytes(len(raw.bytes))\n            guard.offer(",
+        "            raw.bytes = b'?' * len(raw.bytes)\n            guard.offer(",
         "carries other messages",
     ),
 }
