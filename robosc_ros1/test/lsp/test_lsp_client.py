@@ -16,21 +16,16 @@ FILES = sorted((HERE / "client").glob("client_*.py"))
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_through_a_client(python: str, file: Path, tmp_path: Path) -> None:
     environment = os.environ | {
-        "PYTHONPATH": str(SOURCES),
+        "PYTHONPATH": f"{SOURCES}{os.pathsep}{file.parent}",
         "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
         "PYTHONDONTWRITEBYTECODE": "1",
     }
     command = [python, "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", str(tmp_path)]
     command += ["--confcutdir", str(file.parent), "-p", "no:cacheprovider"]
     command += ["-o", "asyncio_default_fixture_loop_scope=function"]
-    command += [
-        "-p",
-        "pytest_asyncio.plugin",
-        "-p",
-        "pytest_lsp",
-        "--basetemp",
-        str(tmp_path / "tests"),
-    ]
+    for plugin in ("pytest_asyncio.plugin", "pytest_lsp", "lsp_session"):
+        command += ["-p", plugin]
+    command += ["--basetemp", str(tmp_path / "tests")]
     done = subprocess.run(
         [*command, str(file)],
         cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=250,

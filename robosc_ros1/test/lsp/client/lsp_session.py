@@ -1,0 +1,75 @@
+"""One session with the server, and documents in it: fixtures, loaded as a plugin."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+import pytest_lsp
+from lsp_models import LIBRARY, MODEL, place
+from lsprotocol import types
+from pytest_lsp import ClientServerConfig, LanguageClient, client_capabilities
+
+GOOD = MODEL.replace("    never Wheel.moving => Hand.closing\n", "")
+WARNINGS = {"unused-enum-value", "restricted-command"}
+
+
+@pytest_lsp.fixture(
+    config=ClientServerConfig(server_command=[sys.executable, "-m", "robosc", "lsp", "--stdio"])
+)
+async def client(lsp_client: LanguageClient, tmp_path: Path) -> AsyncIterator[None]:
+    capabilities = client_capabilities("visual-studio-code")
+    params = types.InitializeParams(capabilities=capabilities, root_uri=tmp_path.as_uri())
+    lsp_client.feature(types.CLIENT_REGISTER_CAPABILITY)(lambda params: None)
+    await lsp_client.initialize_session(params)
+    (tmp_path / "arms.rscd").write_text(LIBRARY)
+    yield
+    await lsp_client.shutdown_session()
+
+
+class Document:
+    def __init__(self, client: LanguageClient, path: Path, text: str) -> None:
+        self.client = client
+        self.uri = path.as_uri()
+        self.id = types.TextDocumentIdentifier(self.uri)
+        self.text = text
+        self.version = 1
+        item = types.TextDocumentItem(self.uri, "rscd", 1, text)
+        client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+
+    def write(self, text: str) -> None:
+        self.text = text
+        self.version += 1
+        self.client.text_document_did_change(
+            types.DidChangeTextDocumentParams(
+                types.VersionedTextDocumentIdentifier(self.version, self.uri),
+                [types.TextDocumentContentChangeWholeDocument(text)],
+            )
+        )
+
+    def close(self) -> None:
+        self.client.text_document_did_close(types.DidCloseTextDocumentParams(self.id))
+
+    def at(self, words: str, inside: int = 0) -> types.Position:
+        return place(self.text, words, inside)
+
+    async def codes(self, wanted: set[str]) -> list[types.Diagnostic]:
+        """The diagnostics, as soon as they have just these codes."""
+        while True:
+            found = list(self.client.diagnostics.get(self.uri, []))
+            if {d.code for d in found} == wanted:
+                return found
+            await asyncio.wait_for(
+                self.client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS), 30
+            )
+
+
+@pytest.fixture
+def open_model(client: LanguageClient, tmp_path: Path):
+    def opened(text: str, name: str = "model.rscd") -> Document:
+        return Document(client, tmp_path / name, text)
+
+    return opened
