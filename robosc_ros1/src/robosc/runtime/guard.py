@@ -244,5 +244,6 @@ class Guard(Engine):
                 stop = True
             elif (key, "cancel") in self._paced and not self._reasons(key, "cancel"):
                 self._passes(key, "cancel", None, key)
-        if stop:
-            self._send_stop(self._paced[self.settings.stop_command, "request"])
+        command = self._paced[self.settings.stop_command, "request"]
+        if stop and command.possible:  # a service may be at it
+            self._send_stop(command)
