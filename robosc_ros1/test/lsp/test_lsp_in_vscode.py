@@ -13,6 +13,7 @@ from lsp_support import Unavailable
 from ros_support import EXAMPLES, await_condition
 from view.browser import headless, missing_browser
 
+pytestmark = pytest.mark.timeout(600)  # the first time, code-server is installed
 MODEL = EXAMPLES / "line_follower_unhandled" / "line_follower_unhandled.rscd"
 TEXT = MODEL.read_text(encoding="utf-8")
 TERMINAL = ".terminal-wrapper.active .xterm-rows"
