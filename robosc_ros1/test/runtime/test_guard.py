@@ -269,13 +269,17 @@ def test_requirements_hold_also_where_guards_mean_nothing() -> None:
     assert bench.port.take() == [HALT]
 
 
-def test_a_stop_by_a_service_is_asked_for_once() -> None:
+def test_a_stop_by_a_service_waits_for_the_one_under_way() -> None:
     bench = Bench(stop_command=LAMP)
-    for expected in ([LAMP], []):  # the second time it is still under way
+    for expected in ([LAMP], []):
         bench.sense(50)
         bench.offer(3, DRIVE)
         bench.sense(2)
         assert bench.port.take() == expected
+    bench.report(LAMP, "response")
+    assert bench.port.take() == [LAMP]
+    bench.report(LAMP, "response")
+    assert bench.port.take() == []
 
 
 def test_a_goal_that_ended_is_not_cancelled() -> None:

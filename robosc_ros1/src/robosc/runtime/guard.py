@@ -235,15 +235,18 @@ class Guard(Engine):
                 self._effect[place] = (key, against)
             else:
                 ended.append((place, key))
+        command = self._paced[self.settings.stop_command, "request"]
         stop = False
         for place, key in ended:
+            message = self._paced[key, "request"].sort == "incoming"
+            if message and not command.possible:
+                continue  # a service is at it for another; this one is next
             if self._effect.pop(place, None) is None:
                 continue  # ended by what was done about another
             self._log("warning", place, "%s is no longer allowed: stopped" % self._names[key])
-            if self._paced[key, "request"].sort == "incoming":
+            if message:
                 stop = True
             elif (key, "cancel") in self._paced and not self._reasons(key, "cancel"):
                 self._passes(key, "cancel", None, key)
-        command = self._paced[self.settings.stop_command, "request"]
-        if stop and command.possible:  # a service may be at it
+        if stop:
             self._send_stop(command)
