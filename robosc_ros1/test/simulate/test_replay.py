@@ -347,6 +347,19 @@ def test_a_log_that_the_running_engine_wrote(tmp_path: Path, supervisor: Supervi
     assert found.events == engine.journal.number > 600
 
 
+def test_a_stop_breaks_off_steps_that_never_end(tmp_path: Path) -> None:
+    supervisor = supervisor_of(
+        "robot R { component C { outgoing message m with type: none behaviour {"
+        " initial marked state a { transition goto b }"
+        " marked state b { transition goto c }"
+        " marked state c { transition goto a on response from m } } } }"
+    )
+    run = run_of(session(supervisor, execute=True), "m")
+    assert [h.kind for h in run if h.kind != "tau"] == ["stop", "response"]
+    found = replay(supervisor, write(tmp_path / "events.log", lines_of(run)))
+    assert (found.departures, found.missing) == ((), ())
+
+
 @settings(derandomize=True, deadline=None, max_examples=25)
 @given(seed=st.integers(0, 10**6))
 def test_runs_of_random_models_follow_them(
