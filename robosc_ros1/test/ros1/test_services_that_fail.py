@@ -126,6 +126,7 @@ def test_a_server_that_stands_still(stage: Stage, puppet: Puppet, ear: Puppet) -
         mark = puppet.mark
         puppet.do("call", name="/ask", type=ASK["type"], fields={"level": level})
         puppet.wait(lambda line: line.get("answered") == "/ask", "the answer", since=mark)
+        victim.wait(lambda line: line.get("message") == {"level": level}, "the request")
 
     with stage.puppet() as victim, stage.controller(ear, timeout__ask=0.2) as node:
         victim.do("service", **ASK, mode="answer")
