@@ -68,16 +68,22 @@ class Watch:
             time.sleep(PERIOD)
             look += 1
             try:
-                ask(self._master, "lookupNode", rospy.get_name())
-                if look % NEIGHBOURS == 0:
+                if self._uri_of(rospy.get_name()) is None:
+                    self._register()
+                elif look % NEIGHBOURS == 0:
                     self._look_around()
                 self._gone = False
-            except Refused:  # it does not know this node
-                self._register()
             except Exception:
                 if not self._gone:
                     rospy.logwarn("the ROS master does not answer; going on without it")
                 self._gone = True
+
+    def _uri_of(self, name):
+        """Where a node is; None if the master does not know it."""
+        try:
+            return ask(self._master, "lookupNode", name)
+        except Refused:
+            return None
 
     def _register(self):
         if rospy.core.is_shutdown_requested():
@@ -117,8 +123,8 @@ class Watch:
                 for name in others.get(topic, ()):
                     if name == rospy.get_name() or message_type == rosgraph.names.ANYTYPE:
                         continue
-                    uri = ask(self._master, "lookupNode", name)
-                    if not connected & {(topic, name), (topic, uri)}:
+                    uri = self._uri_of(name)
+                    if uri is not None and not connected & {(topic, name), (topic, uri)}:
                         strangers.add((topic, message_type, name, uri, question))
         return strangers
 
