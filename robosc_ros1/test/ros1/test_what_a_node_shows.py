@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
@@ -80,6 +81,23 @@ def test_the_state_is_latched(stage: Stage, puppet: Puppet, ear: Puppet) -> None
         for topic in ("state", "model"):
             late.do("listen", topic=f"/probe_controller/{topic}", type="std_msgs/String")
             late.hears(f"/probe_controller/{topic}")
+
+
+def test_what_is_shown_can_be_chosen(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    ear.do("listen", topic="/state", type="std_msgs/String")
+    shown = {"publish_events": "false", "legacy_state_topic": "/state", "state_rate": 2.0}
+    with stage.controller(ear, **shown) as node:
+        puppet.publish("/level", INT, 3, times=50, rate=50.0)
+        node.shows(lambda s: s["counters"]["inputs"] == 50)
+        times = [state["time"] for state in ear.all_heard("/probe_controller/state")]
+        assert all(late - soon > 0.49 for soon, late in pairwise(times))
+        legacy = ear.hears("/state", lambda m: m["variables"]["Switches"]["height"] == 3)
+        assert legacy["states"] == {"Switches": "on", "Oracle": "resting", "Runner": "resting"}
+        assert legacy["transitions"][-1] in ("response_level", "request_halt")
+        _, _, (publications, _, _) = ServerProxy(stage.master.uri).getSystemState("/test")  # type: ignore
+        topics = {topic for topic, nodes in publications if "/probe_controller" in nodes}
+        assert "/probe_controller/events" not in topics
+        assert {"/state", "/probe_controller/state", "/probe_controller/model"} <= topics
 
 
 def play_everything(puppet: Puppet, ear: Puppet, stage: Stage, **parameters: object) -> None:
