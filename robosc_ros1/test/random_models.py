@@ -156,9 +156,15 @@ class _Builder:
             self.enum(index)
         for index in range(self.number(0, 2)):
             self.object(index)
-        for index in range(self.number(1, 4) if self.chance(30) else self.number(2, 4)):
+        if self.chance(60):
+            self.depot()
+        least, most = (1, 2) if self.components else (1 if self.chance(30) else 2, 4)
+        for index in range(self.number(least, most)):
             self.component(index)
-        bodies = [self.component_text(component) for component in self.components]
+        bodies = [
+            self.depot_text(c) if c.name == "Depot" else self.component_text(c)
+            for c in self.components
+        ]
         rest = self.requirements() + self.provides()
         declarations = ["interface link use Thing from random_robot_msgs", *self.declarations]
         parts = declarations + bodies + rest
@@ -223,6 +229,42 @@ class _Builder:
         component.machine = states > 1 and self.chance(70)
         for position in range(self.number(0, 2)):
             self.variable(component, position)
+
+    def depot(self) -> None:
+        """A component that must not be sent out too often: what it brings may be too much."""
+        load = _Variable("Depot", "load", _range(0, self.number(1, 3)), None, False)
+        if not self.spend(2 * 2 * load.type.size):
+            return
+        fetch = _Communication("fetch", "service")
+        if self.chance(50):
+            fetch.response = _range(0, self.number(1, 2))
+        drop = _Communication("drop", "incoming")
+        self.components.append(
+            _Component("Depot", ["home", "away"], {"home"}, [load], [fetch, drop])
+        )
+
+    def depot_text(self, depot: _Component) -> str:
+        fetch, drop = depot.communications
+        brought = "1" if fetch.response is NONE else "value"
+        guard = f" if {self.boolean(_Scope('Depot'), 1)}" if self.chance(30) else ""
+        unload = "    on request to drop do load := load - 1"
+        lines = [
+            self.communication_text(fetch),
+            self.communication_text(drop),
+            "behaviour {",
+            f"variable load: {depot.variables[0].type.text}",
+            "initial marked state home {",
+            "    on request to fetch goto away",
+            unload,
+            "}",
+            "state away {",
+            f"    on response from fetch{guard} do load := load + {brought} goto home",
+            "    on error from fetch goto home",
+            *([unload] if self.chance(50) else []),
+            "}",
+            "}",
+        ]
+        return "component Depot {\n" + "".join(map(_indented, lines)) + "}"
 
     def communication(self, component: _Component, name: str) -> None:
         kind = self.pick(("incoming", "outgoing", "outgoing", "service", "action"))
