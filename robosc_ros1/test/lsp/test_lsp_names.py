@@ -247,3 +247,18 @@ def test_a_file_that_links_lead_to_twice_is_edited_once(tmp_path: Path) -> None:
     analysis = open_text(desk, real / "robot.rscd", ROBOT)
     edits = rename(desk, str(real / "robot.rscd"), named(analysis, "slow and").symbol, "crawling")
     assert sorted(Path(file).name for file in edits) == ["base.rscd", "robot.rscd"]
+
+
+def test_only_libraries_change_what_others_say(desk: Desk, tmp_path: Path) -> None:
+    """The rest is not read again at every key."""
+    robot, library = tmp_path / "robot.rscd", tmp_path / "base.rscd"
+    before = open_text(desk, robot, ROBOT)
+    open_text(desk, tmp_path / "other.rscd", "robot Other {}")
+    open_text(desk, tmp_path / "other.rscd", "robot Another {}")
+    assert desk.is_known(str(robot)) and desk.analysis(str(robot)) is before
+    desk.put(str(library), LIBRARY.replace("turn", "twist"))
+    assert not desk.is_known(str(robot))
+    assert "unknown-communication" in {d.code for d in open_text(desk, robot, ROBOT).diagnostics}
+    desk.close(str(library))
+    assert not desk.is_known(str(robot))
+    assert not [d for d in open_text(desk, robot, ROBOT).diagnostics if d.severity.value == "error"]

@@ -74,23 +74,29 @@ class Desk:
         if known is not None and known.text == source.text:
             return
         self._open[path] = source
-        self._forget_analyses(path)
+        self._forget_analyses(path, known, source)
 
     def close(self, path: str) -> None:
-        self._open.pop(path, None)
+        known = self._open.pop(path, None)
         self._whole.pop(path, None)
-        self._forget_analyses(path)
+        self._forget_analyses(path, known)
 
     def refresh(self) -> None:
         """Files have changed: libraries and message definitions are looked up anew."""
         self._definitions.clear()
         self._analyses.clear()
 
-    def _forget_analyses(self, path: str) -> None:
-        for other, analysis in list(self._analyses.items()):
-            # A library that changes changes what imports it, or could.
-            if other == path or analysis.reading.libraries or _wants_library(analysis):
-                del self._analyses[other]
+    def _forget_analyses(self, path: str, *texts: Source | None) -> None:
+        """A library that changes changes what imports it, or could; another robot does not."""
+        self._analyses.pop(path, None)
+        if any(source is not None and "library" in source.text for source in texts):
+            for other, analysis in list(self._analyses.items()):
+                if analysis.reading.libraries or _wants_library(analysis):
+                    del self._analyses[other]
+
+    def is_known(self, path: str) -> bool:
+        """Whether there is an analysis that still holds."""
+        return path in self._analyses
 
     @property
     def open(self) -> tuple[str, ...]:

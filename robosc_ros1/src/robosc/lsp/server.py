@@ -205,14 +205,19 @@ class _Session:
         self.server.text_document_publish_diagnostics(
             types.PublishDiagnosticsParams(params.text_document.uri, [])
         )
-        for other in self._desk.open:  # what was not saved counts no longer
-            self._schedule(other, _REST)
+        self._schedule_changed()  # what was not saved counts no longer
 
     def _take(self, uri: str, rest: float) -> None:
         path = wire.path_of(uri)
         self._desk.put(path, self.server.workspace.get_text_document(uri).source)
-        for other in self._desk.open:
-            self._schedule(other, rest if other == path else _REST)
+        self._schedule_changed()
+        self._schedule(path, rest)
+
+    def _schedule_changed(self) -> None:
+        """Those about which there is something else to say now."""
+        for path in self._desk.open:
+            if not self._desk.is_known(path):
+                self._schedule(path, _REST)
 
     # --- diagnostics -----------------------------------------------------------------------------
 
