@@ -296,6 +296,24 @@ def test_a_package_that_is_killed_is_the_old_or_the_new_one(tmp_path: Path, firs
     assert set(outcomes) == {0, 1}
 
 
+def test_packages_are_written_one_after_the_other(tmp_path: Path) -> None:
+    packages = [package(a=str(n % 2), b=str(n % 3), c=str(n)) for n in range(6)]
+    write(packages[0], tmp_path)
+    children = []
+    for each in packages:
+        if (child := os.fork()) == 0:
+            try:
+                write(each, tmp_path, force=True)
+                os._exit(0)
+            finally:
+                os._exit(1)
+        children.append(child)
+    assert [os.waitpid(child, 0)[1] for child in children] == [0] * 6
+    command = ["sha256sum", "--check", "--strict", RECORD]
+    subprocess.run(command, cwd=tmp_path / "demo", check=True, capture_output=True)
+    assert [p.name for p in tmp_path.iterdir()] == ["demo"]
+
+
 def test_a_folder_that_cannot_be_exchanged_is_changed_file_by_file(tmp_path: Path) -> None:
     write(package(a="1", src__b="1", old__c="1"), tmp_path)
     (tmp_path / "demo" / "mine").write_text("by hand")

@@ -14,8 +14,9 @@ import shutil
 import signal
 import tempfile
 import threading
+import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -94,17 +95,25 @@ class _Change:
 
 
 def _write(package: Package, target: Path, force: bool) -> Written:
-    files = {**package.files, RECORD: record_of(package.files)}
     if target.is_symlink() and not target.exists():
         raise UsageError(f"{target} is a link to nothing")
     folder = target.resolve()
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with _alone(folder.parent):
+        _sweep(folder)
+        return _update(package, target, folder, force)
+
+
+def _update(package: Package, target: Path, folder: Path, force: bool) -> Written:
+    files = {**package.files, RECORD: record_of(package.files)}
     record = read_record(folder) or {}
     fresh = {path: file for path, file in files.items() if not _is_same(folder / path, file)}
     gone = _make_way(folder, target, list(fresh), record, force)
     lost = [path for path in sorted(record) if path not in files and (folder / path).exists()]
     stale = [path for path in lost if is_as_recorded(folder, path, record)]
     kept = [path for path in lost if path not in stale]
-    _apply(_Change(folder, fresh, frozenset(gone + stale)))
+    if fresh or stale:
+        _apply(_Change(folder, fresh, frozenset(gone + stale)))
     unchanged = [path for path in files if path not in fresh]
     return Written(target, tuple(fresh), tuple(unchanged), tuple(stale), tuple(kept))
 
@@ -175,21 +184,16 @@ def _objection(folder: Path, name: str, record: Mapping[str, str]) -> str:
 
 def _apply(change: _Change) -> None:
     folder = change.folder
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with _alone(folder.parent):
-        _sweep(folder)
-        if not change.fresh and not change.gone:
+    with _stage(folder, folder.parent) as stage:
+        new = stage / folder.name
+        _fill(new, change.fresh)
+        if not os.path.lexists(folder):
+            new.rename(folder)
             return
-        with _stage(folder, folder.parent) as stage:
-            new = stage / folder.name
-            _fill(new, change.fresh)
-            if not os.path.lexists(folder):
-                new.rename(folder)
-                return
-            if _take_place(new, change):
-                rescue(new, folder, change.gone)
-                return
-        _one_by_one(change)
+        if _take_place(new, change):
+            rescue(new, folder, change.gone)
+            return
+    _one_by_one(change)
 
 
 def _take_place(new: Path, change: _Change) -> bool:
@@ -241,15 +245,36 @@ def _remove_empty(folder: Path, change: _Change) -> None:
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """One robosc at a time writes packages into a folder, where its file system has locks."""
+    """One robosc at a time writes packages into a folder, where its file system has locks.
+
+    Raises UsageError if another one does not come to an end.
+    """
     place = os.open(folder, os.O_RDONLY)
     try:
-        with suppress(OSError):
-            fcntl.flock(place, fcntl.LOCK_EX)
+        _lock(place, folder)
         yield
     finally:
         os.close(place)
 
+
+def _lock(place: int, folder: Path) -> None:
+    deadline = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > deadline:
+                message = f"another robosc is writing a package into {folder}"
+                raise UsageError(message) from None
+            time.sleep(0.02)
+        except OSError:
+            return  # this file system has none
+        else:
+            return
+
+
+_PATIENCE = 10.0
+"""Seconds; a package is written in milliseconds."""
 
 _STAGE = ".robosc-{}-"
 
