@@ -24,7 +24,6 @@ ROWS = {
         "event +spots response",
         "event +set_level request",
         "event +set_level response",
-        "event +reach request",
         "state +Lamp.working",
         "allows +requirement set_level needs Count.full or Count.items &gt;= 2",
         "forbids +requirement set_level needs Count.full or Count.items &gt;= 2",
