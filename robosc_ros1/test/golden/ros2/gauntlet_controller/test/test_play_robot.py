@@ -74,6 +74,8 @@ class RosValues(Values):
         if isinstance(value, (bool, int, float, str)):
             fill(message, {name: value})  # which checks it
         else:
+            if "octet" in message.get_fields_and_field_types()[name]:
+                value = [bytes([number]) for number in value]  # rclpy's C code wants nothing else
             setattr(message, name, value)
 
     def array_of(self, owner, name):
