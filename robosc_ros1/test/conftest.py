@@ -10,6 +10,17 @@ import ros_support
 from ros_support import EXAMPLES, REPOSITORY, Master, Workspace
 from view.browser import Browser, headless, missing_browser
 
+# Folders whose tests share what takes long to build.
+BUILT_ONCE = {"examples", "lsp", "ros1", "ros2", "view"}
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep together, where tests run side by side, what shares a fixture: a folder or a file."""
+    for item in items:
+        folder = item.path.parent.name
+        group = folder if folder in BUILT_ONCE else item.path.name
+        item.add_marker(pytest.mark.xdist_group(group))
+
 
 @pytest.fixture(scope="session")
 def ros() -> None:
