@@ -241,38 +241,46 @@ class Action:
             if self._cancelled:
                 self.report(token, "error", "cancelled before it was sent")
                 return
-            accepted = []
-
-            def on_transition(handle):
-                self._on_transition(handle, token, accepted)
-
-            def on_feedback(_, feedback):
-                self.report(token, "feedback", feedback)
-
+            tale = _Tale(token, self.report)
             _forget_goals(self._client.manager)
             with clean(self._client.pub_goal):
-                self._handle = self._client.send_goal(goal, on_transition, on_feedback)
+                self._handle = self._client.send_goal(goal, tale.moves, tale.progresses)
 
-    def _miss(self, handle, token):
-        """A server that just came may send the result before anybody is connected to it."""
-        if handle.get_comm_state() != actionlib.CommState.DONE:
-            self.report(token, "error", "it ended, but its result did not arrive")
 
-    def _on_transition(self, handle, token, accepted):
+class _Tale:
+    """Reports what becomes of one goal."""
+
+    def __init__(self, token, report):
+        self._token = token
+        self._report = report
+        self._accepted = False
+        self._patience = None
+
+    def progresses(self, _, feedback):
+        self._report(self._token, "feedback", feedback)
+
+    def moves(self, handle):
         state = handle.get_comm_state()
-        if state == actionlib.CommState.ACTIVE and not accepted:
-            accepted.append(True)
-            self.report(token, "accepted")
+        if state == actionlib.CommState.ACTIVE and not self._accepted:
+            self._accepted = True
+            self._report(self._token, "accepted")
         elif state == actionlib.CommState.WAITING_FOR_RESULT:
-            patience = threading.Timer(RESULT_PATIENCE, self._miss, (handle, token))
-            patience.daemon = True
-            patience.start()
+            # A server that just came may have sent the result before anybody was connected to it.
+            missed = (self._token, "error", "it ended, but its result did not arrive")
+            self._patience = threading.Timer(RESULT_PATIENCE, self._report, missed)
+            self._patience.daemon = True
+            self._patience.start()
         elif state == actionlib.CommState.DONE:
-            status = handle.get_terminal_state()
-            result = handle.get_result()
-            if status == GoalStatus.SUCCEEDED and result is not None:
-                self.report(token, "response", result)
-            else:
-                text = handle.get_goal_status_text()
-                reason = FAILURES.get(status, "ended without result")
-                self.report(token, "error", "%s: %s" % (reason, text) if text else reason)
+            if self._patience is not None:
+                self._patience.cancel()
+            self._end(handle)
+
+    def _end(self, handle):
+        status = handle.get_terminal_state()
+        result = handle.get_result()
+        if status == GoalStatus.SUCCEEDED and result is not None:
+            self._report(self._token, "response", result)
+            return
+        text = handle.get_goal_status_text()
+        reason = FAILURES.get(status, "ended without result")
+        self._report(self._token, "error", "%s: %s" % (reason, text) if text else reason)

@@ -82,6 +82,7 @@ class Action:
         self.mode, self.fields, self.feedback, self.delay = "succeed", {}, 0, 0.0
         self.name = name
         self.handles = []
+        rospy.set_param("actionlib_server_pub_queue_size", 10000)  # no feedback is to be lost here
         self.server = actionlib.ActionServer(
             name, self.type, self.on_goal, self.on_cancel, auto_start=False
         )

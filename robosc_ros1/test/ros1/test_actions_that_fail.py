@@ -25,12 +25,16 @@ def goals_end_once(node: Node) -> bool:
 
 
 def test_a_goal_that_succeeds(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
-    puppet.do("action", **RUN, mode="succeed", feedback=3)
+    puppet.do("action", **RUN, mode="hold", feedback=3)
     with stage.controller(ear) as node:
         puppet.publish("/level", "std_msgs/Int16", 7)
         want(puppet, True)
         asked = puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
         assert asked["message"]["height"] == 7
+        node.tells(
+            event("feedback", "run", value=2.0)
+        )  # another topic, which the result may overtake
+        puppet.do("finish", name="/run", mode="succeed")
         node.tells(event("response", "run"))
         assert [e["event"]["value"] for e in node.events(event("feedback", "run"))][:3] == [0, 1, 2]
         assert goals_end_once(node)
@@ -164,8 +168,9 @@ def test_goals_of_a_controller_that_came_again_while_the_clock_stands(
     with stage.simulated_time():
         for _ in range(2):
             mark = puppet.mark
-            with stage.controller(ear) as node:
-                want(puppet, True)
+            # Another publisher each time, which the new controller alone is connected to.
+            with stage.controller(ear) as node, stage.puppet() as other:
+                want(other, True)
                 asked.append(
                     puppet.wait(lambda line: line.get("asked") == "/run", "the goal", since=mark)
                 )
