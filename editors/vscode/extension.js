@@ -19,9 +19,10 @@ function libraryArguments(resource) {
 // The server, and the last of what it says on standard error, which tells why it does not start.
 function launch() {
   const [program, ...first] = settings().get("command", ["robosc"]);
-  const said = { text: "" };
+  const said = { text: "", end: Promise.resolve() };
   const server = async () => {
     const child = spawn(program, [...first, "lsp"]);
+    said.end = new Promise((resolve) => child.once("close", resolve));
     child.stderr.on("data", (part) => {
       said.text = `${said.text}${part}`.slice(-500);
     });
@@ -62,6 +63,8 @@ async function start() {
       throw new Error("it ended at once");
     }
   } catch (error) {
+    // A pipe that is broken is noticed before the reason is read.
+    await Promise.race([said.end, new Promise((resolve) => setTimeout(resolve, 2000))]);
     const reason = said.text.trim() || error.message || error;
     const answer = await window.showErrorMessage(
       `The RoboSC language server does not start: ${reason}`,

@@ -113,7 +113,12 @@ class Code:
             self.sees("!document.querySelector('.tab.active')")
 
     def sees(self, script: str, *arguments: object) -> object:
-        return self.browser.sees(script, *arguments)
+        """Wait until an expression is true in the page; what is seen instead is kept as a picture."""
+        try:
+            return self.browser.sees(script, *arguments)
+        except AssertionError:
+            self.picture("editor-failed")
+            raise
 
     def shows(self, selector: str, text: str) -> None:
         """Wait until elements have a text, blanks aside."""

@@ -6,6 +6,7 @@ import fcntl
 import hashlib
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 from lsp_support import REPOSITORY, Unavailable
@@ -26,23 +27,34 @@ def extension_folder() -> Path:
     if _node_version() < 20:
         raise Unavailable("needs node 20 or newer, and npm")
     CACHE.mkdir(parents=True, exist_ok=True)
-    build = CACHE / "build"
-    lock_file = EXTENSION / "package-lock.json"
-    made_from = hashlib.sha256(lock_file.read_bytes()).hexdigest()
-    stamp = CACHE / "made-from"
+    build, packages = CACHE / "build", CACHE / "made-from"
+    sources = CACHE / "copied-from"
+    files = sorted(f for f in EXTENSION.rglob("*") if f.is_file() and "node_modules" not in f.parts)
     with (CACHE / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         build.mkdir(exist_ok=True)
-        for file in build.iterdir():
-            if file.name != "node_modules":
-                shutil.rmtree(file) if file.is_dir() else file.unlink()
-        shutil.copytree(
-            EXTENSION, build, dirs_exist_ok=True, ignore=shutil.ignore_patterns("node_modules")
-        )
-        if not (stamp.is_file() and stamp.read_text() == made_from):
+        # Another run of the tests may be packing it: it is copied anew only if it has changed.
+        if not _holds(sources, files):
+            for file in build.iterdir():
+                if file.name != "node_modules":
+                    shutil.rmtree(file) if file.is_dir() else file.unlink()
+            ignored = shutil.ignore_patterns("node_modules")
+            shutil.copytree(EXTENSION, build, dirs_exist_ok=True, ignore=ignored)
+            sources.write_text(_digest(files))
+        lock_file = [EXTENSION / "package-lock.json"]
+        if not _holds(packages, lock_file):
             _install(build)
-            stamp.write_text(made_from)
+            packages.write_text(_digest(lock_file))
     return build
+
+
+def _holds(stamp: Path, files: Sequence[Path]) -> bool:
+    return stamp.is_file() and stamp.read_text() == _digest(files)
+
+
+def _digest(files: Sequence[Path]) -> str:
+    content = b"".join(str(f).encode() + b"\0" + f.read_bytes() for f in files)
+    return hashlib.sha256(content).hexdigest()
 
 
 def npm(folder: Path, *arguments: str) -> str:
