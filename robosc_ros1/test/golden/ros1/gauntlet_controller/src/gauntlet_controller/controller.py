@@ -111,7 +111,7 @@ class GauntletController(Controller):
         return front(message, self.count_undefined)
 
     def on_response_of_scan(self, value):
-        """There was a response of the outgoing message scan (gauntlet.rscd:4)."""
+        """The response of the outgoing message scan came (gauntlet.rscd:4)."""
         eye_front = self.eye_front
         arm_tries = self.arm_tries
         # Eye
@@ -131,7 +131,7 @@ class GauntletController(Controller):
         }
 
     def on_response_of_spots(self, value):
-        """There was a response of the outgoing message spots (gauntlet.rscd:5)."""
+        """The response of the outgoing message spots came (gauntlet.rscd:5)."""
         eye_lit = self.eye_lit
         eye_nearest = self.eye_nearest
         eye_lambda = self.eye_lambda
@@ -145,13 +145,13 @@ class GauntletController(Controller):
         self.eye_lambda = eye_lambda
 
     def on_response_of_up(self, value):
-        """There was a response of the outgoing message up (gauntlet.rscd:25)."""
+        """The response of the outgoing message up came (gauntlet.rscd:25)."""
 
     def read_response_of_down(self, message):
         return in_range(message.data, 0, 4, "the value")
 
     def on_response_of_down(self, value):
-        """There was a response of the outgoing message down (gauntlet.rscd:26)."""
+        """The response of the outgoing message down came (gauntlet.rscd:26)."""
         count_items = self.count_items
         count = self.count
         # Count
@@ -169,7 +169,7 @@ class GauntletController(Controller):
         return grade(message)
 
     def on_response_of_reach(self, value):
-        """There was a response of the action reach (gauntlet.rscd:42)."""
+        """The response of the action reach came (gauntlet.rscd:42)."""
         if not self.reach_busy:
             raise Mismatch("reach is not under way")
         arm_grade = self.arm_grade
@@ -186,7 +186,7 @@ class GauntletController(Controller):
         return message.progress
 
     def on_feedback_of_reach(self, value):
-        """There was a feedback of the action reach (gauntlet.rscd:42)."""
+        """The feedback of the action reach came (gauntlet.rscd:42)."""
         if not self.reach_busy:
             raise Mismatch("reach is not under way")
         arm_progress = self.arm_progress
@@ -196,7 +196,7 @@ class GauntletController(Controller):
         self.arm_progress = arm_progress
 
     def on_error_of_reach(self, value):
-        """There was a error of the action reach (gauntlet.rscd:42)."""
+        """The error of the action reach came (gauntlet.rscd:42)."""
         if not self.reach_busy:
             raise Mismatch("reach is not under way")
         arm = self.arm
@@ -212,7 +212,7 @@ class GauntletController(Controller):
         }
 
     def on_response_of_set_level(self, value):
-        """There was a response of the service set_level (gauntlet.rscd:63)."""
+        """The response of the service set_level came (gauntlet.rscd:63)."""
         if not self.set_level_busy:
             raise Mismatch("set_level is not under way")
         lamp_ok = self.lamp_ok
@@ -226,7 +226,7 @@ class GauntletController(Controller):
         self.set_level_busy = False
 
     def on_error_of_set_level(self, value):
-        """There was a error of the service set_level (gauntlet.rscd:63)."""
+        """The error of the service set_level came (gauntlet.rscd:63)."""
         if not self.set_level_busy:
             raise Mismatch("set_level is not under way")
         lamp_ok = self.lamp_ok
@@ -243,7 +243,7 @@ class GauntletController(Controller):
         return message.data
 
     def on_response_of_left_slip(self, value):
-        """There was a response of the outgoing message slip (wheels.rscd:3)."""
+        """The response of the outgoing message slip came (wheels.rscd:3)."""
         left_slipping = self.left_slipping
         # Left
         # wheels.rscd:9
@@ -254,7 +254,7 @@ class GauntletController(Controller):
         return message.data
 
     def on_response_of_right_slip(self, value):
-        """There was a response of the outgoing message slip (wheels.rscd:3)."""
+        """The response of the outgoing message slip came (wheels.rscd:3)."""
         right_slipping = self.right_slipping
         # Right
         # wheels.rscd:9

@@ -51,7 +51,7 @@ class LanternController(Controller):
         return light(message.data)
 
     def on_response_of_brightness(self, value):
-        """There was a response of the outgoing message brightness (lantern.rscd:4)."""
+        """The response of the outgoing message brightness came (lantern.rscd:4)."""
         sky_light = self.sky_light
         # Sky
         # lantern.rscd:8
