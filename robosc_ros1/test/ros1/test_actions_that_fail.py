@@ -16,6 +16,17 @@ def want(puppet: Puppet, wanted: bool) -> None:
     puppet.publish("/run_wanted", BOOL, wanted)
 
 
+def await_acceptance(ear: Puppet) -> None:
+    """Until the server has told twice that the goal is active: the controller has heard the first."""
+    ear.do("listen", topic="/run/status", type="actionlib_msgs/GoalStatusArray")
+    for _ in range(2):
+        ear.hears(
+            "/run/status",
+            lambda message: any(goal["status"] == 1 for goal in message["status_list"]),
+            since=ear.mark,
+        )
+
+
 def goals_end_once(node: Node) -> bool:
     kinds = [e["event"]["kind"] for e in node.events() if e["event"]["name"] == "run"]
     kinds = [kind for kind in kinds if kind != "feedback"]
@@ -95,8 +106,7 @@ def test_a_server_that_is_killed_with_the_goal(stage: Stage, puppet: Puppet, ear
         with stage.puppet() as victim:
             victim.do("action", **RUN, mode="hold")
             want(puppet, True)
-            victim.wait(lambda line: line.get("asked") == "/run", "the goal")
-            want(puppet, True)
+            await_acceptance(ear)
             os.kill(victim.process.pid, signal.SIGKILL)
         assert node.tells(event("error", "run"))["detail"].startswith("server lost")
         puppet.do("action", **RUN, mode="succeed")
@@ -110,8 +120,7 @@ def test_a_server_that_stood_still_answers_for_a_goal_that_is_over(
     puppet.do("action", **RUN, mode="deaf")
     with stage.controller(ear, server_lost_after=1.0) as node:
         want(puppet, True)
-        puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
-        node.shows(lambda s: s["communications"]["run"] == "busy")
+        await_acceptance(ear)
         with stage.puppet() as other, stopped(puppet.process.pid):
             assert node.tells(event("error", "run"))["detail"].startswith("server lost")
             want(other, False)
@@ -130,8 +139,7 @@ def test_a_server_that_is_restarted_forgets_the_goal(
         with stage.puppet() as victim:
             victim.do("action", **RUN, mode="hold")
             want(puppet, True)
-            victim.wait(lambda line: line.get("asked") == "/run", "the goal")
-            node.shows(lambda s: s["communications"]["run"] == "busy")
+            await_acceptance(ear)
             os.kill(victim.process.pid, signal.SIGKILL)
         puppet.do("action", **RUN, mode="succeed")
         assert node.tells(event("error", "run"))["detail"] == "lost by the server"
@@ -208,8 +216,7 @@ def test_somebody_else_cancels_all(stage: Stage, puppet: Puppet, ear: Puppet) ->
     puppet.do("action", **RUN, mode="hold")
     with stage.controller(ear) as node:
         want(puppet, True)
-        puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
-        node.shows(lambda s: s["communications"]["run"] == "busy")
+        await_acceptance(ear)
         puppet.do("cancel_all", name="/run")
         assert node.tells(event("error", "run"))["detail"] == "preempted"
         puppet.do("action", **RUN, mode="succeed")
