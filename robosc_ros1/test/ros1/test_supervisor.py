@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from emit.generated_code import supervisor_of
 from ros1.stage import Node, Puppet, Stage, event
-from ros_support import EXAMPLES, Workspace
+from ros_support import EXAMPLES, Workspace, await_condition
 from runtime.schemas import validate
 
 from robosc.simulate.replay import replay
@@ -189,9 +189,14 @@ def test_the_launch_file_starts_both_with_the_right_names(
     ):  # fmt: skip
         # The controller switches the light, stops, and grabs what stands there; all of it passes.
         robot.wait(lambda line: line.get("asked") == "/set_light_state", "the call")
-        robot.publish("/distance", FLOAT, 0.1)
+
+        # Nobody knows when all links between the two are there, so the robot says it again.
+        def asked() -> bool:
+            robot.publish("/distance", FLOAT, 0.1)
+            return any(line.get("asked") == "/grab" for line in robot.lines)
+
+        await_condition(asked, "the goal")
         robot.hears("/vel", lambda m: m["linear"]["x"] == 0.0)
-        robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
         other.hears(f"/{NODE}/state", lambda s: s["components"]["ObstacleGrabber"] == "grabbing")
     model = EXAMPLES / "line_follower" / "line_follower.rscd"
     found = replay(supervisor_of(model.read_text(encoding="utf-8")), log)

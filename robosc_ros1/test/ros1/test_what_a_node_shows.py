@@ -156,7 +156,8 @@ def test_a_node_s_own_log_follows_its_model(
         f"Probe: 2 runs, {len(entries)} events, 2 mismatches reported: follows the model\n"
     )
     # The last answer of the service was not what the node says it was.
-    (number,) = [n for n, e in enumerate(entries) if e["event"]["name"] == "ask"][-1:]
+    answers = [(e["event"]["kind"], e["event"]["name"]) == ("response", "ask") for e in entries]
+    number = max(n for n, answer in enumerate(answers) if answer)
     entries[number]["event"]["value"] = {"success": "yes"}
     (tmp_path / "forged").write_text("".join(json.dumps(e) + "\n" for e in entries))
     done = robosc("replay", "forged", model)
