@@ -75,7 +75,7 @@ class Service:
 
 
 class Action:
-    """Serves goals as its ``mode`` says; "hold" keeps them until the next mode or a cancel."""
+    """Serves goals as its ``mode`` says when they come; "hold" keeps them until they are ended."""
 
     def __init__(self, name, type_):
         self.type = roslib.message.get_message_class(type_)
@@ -98,7 +98,7 @@ class Action:
             handle.set_canceled()
         elif self.mode != "ignore":
             handle.set_accepted()
-            threading.Thread(target=self.act, args=(handle,), daemon=True).start()
+            threading.Thread(target=self.act, args=(handle, self.mode), daemon=True).start()
 
     def on_cancel(self, handle):
         tell(cancelled=self.name)
@@ -107,13 +107,13 @@ class Action:
         else:
             handle.set_canceled()
 
-    def act(self, handle):
+    def act(self, handle, mode):
         numbers = range(self.feedback) if isinstance(self.feedback, int) else self.feedback
         for number in numbers:
             progress = type(self.type().action_feedback.feedback)(float(number))
             handle.publish_feedback(progress)
         time.sleep(self.delay)
-        self.finish(handle, self.mode)
+        self.finish(handle, mode)
 
     def finish(self, handle, mode):
         if handle.get_goal_status().status != GoalStatus.ACTIVE:
