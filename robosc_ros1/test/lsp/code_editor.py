@@ -102,6 +102,7 @@ class Code:
         self.asks(f"{self.folder}/")
         self.type(name)
         self.shows(".quick-input-list .monaco-list-row", name)
+        self.asks(f"{self.folder}/{name}")
         self.type(ENTER)
         self.sees("document.querySelector('.tab.active')?.innerText.includes(arguments[0])", name)
         self.sees("document.querySelector('.view-line')?.innerText")

@@ -51,6 +51,8 @@ def editor(
 def code(editor: Code) -> Code:
     """The editor with the model, when synthesis has told what it found, too."""
     editor.close()
+    # A package beside it would be offered while the model's name is typed.
+    shutil.rmtree(editor.folder / "line_follower_controller", ignore_errors=True)
     shutil.copy(MODEL, editor.folder / MODEL.name)
     editor.open(MODEL.name)
     editor.problems("Warnings: 2")
