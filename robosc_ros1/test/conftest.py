@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import ros_support
+from kept import Kept
 from ros_support import EXAMPLES, REPOSITORY, Master, Workspace
 from view.browser import Browser, headless, missing_browser
 
@@ -14,12 +15,26 @@ from view.browser import Browser, headless, missing_browser
 BUILT_ONCE = {"examples", "lsp", "ros1", "ros2", "view"}
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep together, where tests run side by side, what shares a fixture: a folder or a file."""
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--renew", action="store_true", help="write the outputs anew that are kept")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep together, where tests run side by side, what shares a fixture: a folder or a file.
+
+    With ``--renew`` only the tests remain that compare with kept outputs.
+    """
+    if config.getoption("--renew"):
+        items[:] = [i for i in items if "kept" in getattr(i, "fixturenames", ())]
     for item in items:
         folder = item.path.parent.name
         group = folder if folder in BUILT_ONCE else item.path.name
         item.add_marker(pytest.mark.xdist_group(group))
+
+
+@pytest.fixture(scope="session")
+def kept(pytestconfig: pytest.Config) -> Kept:
+    return Kept(renew=pytestconfig.getoption("--renew"))
 
 
 @pytest.fixture(scope="session")

@@ -1,16 +1,14 @@
 """The registry of diagnostics: what each code means, by example, and how to mend it.
 
-``docs/diagnostics.md`` is :func:`page`, written by ``python3 -m robosc.codes FILE``. Codes are
+``docs/diagnostics.md`` is :func:`page`, written by ``./dev renew``. Codes are
 stable: one is never given to another fault, and a test holds that each has a faulty model with its
 output.
 """
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from robosc.errors import Severity
 
@@ -816,7 +814,3 @@ def page() -> str:
         lines += [entry.explanation, "", "```", *entry.example.split("\n"), "```", ""]
         lines.append(entry.remedy)
     return "\n".join(lines) + "\n"
-
-
-if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(page(), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Generated packages byte for byte. ``golden/update.py`` writes them anew after a wanted change."""
+"""Generated packages byte for byte. ``./dev renew`` writes them anew after a wanted change."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from emit.golden_packages import MODELS, PACKAGES, TARGETS, golden_folder, kept_files, package_of
+from kept import Kept
 
 import robosc.runtime
 from robosc.emit.package import MARKER
@@ -21,16 +22,10 @@ def needs_definitions(model: str) -> None:
 
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
-def test_the_package_is_the_golden_one(model: str, target: str, mode: str) -> None:
+def test_the_package_is_the_golden_one(model: str, target: str, mode: str, kept: Kept) -> None:
     needs_definitions(model)
-    folder = golden_folder(model, target, mode)
-    golden = {
-        path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
-        for path in folder.rglob("*")
-        if path.is_file()
-    }
-    kept = kept_files(package_of(model, target, mode), target, mode)
-    assert {p: f.content for p, f in kept.items()} == golden
+    files = kept_files(package_of(model, target, mode), target, mode)
+    kept.folder(golden_folder(model, target, mode), {p: f.content for p, f in files.items()})
 
 
 def test_generation_is_deterministic() -> None:

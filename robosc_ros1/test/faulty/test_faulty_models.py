@@ -1,7 +1,6 @@
 """Every diagnostic code has a model that shows it, with its exact output.
 
-To see the output of a changed message: run ``check`` on the model in this folder, read it, and put it
-into the .txt file.
+``./dev renew`` writes the outputs anew after a wanted change; read what ``git diff`` then shows.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ import importlib.util
 from pathlib import Path
 
 import pytest
+from kept import Kept
 
 from robosc.cli import main
 from robosc.codes import CODES, page
@@ -22,14 +22,14 @@ MODELS = sorted(p.stem for p in FOLDER.glob("*.rscd") if not p.stem.startswith("
 
 
 @pytest.mark.parametrize("code", MODELS)
-def test_output_is_exact(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_output_is_exact(code: str, kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     model = FOLDER / f"{code}.rscd"
     if b"from example_msgs" in model.read_bytes() and importlib.util.find_spec("genmsg") is None:
         pytest.skip("genmsg is not installed: message definitions cannot be read")
     monkeypatch.chdir(FOLDER)
     definitions = MessageDefinitions.for_model(model, {})
     robot, diagnostics = load(model.name, definitions=definitions)
-    assert render_all(diagnostics) == (FOLDER / f"{code}.txt").read_text(encoding="utf-8")
+    kept.text(FOLDER / f"{code}.txt", render_all(diagnostics))
     shown = [d for d in diagnostics if d.code == code]
     assert shown
     assert all(d.severity is CODES[code].severity for d in shown)
@@ -46,11 +46,8 @@ def test_every_faulty_model_shows_a_code_that_exists() -> None:
     assert [name for name in MODELS if name not in CODES] == []
 
 
-def test_the_page_of_diagnostics_is_up_to_date() -> None:
-    written = FOLDER.parents[2] / "docs" / "diagnostics.md"
-    assert written.read_text(encoding="utf-8") == page(), "run: python3 -m robosc.codes " + str(
-        written
-    )
+def test_the_page_of_diagnostics_is_up_to_date(kept: Kept) -> None:
+    kept.text(FOLDER.parents[2] / "docs" / "diagnostics.md", page())
 
 
 SUPERVISED = sorted(p.stem for p in (FOLDER / "supervised").glob("*.rscd"))
@@ -62,13 +59,16 @@ def test_every_code_of_supervisors_has_a_faulty_model() -> None:
 
 @pytest.mark.parametrize("code", SUPERVISED)
 def test_output_is_exact_when_a_supervisor_is_generated(
-    code: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    code: str,
+    kept: Kept,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(FOLDER / "supervised")
     arguments = ["generate", f"{code}.rscd", "--output", str(tmp_path), "--mode"]
     assert main([*arguments, "controller"]) == 0
     capsys.readouterr()
     assert main([*arguments, "supervisor"]) == 1
-    expected = (FOLDER / "supervised" / f"{code}.txt").read_text(encoding="utf-8")
-    assert capsys.readouterr().err == expected
+    kept.text(FOLDER / "supervised" / f"{code}.txt", capsys.readouterr().err)
     assert [path.name for path in tmp_path.iterdir()] == ["cart_controller"]

@@ -1,7 +1,6 @@
 """Every diagnostic that needs the state space has a model that shows it, with its exact output.
 
-To see the output of a changed message: run ``check`` on the model in ``faulty``, read it, and put
-it into the .txt file.
+``./dev renew`` writes the outputs anew after a wanted change; read what ``git diff`` then shows.
 """
 
 from __future__ import annotations
@@ -9,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from kept import Kept
 
 from robosc.codes import CODES
 from robosc.errors import render_all
@@ -30,9 +30,9 @@ def shown(code: str) -> str:
 
 
 @pytest.mark.parametrize("code", MODELS)
-def test_output_is_exact(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_output_is_exact(code: str, kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(FOLDER)
-    assert shown(code) == Path(f"{code}.txt").read_text(encoding="utf-8")
+    kept.text(FOLDER / f"{code}.txt", shown(code))
 
 
 def test_every_code_of_the_plant_has_a_faulty_model() -> None:
