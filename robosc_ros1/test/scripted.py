@@ -191,7 +191,7 @@ def drawn(name: str) -> Script:
     chance = random.Random(SEED)
     engine.begin()
     engine.cycle()
-    at_first = {topic: len(sent) for topic, sent in port.sent.items()}, engine.journal.number
+    at_first = {topic: len(sent) for topic, sent in port.sent.items()}, engine.recorder.number
     steps = []
     while len(steps) < STEPS:
         communication, kind = _chosen(robot, port, chance)
@@ -204,9 +204,9 @@ def drawn(name: str) -> Script:
             token = port.pending[key] if kind == "feedback" else port.pending.pop(key)
             engine.report(key, token, kind, "aborted" if kind == "error" else _object(message))
         engine.cycle()
-        happened = engine.journal.number, dict(port.requests), dict(port.cancels)
+        happened = engine.recorder.number, dict(port.requests), dict(port.cancels)
         steps.append(Step(called, kind, message, *happened))
-    events = [_told(json.loads(dump(event_document(e)))) for e in engine.journal.take()]
+    events = [_told(json.loads(dump(event_document(e)))) for e in engine.recorder.take()]
     _demand_coverage(robot, {(e["kind"], e["name"]) for e, told in events if told == "applied"})
     return Script(robot, steps, events, port.sent, *at_first)
 

@@ -15,9 +15,9 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from rospy.msg import AnyMsg
 from std_msgs.msg import String
 
-from ._runtime.recognise import choices_of
+from ._runtime.matching import command_patterns
 from .ros import QUEUE, RosPort
-from .ros_calls import FAILURES, RESULT_PATIENCE, fill
+from .ros_calls import FAILURES, RESULT_TIMEOUT, fill
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
@@ -59,26 +59,26 @@ def maker(message_type):
 class RelayPort(RosPort):
     """Both sides of one supervisor. The tables are those of ``node.py``."""
 
-    def __init__(self, inputs, commands, services, actions, life):
+    def __init__(self, inputs, commands, services, actions, lifecycle):
         publications = [(name, type_, [c[0] for c in table]) for _, name, type_, table in commands]
         calls = [(robot, type_, key) for _, robot, type_, key in services]
-        RosPort.__init__(self, publications, calls, (), life)
+        RosPort.__init__(self, publications, calls, (), lifecycle)
         self._inputs = inputs
         self._commands = commands
         self._served = services
         self._actions = {key: ActionRelay(*rest, key) for *rest, key in actions}
         self._blocked = rospy.Publisher("~blocked", String, queue_size=1000)
 
-    def connect(self, guard, _=()):
-        RosPort.connect(self, guard, ())
+    def connect(self, engine, _=()):
+        RosPort.connect(self, engine, ())
         for robot, controller, type_, keys in self._inputs:
-            self._relay_input(guard, robot, controller, type_, keys)
+            self._relay_input(engine, robot, controller, type_, keys)
         for controller, _, type_, table in self._commands:
-            self._relay_command(guard, controller, type_, choices_of(table, maker(type_)))
+            self._relay_command(engine, controller, type_, command_patterns(table, maker(type_)))
         for controller, _, type_, key in self._served:
-            rospy.Service(controller, type_, _serving(guard, type_, key))
+            rospy.Service(controller, type_, _serving(engine, type_, key))
         for action in self._actions.values():
-            action.connect(guard)
+            action.connect(engine)
 
     def send(self, key, data):
         if isinstance(data, AnyMsg):
@@ -89,20 +89,20 @@ class RelayPort(RosPort):
     def blocked(self, text):
         self._blocked.publish(text)
 
-    def _relay_input(self, guard, robot, controller, type_, keys):
+    def _relay_input(self, engine, robot, controller, type_, keys):
         onward = rospy.Publisher(controller, type_, queue_size=INPUT_QUEUE, tcp_nodelay=True)
 
         def heard(raw):
             if raw._connection_header.get("latching") == "1" and not onward.impl.is_latch:
                 onward.impl.enable_latch()  # a controller that comes later gets it, too
-            guard.follow(keys, read(raw, type_), lambda: onward.publish(passed_on(raw)))
+            engine.follow(keys, read(raw, type_), lambda: onward.publish(passed_on(raw)))
 
         self._subscribe(robot, type_, heard)
 
-    def _relay_command(self, guard, controller, type_, choices):
+    def _relay_command(self, engine, controller, type_, patterns):
         def heard(raw):
-            message = read(raw, type_) if len(choices) > 1 else None
-            guard.offer(controller, choices, message, passed_on(raw))
+            message = read(raw, type_) if len(patterns) > 1 else None
+            engine.offer(controller, patterns, message, passed_on(raw))
 
         self._subscribe(controller, type_, heard)
 
@@ -111,7 +111,7 @@ class RelayPort(RosPort):
         self._subscribers.append(subscriber)
 
 
-def _serving(guard, type_, key):
+def _serving(engine, type_, key):
     """What serves the controller's calls, each in a thread of rospy's."""
 
     def serve(request):
@@ -123,7 +123,7 @@ def _serving(guard, type_, key):
                 answers.append((kind, payload))
                 ended.set()
 
-        guard.request(key, request, answer)
+        engine.request(key, request, answer)
         while not ended.wait(0.2):
             if rospy.is_shutdown():
                 raise rospy.ServiceException("the supervisor ends")
@@ -138,9 +138,9 @@ def _serving(guard, type_, key):
 
 
 class ActionRelay:
-    """One action: the robot's server, shown to the controller, its goals let pass by the guard.
+    """One action: the robot's server, shown to the controller, its goals let pass by the engine.
 
-    The guard follows one goal at a time. What the topics bring about other goals is relayed too.
+    The engine follows one goal at a time. What the topics bring about other goals is relayed too.
     """
 
     def __init__(self, controller, robot, type_, key):
@@ -165,7 +165,7 @@ class ActionRelay:
         self._from_robot = []
         self._from_controller = []
 
-    def connect(self, guard):
+    def connect(self, engine):
         def goal(raw):
             message = read(raw, self._goal_type)
 
@@ -173,13 +173,13 @@ class ActionRelay:
                 if kind in ("blocked", "error"):
                     self._refuse(message, kind, payload)
 
-            guard.request(self._key, (message.goal_id.id, passed_on(raw)), answer)
+            engine.request(self._key, (message.goal_id.id, passed_on(raw)), answer)
 
         def cancel(raw):
             message = read(raw, GoalID)
             if message.id in ("", self._goal_id):
                 self._cancelled = True
-                guard.withdraw(self._key)
+                engine.withdraw(self._key)
             self._send_cancel.publish(passed_on(raw))
 
         self._from_controller = [
@@ -259,7 +259,7 @@ class ActionRelay:
                 self._token = None
             elif found and found[0] != GoalStatus.PENDING:
                 self._ended = self._ended or self._heard
-                if self._heard - self._ended > RESULT_PATIENCE:
+                if self._heard - self._ended > RESULT_TIMEOUT:
                     self.report(self._token, "error", "it ended, but its result did not arrive")
                     self._token = None
 

@@ -31,9 +31,9 @@ _LOGGERS = {
 }
 
 
-class Life:
-    """That of the process: it ends in time, whatever rospy waits for at its shutdown, such as a
-    master that stands still or was never there."""
+class NodeLifecycle:
+    """The lifecycle of the process: it ends in time, whatever rospy waits for at its shutdown, such
+    as a master that stands still or was never there."""
 
     def __init__(self):
         self.code = 0
@@ -66,7 +66,7 @@ class RosPort(Port):
     communications on them, services and actions with their type and key.
     """
 
-    def __init__(self, publications, services, actions, life):
+    def __init__(self, publications, services, actions, lifecycle):
         self._simulated = bool(rospy.get_param("/use_sim_time", False))
         self._publishers = {}
         for topic, message_type, keys in publications:
@@ -77,7 +77,7 @@ class RosPort(Port):
         self._actions = {key: Action(name, type_) for name, type_, key in actions}
         self._subscribers = []
         self._engine = None
-        self._life = life
+        self._lifecycle = lifecycle
         self._logged = SimpleQueue()
         threading.Thread(target=self._write_log, name="log", daemon=True).start()
 
@@ -95,7 +95,7 @@ class RosPort(Port):
             wake = engine.wake
             self._subscribers.append(rospy.Subscriber("/clock", Clock, lambda _: wake()))
 
-    def await_subscribers(self, patience=1.0):
+    def await_subscribers(self, timeout=1.0):
         """Wait until who listens already is connected, so that the first commands are not lost.
 
         Only at the start, and not for long: a subscriber that comes later gets what is sent then.
@@ -105,7 +105,7 @@ class RosPort(Port):
         except Exception:
             return  # the master will be missed elsewhere
         counts = {topic: len(nodes) for topic, nodes in subscribers}
-        end = time.monotonic() + patience
+        end = time.monotonic() + timeout
         for publisher, _ in self._publishers.values():
             wanted = counts.get(publisher.resolved_name, 0)
             while publisher.get_num_connections() < wanted and time.monotonic() < end:
@@ -135,10 +135,10 @@ class RosPort(Port):
     def silence(self, key):
         return self._actions[key].silence()
 
-    def finish(self, key, patience):
+    def finish(self, key, timeout):
         """At the end: wait until the calls of a service are over, but not for long."""
         service = self._services.get(key)
-        end = time.monotonic() + patience
+        end = time.monotonic() + timeout
         while service is not None and service.is_busy() and time.monotonic() < end:
             time.sleep(0.01)
 
@@ -153,7 +153,7 @@ class RosPort(Port):
 
     def exit(self, code):
         # Not in this thread: the shutdown waits for it.
-        threading.Thread(target=self._life.end, args=(code,), daemon=True).start()
+        threading.Thread(target=self._lifecycle.end, args=(code,), daemon=True).start()
 
 
 def _fan_out(posters):

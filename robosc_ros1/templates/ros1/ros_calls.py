@@ -21,7 +21,7 @@ from rospy.impl.tcpros_base import TCPROSTransport
 from ._runtime.values import only_field
 from .ros_watch import Refused, ask
 
-RESULT_PATIENCE = 2.0
+RESULT_TIMEOUT = 2.0
 """Seconds from a goal's end, as its status tells it, until its result counts as lost."""
 HUNG_CALLS = 8
 """While so many calls of one service have not returned, further requests end at once as errors."""
@@ -241,25 +241,27 @@ class Action:
             if self._cancelled:
                 self.report(token, "error", "cancelled before it was sent")
                 return
-            tale = _Tale(token, self.report)
+            tracker = _GoalTracker(token, self.report)
             _forget_goals(self._client.manager)
             with clean(self._client.pub_goal):
-                self._handle = self._client.send_goal(goal, tale.moves, tale.progresses)
+                self._handle = self._client.send_goal(
+                    goal, tracker.on_transition, tracker.on_feedback
+                )
 
 
-class _Tale:
-    """Reports what becomes of one goal."""
+class _GoalTracker:
+    """Tracks one goal and reports what becomes of it."""
 
     def __init__(self, token, report):
         self._token = token
         self._report = report
         self._accepted = False
-        self._patience = None
+        self._timer = None
 
-    def progresses(self, _, feedback):
+    def on_feedback(self, _, feedback):
         self._report(self._token, "feedback", feedback)
 
-    def moves(self, handle):
+    def on_transition(self, handle):
         state = handle.get_comm_state()
         if state == actionlib.CommState.ACTIVE and not self._accepted:
             self._accepted = True
@@ -267,12 +269,12 @@ class _Tale:
         elif state == actionlib.CommState.WAITING_FOR_RESULT:
             # A server that just came may have sent the result before anybody was connected to it.
             missed = (self._token, "error", "it ended, but its result did not arrive")
-            self._patience = threading.Timer(RESULT_PATIENCE, self._report, missed)
-            self._patience.daemon = True
-            self._patience.start()
+            self._timer = threading.Timer(RESULT_TIMEOUT, self._report, missed)
+            self._timer.daemon = True
+            self._timer.start()
         elif state == actionlib.CommState.DONE:
-            if self._patience is not None:
-                self._patience.cancel()
+            if self._timer is not None:
+                self._timer.cancel()
             self._end(handle)
 
     def _end(self, handle):

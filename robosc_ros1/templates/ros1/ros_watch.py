@@ -14,13 +14,13 @@ import rosgraph
 import rospy
 from rospy.impl.registration import Registration, get_registration_listeners
 
-from ._runtime.journal import Throttle
+from ._runtime.recorder import Throttle
 
 PERIOD = 1.0
 """Seconds from one look at the master to the next."""
 NEIGHBOURS = 3
 """At each of so many looks, the neighbours are looked at, too."""
-PATIENCE = 2.0
+ANSWER_TIMEOUT = 2.0
 """Seconds to wait for the answer of a master or a node, which may stand still."""
 
 
@@ -31,7 +31,7 @@ class Refused(Exception):
 class _Transport(xmlrpc.client.Transport):
     def make_connection(self, host):
         connection = super().make_connection(host)
-        connection.timeout = PATIENCE
+        connection.timeout = ANSWER_TIMEOUT
         return connection
 
 

@@ -14,10 +14,10 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.task import Future
 from std_msgs.msg import String
 
-from ._runtime.recognise import choices_of
+from ._runtime.matching import command_patterns
 from .ros import Action, RosPort
 from .ros_messages import fill, plain, sendable
-from .ros_parameters import quality
+from .ros_parameters import qos_profile
 
 
 def read(data, message_type):
@@ -40,23 +40,23 @@ class RelayPort(RosPort):
         self._commands = commands
         self._served = services
         self._actions = {
-            key: ActionRelay(node, self.courier, controller, robot, type_, key)
+            key: ActionRelay(node, self.executor_thread, controller, robot, type_, key)
             for controller, robot, type_, key in actions
         }
-        self._blocked = node.create_publisher(String, "~/blocked", quality("reliable", 1000))
+        self._blocked = node.create_publisher(String, "~/blocked", qos_profile("reliable", 1000))
 
-    def connect(self, guard, _=()):
+    def connect(self, engine, _=()):
         for robot, controller, type_, keys in self._inputs:
-            self._relay_input(guard, robot, controller, type_, keys)
+            self._relay_input(engine, robot, controller, type_, keys)
         for controller, _, type_, table in self._commands:
-            self._relay_command(guard, controller, type_, table)
+            self._relay_command(engine, controller, type_, table)
         group = ReentrantCallbackGroup()
         for controller, _, type_, key in self._served:
-            serve = _serving(guard, self.courier, key)
+            serve = _serving(engine, self.executor_thread, key)
             self._node.create_service(type_, controller, serve, callback_group=group)
         for action in self._actions.values():
-            action.connect(guard)
-        RosPort.connect(self, guard, ())
+            action.connect(engine)
+        RosPort.connect(self, engine, ())
 
     def send(self, key, data):
         if isinstance(data, bytes):
@@ -67,30 +67,30 @@ class RelayPort(RosPort):
     def blocked(self, text):
         self._blocked.publish(String(data=text))
 
-    def _relay_input(self, guard, robot, controller, type_, keys):
+    def _relay_input(self, engine, robot, controller, type_, keys):
         # The first message's quality holds for the topic; the controller gets it reliably.
         profile = self._profiles[keys[0]]
         durability = profile.durability.name.lower()
-        onward = quality("reliable", profile.depth, durability)
+        onward = qos_profile("reliable", profile.depth, durability)
         publish = self._node.create_publisher(type_, controller, onward).publish
 
         def heard(data):
-            guard.follow(keys, read(data, type_), lambda: publish(data))
+            engine.follow(keys, read(data, type_), lambda: publish(data))
 
         self._node.create_subscription(type_, robot, heard, profile, raw=True)
 
-    def _relay_command(self, guard, controller, type_, table):
-        choices = choices_of(table, maker(type_))
+    def _relay_command(self, engine, controller, type_, table):
+        patterns = command_patterns(table, maker(type_))
 
         def heard(data):
-            message = read(data, type_) if len(choices) > 1 else None
-            guard.offer(controller, choices, message, data)
+            message = read(data, type_) if len(patterns) > 1 else None
+            engine.offer(controller, patterns, message, data)
 
         profile = self._profiles[table[0][0]]
         self._node.create_subscription(type_, controller, heard, profile, raw=True)
 
 
-def _serving(guard, courier, key):
+def _serving(engine, executor_thread, key):
     """What serves the controller's calls: it waits without holding up anything."""
 
     async def serve(request, response):
@@ -98,32 +98,32 @@ def _serving(guard, courier, key):
 
         def answer(kind, payload):
             if kind == "response":
-                courier.do(lambda: ended.set_result(sendable(payload)))
+                executor_thread.do(lambda: ended.set_result(sendable(payload)))
             elif kind != "passed":
-                courier.do(lambda: ended.set_result(response))
+                executor_thread.do(lambda: ended.set_result(response))
 
-        guard.request(key, request, answer)
+        engine.request(key, request, answer)
         return await ended
 
     return serve
 
 
 class ActionRelay(Action):
-    """One action: the robot's server, shown to the controller, its goals let pass by the guard.
+    """One action: the robot's server, shown to the controller, its goals let pass by the engine.
 
-    A goal is accepted when the guard lets it pass, and sent to the robot under the same id when it
+    A goal is accepted when the engine lets it pass, and sent to the robot under the same id when it
     is executed; what comes of it there is what comes of it here.
     """
 
-    def __init__(self, node, courier, controller, robot, type_, key):
-        Action.__init__(self, node, courier, robot, type_)
+    def __init__(self, node, executor_thread, controller, robot, type_, key):
+        Action.__init__(self, node, executor_thread, robot, type_)
         self._key = key
         self._name = controller
-        self._guard = None
+        self._engine = None
         self._passed = {}  # goals that are about to be executed, by their request
 
-    def connect(self, guard):
-        self._guard = guard
+    def connect(self, engine):
+        self._engine = engine
         self._server = ActionServer(
             self._node,
             self._type,
@@ -141,15 +141,15 @@ class ActionRelay(Action):
 
         def answer(kind, _):
             if kind in ("passed", "blocked"):
-                self._courier.do(lambda: decided.set_result(kind == "passed"))
+                self._executor_thread.do(lambda: decided.set_result(kind == "passed"))
             elif kind == "error":
-                self._courier.do(lambda: self._give_up(request))
+                self._executor_thread.do(lambda: self._give_up(request))
 
-        self._guard.request(self._key, request, answer)
+        self._engine.request(self._key, request, answer)
         return GoalResponse.ACCEPT if await decided else GoalResponse.REJECT
 
     def _cancel_asked(self, _):
-        self._guard.withdraw(self._key)
+        self._engine.withdraw(self._key)
         return CancelResponse.ACCEPT
 
     async def _execute(self, onward):

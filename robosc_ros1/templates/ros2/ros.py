@@ -18,9 +18,9 @@ from std_msgs.msg import String
 
 from ._runtime.port import Port
 from ._runtime.report import Outlet
-from .ros_courier import Courier
+from .ros_executor import ExecutorThread
 from .ros_messages import fill, has_oddities, plain
-from .ros_parameters import quality
+from .ros_parameters import qos_profile
 from .ros_watch import Watch
 
 try:
@@ -61,16 +61,16 @@ class RosPort(Port):
         self._simulated = node.get_parameter("use_sim_time").value is True
         self._logger = node.get_logger()
         self._profiles = profiles
-        self.courier = Courier(node)
+        self.executor_thread = ExecutorThread(node)
         self._publishers = {}
         for topic, message_type, keys in publications:
             publisher = node.create_publisher(message_type, topic, profiles[keys[0]])
             self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
         self._services = {
-            key: _Service(node, self.courier, name, type_) for name, type_, key in services
+            key: _Service(node, self.executor_thread, name, type_) for name, type_, key in services
         }
         self._actions = {
-            key: Action(node, self.courier, name, type_) for name, type_, key in actions
+            key: Action(node, self.executor_thread, name, type_) for name, type_, key in actions
         }
         self.exit_code = 0
         self.on_exit = None
@@ -87,14 +87,14 @@ class RosPort(Port):
             self._jumps = self._node.get_clock().create_jump_callback(
                 EVERY_STEP, post_callback=lambda _: engine.wake()
             )
-        self.courier.start()
+        self.executor_thread.start()
 
-    def await_subscribers(self, patience=0.5):
+    def await_subscribers(self, timeout=0.5):
         """Wait until each topic has a subscriber, so that the first commands are not lost.
 
         Only at the start, and not for long: a subscriber that comes later gets what is sent then.
         """
-        end = time.monotonic() + patience
+        end = time.monotonic() + timeout
         for publisher, _ in self._publishers.values():
             while not publisher.get_subscription_count() and time.monotonic() < end:
                 time.sleep(0.005)
@@ -103,12 +103,12 @@ class RosPort(Port):
         """Let what is to be sent leave, goals be cancelled, and the executor's thread end."""
         end = time.monotonic() + timeout
         callers = list(self._services.values()) + list(self._actions.values())
-        self.courier.settle(lambda: not any(c.is_busy() for c in callers), timeout / 2)
+        self.executor_thread.flush(lambda: not any(c.is_busy() for c in callers), timeout / 2)
         for publisher in {id(p): p for p, _ in self._publishers.values()}.values():
             left = end - time.monotonic()
             if left > 0 and publisher.get_subscription_count():
                 publisher.wait_for_all_acked(Duration(seconds=min(left, timeout / 4)))
-        self.courier.end(max(0.1, end - time.monotonic()))
+        self.executor_thread.end(max(0.1, end - time.monotonic()))
 
     def now(self):
         if self._simulated:
@@ -185,9 +185,9 @@ def _report(engine, key, token, kind, payload=None):
 class _Service:
     """Calls of one service, at most one of them of interest to the engine."""
 
-    def __init__(self, node, courier, name, type_):
+    def __init__(self, node, executor_thread, name, type_):
         self.report = None
-        self._courier = courier
+        self._executor_thread = executor_thread
         self._type = type_
         self._client = node.create_client(type_, name)
         # Touched by the executor's thread only.
@@ -196,10 +196,10 @@ class _Service:
 
     def call(self, data, token):
         request = fill(self._type.Request(), data)
-        self._courier.do(lambda: self._begin(request, token))
+        self._executor_thread.do(lambda: self._begin(request, token))
 
     def abandon(self, token):
-        self._courier.do(lambda: self._abandon(token))
+        self._executor_thread.do(lambda: self._abandon(token))
 
     def is_busy(self):
         """Whether a server that is there has not answered yet."""
@@ -208,7 +208,7 @@ class _Service:
     def _begin(self, request, token):
         self._token = token
         if not self._try(request, token):
-            self._courier.poll(self, lambda: self._try(request, token))
+            self._executor_thread.poll(self, lambda: self._try(request, token))
 
     def _try(self, request, token):
         """Send the request if the server is there; whether there is nothing more to try."""
@@ -240,13 +240,13 @@ class _Service:
 class Action:
     """Goals of one action, at most one of them of interest to the engine."""
 
-    def __init__(self, node, courier, name, type_):
+    def __init__(self, node, executor_thread, name, type_):
         self.report = None
         self._node = node
-        self._courier = courier
+        self._executor_thread = executor_thread
         self._type = type_
         self._client = ActionClient(
-            node, type_, name, feedback_sub_qos_profile=quality("reliable", FEEDBACK)
+            node, type_, name, feedback_sub_qos_profile=qos_profile("reliable", FEEDBACK)
         )
         self._status = name + "/_action/status"
         self._goals = {}  # by token; touched by the executor's thread only
@@ -255,13 +255,13 @@ class Action:
     def start(self, data, token):
         goal = Goal(token, fill(self._type.Goal(), data))
         self._heard = time.monotonic()
-        self._courier.do(lambda: self._begin(goal))
+        self._executor_thread.do(lambda: self._begin(goal))
 
     def cancel(self, token):
-        self._courier.do(lambda: self._cancel(token))
+        self._executor_thread.do(lambda: self._cancel(token))
 
     def abandon(self, token):
-        self._courier.do(lambda: self._abandon(token))
+        self._executor_thread.do(lambda: self._abandon(token))
 
     def silence(self):
         return time.monotonic() - self._heard
@@ -282,7 +282,7 @@ class Action:
 
     def _send(self, goal):
         if not self._try(goal):
-            self._courier.poll((self, goal.token), lambda: self._try(goal))
+            self._executor_thread.poll((self, goal.token), lambda: self._try(goal))
 
     def _try(self, goal):
         """Send the goal if the server is there; whether there is nothing more to try."""
@@ -313,7 +313,7 @@ class Action:
             self._send_cancel(goal)
         goal.servers = self._servers()
         self._heard = time.monotonic()
-        self._courier.poll((self, goal.token), lambda: self._watch(goal), WATCH)
+        self._executor_thread.poll((self, goal.token), lambda: self._watch(goal), WATCH)
 
     def _ask(self, goal):
         future = goal.handle.get_result_async()
@@ -400,21 +400,21 @@ class RosOutlet(Outlet):
     """The node's own topics."""
 
     def __init__(self, node, model, publish_events, legacy_topic):
-        latched = quality("reliable", 1, "transient_local")
+        latched = qos_profile("reliable", 1, "transient_local")
         self._node = node
         self._watch = Watch(node)
         self._state = node.create_publisher(String, "~/state", latched)
         self._model = node.create_publisher(String, "~/model", latched)
         self._events = None
         if publish_events:
-            self._events = node.create_publisher(String, "~/events", quality("reliable", 10000))
+            self._events = node.create_publisher(String, "~/events", qos_profile("reliable", 10000))
         self._legacy = None
         if legacy_topic:
             self._legacy = node.create_publisher(String, legacy_topic, latched)
         self._diagnostics = None
         if DiagnosticArray is not None:
             self._diagnostics = node.create_publisher(
-                DiagnosticArray, "/diagnostics", quality("reliable", 10)
+                DiagnosticArray, "/diagnostics", qos_profile("reliable", 10)
             )
         self._model.publish(String(data=model))
 

@@ -4,13 +4,13 @@
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-from ._runtime.quality import QUALITIES, quality_name, quality_parameters, shared
+from ._runtime.qos import POLICIES, qos_parameter_name, qos_parameters, shared
 from ._runtime.settings import ParameterError, declared, read
 
 _IGNORED = ("start_type_description_service", "qos_overrides")
 
 
-def quality(reliability, depth, durability="volatile"):
+def qos_profile(reliability, depth, durability="volatile"):
     """A profile that keeps the last ``depth`` messages."""
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
@@ -32,7 +32,7 @@ def configured(node, communications, topics):
     its start and not later; it was made to declare whatever is given, so that a wrong type can be
     told in the same words as everything else.
     """
-    more = quality_parameters(communications)
+    more = qos_parameters(communications)
     given = shared(communications, _given(node), topics, spelled)
     settings, warnings = read(communications, given, more, spelled)
     for parameter in declared(communications) + more:
@@ -46,7 +46,7 @@ def configured(node, communications, topics):
             value = given.get(parameter.name, parameter.default)
             node.declare_parameter(name, value, descriptor)
     profiles = {
-        c.key: quality(**{q: settings.more[quality_name(c, q)] for q in QUALITIES})
+        c.key: qos_profile(**{q: settings.more[qos_parameter_name(c, q)] for q in POLICIES})
         for c in communications
         if c.sort in ("incoming", "outgoing")
     }

@@ -10,7 +10,7 @@ import time
 
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from ._runtime.journal import Throttle
+from ._runtime.recorder import Throttle
 
 PERIOD = 3.0
 """Seconds from one look at the graph to the next."""

@@ -75,7 +75,7 @@ def main(arguments: list[str] | None = None) -> int:
         parts_memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         if len(parts) == 3:
             early = parts_memory
-    counters = engine.journal.counters
+    counters = engine.recorder.counters
     print(f"engine, line follower, {counters['inputs']} inputs, {counters['commands']} commands")
     print(
         f"  per input {min(parts):.1f} to {max(parts):.1f} us of processor time  (at most {LIMIT:g})"
@@ -111,7 +111,7 @@ def drive(engine: Engine, port: NullPort, inputs: list[tuple[str, Message]], cou
             engine.report(key, token, "response" if number % 30 else "error", None)
         engine.cycle()
         if number % 1000 == 0:
-            engine.journal.take()  # as a reporter does, some times per second
+            engine.recorder.take()  # as a reporter does, some times per second
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from emit.generated_code import supervisor_of
 from robosc import pipeline
 from robosc.emit import ros1_supervisor, ros2_supervisor
 from robosc.emit.config import Config
-from robosc.emit.guarding import Recognition, recognitions
+from robosc.emit.guarding import CommandMatch, command_matches
 from robosc.errors import ModelError, UsageError
 
 MODEL = """
@@ -43,19 +43,19 @@ TURN = "provide turn with { linear: { x: Sensor.wanted }, angular: { z: 1.0 } }"
 STOP = "provide stop with { linear: { x: 0.0 }, angular: { z: 0.0 } }"
 
 
-def found(*provides: str) -> dict[tuple[str, str], tuple[Recognition, ...]]:
-    return recognitions(supervisor_of(MODEL % "\n".join(provides)).plant.robot)
+def found(*provides: str) -> dict[tuple[str, str], tuple[CommandMatch, ...]]:
+    return command_matches(supervisor_of(MODEL % "\n".join(provides)).plant.robot)
 
 
 def test_a_topic_with_one_command_needs_nothing() -> None:
-    assert found(DRIVE, TURN, STOP)["horn", "std_msgs/Empty"] == (Recognition("Motor.horn"),)
+    assert found(DRIVE, TURN, STOP)["horn", "std_msgs/Empty"] == (CommandMatch("Motor.horn"),)
 
 
 def test_constant_data_are_known_exactly_and_others_by_a_field() -> None:
     assert found(DRIVE, TURN, STOP)[VEL] == (
-        Recognition("Motor.stop", exact=({"linear": {"x": 0.0}, "angular": {"z": 0.0}},)),
-        Recognition("Motor.drive", field=(("angular", "z"), (0.0,))),
-        Recognition("Motor.turn", field=(("angular", "z"), (1.0,))),
+        CommandMatch("Motor.stop", exact=({"linear": {"x": 0.0}, "angular": {"z": 0.0}},)),
+        CommandMatch("Motor.drive", field=(("angular", "z"), (0.0,))),
+        CommandMatch("Motor.turn", field=(("angular", "z"), (1.0,))),
     )
 
 
@@ -70,12 +70,10 @@ def test_exact_data_go_first_in_the_node() -> None:
 
 def test_one_command_may_mean_all_the_rest() -> None:
     turn = "provide turn with { angular: { z: 1.0 } } if Sensor.on provide turn with {}"
-    recognised = {
-        r.key: r for r in found(DRIVE, turn, "provide stop with { linear: { x: -1 } }")[VEL]
-    }
-    assert recognised["Motor.drive"] == Recognition("Motor.drive")
-    assert recognised["Motor.turn"].exact == ({"angular": {"z": 1.0}}, {})
-    assert recognised["Motor.stop"].exact == ({"linear": {"x": -1}},)
+    matches = {r.key: r for r in found(DRIVE, turn, "provide stop with { linear: { x: -1 } }")[VEL]}
+    assert matches["Motor.drive"] == CommandMatch("Motor.drive")
+    assert matches["Motor.turn"].exact == ({"angular": {"z": 1.0}}, {})
+    assert matches["Motor.stop"].exact == ({"linear": {"x": -1}},)
 
 
 @pytest.mark.parametrize(
@@ -135,7 +133,7 @@ def test_numbers_without_end_and_no_numbers() -> None:
     turn = "provide turn with { linear: { x: 0.0 / 0.0 } }"
     drive = 'incoming message drive with identifier: "/vel", type: Twist links twist'
     supervisor = supervisor_of((MODEL % f"{stop} {turn}").replace(drive, ""))
-    recognised = {r.key: r for r in recognitions(supervisor.plant.robot)[VEL]}
-    assert recognised["Motor.turn"] == Recognition("Motor.turn")
+    matches = {r.key: r for r in command_matches(supervisor.plant.robot)[VEL]}
+    assert matches["Motor.turn"] == CommandMatch("Motor.turn")
     node = ros1_supervisor.emit(supervisor, "c").files["src/c/node.py"].content
     assert '{"linear": {"x": float("inf")}}' in node

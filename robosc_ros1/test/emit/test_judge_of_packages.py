@@ -155,7 +155,7 @@ def judged(
     judge = judging.Judge(robot, [(topic, None, keys) for topic, keys in topics.items()])
 
     def tell() -> None:
-        for entry in engine.journal.take():
+        for entry in engine.recorder.take():
             judge.on_event(SimpleNamespace(data=dump(event_document(entry))))
         judge.on_state(SimpleNamespace(data=dump(state_document(engine.snapshot(), []))))
 

@@ -16,7 +16,7 @@ from robosc.emit import ros1, ros2
 from robosc.emit.config import Config, declared_communications
 from robosc.emit.package import Package
 from robosc.runtime import settings
-from robosc.runtime.quality import quality_parameters
+from robosc.runtime.qos import qos_parameters
 from robosc.supervisor import Supervisor
 
 EMITTERS = {"ros1": ros1.emit, "ros2": ros2.emit}
@@ -35,7 +35,7 @@ def gauntlet() -> Supervisor:
 
 def declared_by(supervisor: Supervisor, target: str) -> dict[str, settings.Parameter]:
     communications = declared_communications(supervisor.plant.robot)
-    more = quality_parameters(communications) if target == "ros2" else []
+    more = qos_parameters(communications) if target == "ros2" else []
     if target == "ros2":  # one for each topic
         more = [p for p in more if p.name.rpartition("/")[0] in topics_of(supervisor)]
     return {p.name: p for p in settings.declared(communications) + more}

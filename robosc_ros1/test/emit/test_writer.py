@@ -17,9 +17,9 @@ from pathlib import Path
 
 import pytest
 
+from robosc.emit.atomic_replacement import link_tree, rescue
 from robosc.emit.package import File, Package, frozen_files
 from robosc.emit.record import RECORD
-from robosc.emit.swap import link_tree, rescue
 from robosc.emit.writer import write
 from robosc.errors import UsageError
 

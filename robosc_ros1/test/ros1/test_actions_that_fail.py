@@ -170,7 +170,7 @@ def test_a_cancel_ends_the_goal_whatever_the_server_answers(
 def test_goals_of_a_controller_that_came_again_while_the_clock_stands(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:
-    """They are others than those of its former life, which the server still knows."""
+    """They are others than those of its former lifecycle, which the server still knows."""
     asked = []
     puppet.do("action", **RUN, mode="hold")
     with stage.simulated_time():

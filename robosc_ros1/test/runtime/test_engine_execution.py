@@ -43,7 +43,7 @@ class Played:
         """Let time pass as the engine's thread would: waking whenever the engine asks to."""
         end = self.port.time + seconds
         while True:
-            patience = self.engine.patience()
+            patience = self.engine.time_to_deadline()
             if patience is None or self.port.time + patience > end:
                 break
             self.port.time += patience
@@ -52,7 +52,7 @@ class Played:
         return self.port.take()
 
     def counter(self, name: str) -> int:
-        return self.engine.journal.counters[name]
+        return self.engine.recorder.counters[name]
 
 
 def test_what_is_allowed_at_first_is_sent_at_once() -> None:
@@ -168,7 +168,7 @@ def test_an_accepted_goal_has_its_own_deadline() -> None:
     played.wait(29.0)
     assert played.controller.arm_busy
     played.wait(1.1)
-    assert [e.detail for e in played.engine.journal.take() if e.name == "reach"][1] == (
+    assert [e.detail for e in played.engine.recorder.take() if e.name == "reach"][1] == (
         "deadline exceeded"
     )
 
@@ -182,7 +182,7 @@ def test_a_silent_server_is_lost() -> None:
     assert played.counter("errors") == 3  # the lamp alone, which nobody answers
     played.port.silent = 6.0
     played.wait(5.0)
-    lost = [e for e in played.engine.journal.take() if e.name == "reach" and e.kind == "error"]
+    lost = [e for e in played.engine.recorder.take() if e.name == "reach" and e.kind == "error"]
     assert lost[0].detail is not None
     assert lost[0].detail.startswith("server lost")
 
@@ -273,7 +273,7 @@ def test_a_call_that_cannot_be_started_is_a_request_and_an_error(key: str) -> No
     played.wait(0.95)
     ends = [
         (e.kind, e.detail)
-        for e in played.engine.journal.take()
+        for e in played.engine.recorder.take()
         if e.name == {LAMP: "light", ARM: "reach"}[key]
     ]
     assert ends == [("request", None), ("error", "ValueError: broken")] * 10
@@ -375,4 +375,4 @@ def test_a_deadline_in_a_thousand_centuries_is_waited_for() -> None:
     played.engine.close()
     thread.join(20)
     assert not thread.is_alive()
-    assert played.engine.patience() <= threading.TIMEOUT_MAX  # type: ignore[operator]
+    assert played.engine.time_to_deadline() <= threading.TIMEOUT_MAX  # type: ignore[operator]

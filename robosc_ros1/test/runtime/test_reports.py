@@ -55,7 +55,7 @@ class Heard(Outlet):
 
 
 def state_of(engine: Engine) -> dict[str, Any]:
-    entries = [event_document(e) for e in engine.journal.take()]
+    entries = [event_document(e) for e in engine.recorder.take()]
     document = json.loads(dump(state_document(engine.snapshot(), entries[-10:])))
     validate(document, "state")
     return document  # type: ignore[no-any-return]
@@ -104,9 +104,9 @@ def test_events_follow_their_schema_whatever_they_carry() -> None:
     engine.cycle()
     engine.stop("enough")
     engine.cycle()
-    latest = [event_document(e) for e in engine.journal._entries]
+    latest = [event_document(e) for e in engine.recorder._entries]
     dump(state_document(engine.snapshot(), latest[-10:]))  # fails if anything is not JSON
-    documents = [json.loads(dump(event_document(e))) for e in engine.journal.take()]
+    documents = [json.loads(dump(event_document(e))) for e in engine.recorder.take()]
     for document in documents:
         validate(document, "event")
     assert {d["outcome"] for d in documents} == {"applied", "mismatch", "stopped"}
@@ -135,8 +135,8 @@ def test_every_event_is_published_and_the_last_state_is_the_last() -> None:
         heard.wait(lambda: heard.states and heard.states[-1]["counters"]["inputs"] == 1000)
 
     engine = run_reporter(Settings(state_rate=1000.0), heard, play)
-    assert [d["number"] for d in heard.told] == list(range(1, engine.journal.number + 1))
-    assert heard.states[-1]["number"] == engine.journal.number
+    assert [d["number"] for d in heard.told] == list(range(1, engine.recorder.number + 1))
+    assert heard.states[-1]["number"] == engine.recorder.number
     assert heard.states[-1]["variables"]["Motor.speed"] == 5.0
 
 
@@ -231,7 +231,7 @@ def test_the_reporter_writes_the_log_and_tells_when_it_cannot(tmp_path: Path) ->
     engine = run_reporter(Settings(event_log=str(tmp_path / "log")), heard, play)
     lines = (tmp_path / "log").read_text(encoding="utf-8").splitlines()
     assert [json.loads(line)["number"] for line in lines] == list(
-        range(1, engine.journal.number + 1)
+        range(1, engine.recorder.number + 1)
     )
 
     def play_longer(engine: Engine) -> None:

@@ -22,7 +22,7 @@ from simulate.players import MODEL, SEVERAL_TYPES, line_follower, session
 
 from robosc.runtime.engine import Engine
 from robosc.runtime.eventlog import EventLog
-from robosc.runtime.journal import Entry
+from robosc.runtime.recorder import Entry
 from robosc.runtime.report import Outlet, Reporter, dump, event_document
 from robosc.runtime.settings import Settings
 from robosc.simulate.generated import make_controller
@@ -338,13 +338,13 @@ def test_a_log_that_the_running_engine_wrote(tmp_path: Path, supervisor: Supervi
         engine.post("DistanceSensor.distance", "response", SimpleNamespace(data=number % 7 / 10))
         engine.post("LineDetector.correction", "response", SimpleNamespace(data=number / 3))
         engine.post("LineDetector.correction", "response", SimpleNamespace(data=math.nan))
-    await_condition(lambda: engine.journal.counters["inputs"] >= 600, "all inputs")
+    await_condition(lambda: engine.recorder.counters["inputs"] >= 600, "all inputs")
     engine.close()
     thread.join()
     reporter.close(10)
     found = replay(supervisor, str(path))
     assert (found.departures, found.missing) == ((), ())
-    assert found.events == engine.journal.number > 600
+    assert found.events == engine.recorder.number > 600
 
 
 def test_a_stop_breaks_off_steps_that_never_end(tmp_path: Path) -> None:

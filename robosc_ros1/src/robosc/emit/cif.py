@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from robosc.emit.cif_expr import Context, Names, condition, in_range, initial, offset, update
-from robosc.emit.given import Values, assigned, holds
+from robosc.emit.partial_evaluation import Values, assigned, holds
 from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind, Requirement

@@ -18,7 +18,7 @@ from typing import Any
 from robosc.emit.controller import SORTS
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Kind, Robot
-from robosc.runtime import quality, settings
+from robosc.runtime import qos, settings
 from robosc.runtime.model import Communication as Declared
 
 __all__ = ["DEFAULTS", "Config", "declared_communications", "load_config", "shared_topics"]
@@ -64,9 +64,9 @@ class Config:
             UsageError: one has a wrong value or is unknown.
         """
         communications = declared_communications(robot)
-        more = quality.quality_parameters(communications)
+        more = qos.qos_parameters(communications)
         try:
-            given = quality.shared(communications, self.parameters, shared_topics(robot))
+            given = qos.shared(communications, self.parameters, shared_topics(robot))
             _, warnings = settings.read(communications, given, more)
         except settings.ParameterError as error:
             raise UsageError(str(error)) from error

@@ -8,7 +8,7 @@ from typing import Final, Literal, TypeAlias
 
 from robosc.emit.cif import cif_plant, cif_supervised
 from robosc.emit.dot import dot_text, svg_text
-from robosc.emit.interchange import export_document
+from robosc.emit.json_export import export_document
 from robosc.errors import EmptySupervisorError, StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.synthesis import Graph, explore, synthesize

@@ -19,14 +19,14 @@ from robosc.model.expr import Binary, Expr, Literal, Unary, walk
 from robosc.model.report import Report
 from robosc.model.types import Value
 
-__all__ = ["Recognition", "recognitions"]
+__all__ = ["CommandMatch", "command_matches"]
 
 Path = tuple[str, ...]
 Constants = Mapping[Path, Value]
 
 
 @dataclass(frozen=True)
-class Recognition:
+class CommandMatch:
     """How messages that mean one command are known.
 
     ``exact`` are the data of all of them, as the template writes them; ``field`` is the path of a
@@ -46,7 +46,7 @@ class _Provided:
     complete: bool
 
 
-def recognitions(robot: Robot) -> dict[tuple[str, str], tuple[Recognition, ...]]:
+def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, ...]]:
     """By topic and type (``package/Type``), in model order.
 
     Raises:
@@ -60,11 +60,11 @@ def recognitions(robot: Robot) -> dict[tuple[str, str], tuple[Recognition, ...]]
             binding = communication.binding
             place = (communication.identifier, f"{binding.package}/{binding.type}")
             topics.setdefault(place, []).append(communication)
-    found: dict[tuple[str, str], tuple[Recognition, ...]] = {}
+    found: dict[tuple[str, str], tuple[CommandMatch, ...]] = {}
     _check_directions(robot, report)
     for place, messages in topics.items():
         if len(messages) == 1:
-            found[place] = (Recognition(messages[0].key),)
+            found[place] = (CommandMatch(messages[0].key),)
         else:
             found[place] = tuple(_told_apart(messages, robot, report))
     if report.has_errors:
@@ -89,7 +89,7 @@ def _check_directions(robot: Robot, report: Report) -> None:
 
 def _told_apart(
     messages: Sequence[Communication], robot: Robot, report: Report
-) -> Iterator[Recognition]:
+) -> Iterator[CommandMatch]:
     provided = {m.key: list(_provided(m, robot)) for m in messages}
     exact = [m for m in messages if provided[m.key] and all(p.complete for p in provided[m.key])]
     others = [m for m in messages if m not in exact]
@@ -100,9 +100,9 @@ def _told_apart(
             other = seen.setdefault(content, message)
             if other is not message:
                 _refuse(message, other, "they can carry the same data", robot, report)
-        yield Recognition(message.key, exact=tuple(_nested(p) for p in provided[message.key]))
+        yield CommandMatch(message.key, exact=tuple(_nested(p) for p in provided[message.key]))
     if len(others) == 1:
-        yield Recognition(others[0].key)
+        yield CommandMatch(others[0].key)
     elif others:
         yield from _by_field(others, provided, robot, report)
 
@@ -112,7 +112,7 @@ def _by_field(
     provided: Mapping[str, list[_Provided]],
     robot: Robot,
     report: Report,
-) -> Iterator[Recognition]:
+) -> Iterator[CommandMatch]:
     """Messages with changing data, by a field that is constant in all of them."""
     for path in dict.fromkeys(
         p for m in messages for part in provided[m.key] for p in part.constants
@@ -122,7 +122,7 @@ def _by_field(
         if None not in every and all(values.values()) and len(set(every)) == len(every):
             for message in messages:
                 kept = dict.fromkeys(part.constants[path] for part in provided[message.key])
-                yield Recognition(message.key, field=(path, tuple(kept)))
+                yield CommandMatch(message.key, field=(path, tuple(kept)))
             return
     reason = "no field has constant values in the data of each that differ"
     _refuse(messages[1], messages[0], reason, robot, report)

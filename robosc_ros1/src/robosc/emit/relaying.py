@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 from robosc.emit.common import PackageContext, TopicView
 from robosc.emit.config import Config
-from robosc.emit.guarding import Recognition, recognitions
+from robosc.emit.guarding import CommandMatch, command_matches
 from robosc.emit.python import literal
 from robosc.errors import UsageError
 from robosc.model.entities import EventKind
@@ -74,11 +74,11 @@ def relay_context(
     ``action_parts`` are the names below an action's own, which are remapped one by one.
 
     Raises:
-        ModelError: see :func:`.guarding.recognitions`.
+        ModelError: see :func:`.guarding.command_matches`.
         UsageError: the configuration's section about the supervisor has a wrong key.
     """
     robot = supervisor.plant.robot
-    means = {r.key: r for found in recognitions(robot).values() for r in found}
+    means = {r.key: r for found in command_matches(robot).values() for r in found}
     known = {f.name: getattr(base, f.name) for f in fields(base)}
     known["title"] = "Supervisor"
     known["parameters"] = tuple(p for p in base.parameters if p.name not in _IDLE)
@@ -121,12 +121,12 @@ def _restricted(supervisor: Supervisor) -> tuple[str, ...]:
     return tuple(g.event.key for g in guards if g.event.kind is EventKind.REQUEST)
 
 
-def _in_order(found: list[Recognition]) -> list[Recognition]:
+def _in_order(found: list[CommandMatch]) -> list[CommandMatch]:
     """Exact data go before a field: they may have a value of that field, too."""
     return sorted(found, key=lambda recognition: not recognition.exact)
 
 
-def _source(recognition: Recognition) -> str:
+def _source(recognition: CommandMatch) -> str:
     return f'"{recognition.key}", {_text(recognition.exact)}, {_text(recognition.field)}'
 
 

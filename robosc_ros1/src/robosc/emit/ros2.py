@@ -25,7 +25,7 @@ from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Kind, Robot
-from robosc.runtime.quality import quality_parameters
+from robosc.runtime.qos import qos_parameters
 from robosc.supervisor import Supervisor
 
 __all__ = ["WIRING", "emit", "package_context", "spelling"]
@@ -35,7 +35,7 @@ ALWAYS_NEEDED = (
     "python3-yaml", "rcl_interfaces", "rclpy", "std_msgs",
 )  # fmt: skip
 
-WIRING = ("ros.py", "ros_courier.py", "ros_messages.py", "ros_parameters.py", "ros_watch.py")
+WIRING = ("ros.py", "ros_executor.py", "ros_messages.py", "ros_parameters.py", "ros_watch.py")
 """What is the same in every package."""
 
 _FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
@@ -156,7 +156,7 @@ def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
     more = []
     for message in declared_communications(robot):
         also = "".join(f", {robot.display_names[key]}" for key in others.get(message.key, ()))
-        for parameter in quality_parameters([message]) if message.key in others else ():
+        for parameter in qos_parameters([message]) if message.key in others else ():
             more.append(parameter._replace(meaning=parameter.meaning + also))
     views = parameter_views(robot, config, more)
     return tuple(replace(p, name=p.name.replace("/", ".")) for p in views)

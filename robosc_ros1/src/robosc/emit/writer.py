@@ -20,9 +20,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from robosc.emit.atomic_replacement import exchange, link_tree, rescue
 from robosc.emit.package import File, Package
 from robosc.emit.record import RECORD, is_as_recorded, read_record, record_of
-from robosc.emit.swap import exchange, link_tree, rescue
 from robosc.errors import UsageError
 
 __all__ = ["Written", "write"]

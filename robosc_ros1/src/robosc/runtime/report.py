@@ -16,8 +16,8 @@ from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
 from .engine import Engine
 from .eventlog import EventLog
-from .journal import Entry
 from .model import Command, Controller
+from .recorder import Entry
 from .values import jsonable
 
 __all__ = [
@@ -240,7 +240,7 @@ class Reporter:
         return box[0] if box else (self._engine.snapshot() if self._closing.is_set() else None)
 
     def _events(self) -> None:
-        entries = self._engine.journal.take()
+        entries = self._engine.recorder.take()
         if not entries:
             return
         publish = self._engine.settings.publish_events and self._outlet.wants_events()

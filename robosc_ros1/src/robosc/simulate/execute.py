@@ -21,9 +21,9 @@ from robosc.model.expr import Expr
 from robosc.model.types import IntegerType
 from robosc.runtime import model as runtime
 from robosc.runtime.engine import Engine
-from robosc.runtime.journal import Entry, Journal
 from robosc.runtime.model import Communication, Controller
 from robosc.runtime.port import Data, Port
+from robosc.runtime.recorder import Entry, EventRecorder
 from robosc.runtime.report import blocked_by
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.runtime.values import in_range
@@ -73,7 +73,7 @@ class _Clockwork(Port):
         return self.time
 
     def send(self, key: str, data: Data) -> None:
-        """The journal has it already."""
+        """The recorder has it already."""
 
     def call(self, key: str, data: Data, token: int, timeout: float) -> None:
         self.open[key] = token
@@ -90,7 +90,7 @@ class _Clockwork(Port):
             del self.open[key]
 
     def log(self, level: str, text: str) -> None:
-        """What matters is in the journal."""
+        """What matters is in the recorder."""
 
 
 class Execution:
@@ -149,7 +149,7 @@ class Execution:
         self._controller = make_controller(self.supervisor)
         _read_given(self._controller, self.plant)
         self._engine = Engine(self._controller, self._clock, self._settings, self._clock.now)
-        self._engine.journal = Journal(self._clock.now)
+        self._engine.recorder = EventRecorder(self._clock.now)
         self._clock.accept = lambda key, token: self._engine.report(key, token, "accepted")
         self._engine.begin()
         self._engine.cycle()
@@ -223,7 +223,7 @@ class Execution:
         happenings = []
         end = self._clock.time + seconds
         while True:
-            patience = self._engine.patience()
+            patience = self._engine.time_to_deadline()
             if patience is None or self._clock.time + patience > end + _ROUNDING:
                 break
             # Adding a difference may end just short of its goal: the clock must go on all the same.
@@ -237,7 +237,7 @@ class Execution:
         return happenings + self._happened()
 
     def _happened(self) -> list[Happening]:
-        return [self._happening(entry) for entry in self._engine.journal.take()]
+        return [self._happening(entry) for entry in self._engine.recorder.take()]
 
     def _happening(self, entry: Entry) -> Happening:
         return Happening(

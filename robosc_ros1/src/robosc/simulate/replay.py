@@ -25,8 +25,8 @@ from robosc.model.types import (
     Type,
 )
 from robosc.model.values import describe
-from robosc.runtime.journal import STOP_COMMAND
 from robosc.runtime.model import Command, Controller, Input, Tau
+from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.report import blocked_by
 from robosc.runtime.values import Mismatch, jsonable
 from robosc.simulate.generated import make_controller

@@ -15,7 +15,7 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
-from ._runtime.guard import Guard
+from ._runtime.supervisor_engine import SupervisorEngine
 from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError
 from .controller import GauntletController
@@ -112,16 +112,16 @@ def run(node, ended):
     outlet = RosOutlet(node, dump(MODEL), settings.publish_events, settings.legacy_state_topic)
     port = RelayPort(node, INPUTS, COMMANDS, SERVICES, ACTIONS, profiles)
     port.on_exit = ended.set
-    guard = Guard(controller, port, settings)
-    reporter = Reporter(guard, outlet)
-    thread = threading.Thread(target=guard.run, name="engine", daemon=True)
+    engine = SupervisorEngine(controller, port, settings)
+    reporter = Reporter(engine, outlet)
+    thread = threading.Thread(target=engine.run, name="engine", daemon=True)
     port.await_subscribers()
-    port.connect(guard)
+    port.connect(engine)
     thread.start()
     reporter.start()
 
     ended.wait()
-    guard.close()
+    engine.close()
     thread.join(0.6)
     port.close(0.8)
     reporter.close(0.4)

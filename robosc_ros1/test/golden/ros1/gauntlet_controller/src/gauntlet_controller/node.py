@@ -14,7 +14,7 @@ from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
 from .controller import GauntletController
 from .model import MODEL
-from .ros import Life, RosOutlet, RosPort
+from .ros import NodeLifecycle, RosOutlet, RosPort
 from .ros_watch import Watch
 
 # (topic, message type, communications)
@@ -43,9 +43,9 @@ ACTIONS = (
 
 def main():
     """Run the controller until ROS shuts down; the exit code."""
-    life = Life()
-    if not life.begin("gauntlet_controller"):
-        return life.code
+    lifecycle = NodeLifecycle()
+    if not lifecycle.begin("gauntlet_controller"):
+        return lifecycle.code
     # The engine's thread must not wait the usual 5 ms for another thread's turn to end.
     sys.setswitchinterval(0.0005)
     controller = GauntletController()
@@ -54,14 +54,14 @@ def main():
         settings, warnings = read(controller.COMMUNICATIONS, given)
     except ParameterError as error:
         rospy.logfatal("%s", error)
-        life.end(2)
-        return life.code
+        lifecycle.end(2)
+        return lifecycle.code
     for warning in warnings:
         rospy.logwarn("%s", warning)
 
     watch = Watch()
     outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic, watch)
-    port = RosPort(PUBLICATIONS, SERVICES, ACTIONS, life)
+    port = RosPort(PUBLICATIONS, SERVICES, ACTIONS, lifecycle)
     engine = Engine(controller, port, settings)
     reporter = Reporter(engine, outlet)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
@@ -81,4 +81,4 @@ def main():
     reporter.start()
     watch.start()
     rospy.spin()
-    return life.code
+    return lifecycle.code

@@ -12,13 +12,13 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
-from ._runtime.guard import Guard
+from ._runtime.supervisor_engine import SupervisorEngine
 from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
 from .controller import GauntletController
 from .model import MODEL
 from .relay import RelayPort
-from .ros import Life, RosOutlet
+from .ros import NodeLifecycle, RosOutlet
 from .ros_watch import Watch
 
 # (topic of the robot, topic of the controller, message type, communications)
@@ -78,9 +78,9 @@ ACTIONS = (
 
 def main():
     """Run the supervisor until ROS shuts down; the exit code."""
-    life = Life()
-    if not life.begin("gauntlet_supervisor"):
-        return life.code
+    lifecycle = NodeLifecycle()
+    if not lifecycle.begin("gauntlet_supervisor"):
+        return lifecycle.code
     # The engine's thread must not wait the usual 5 ms for another thread's turn to end.
     sys.setswitchinterval(0.0005)
     controller = GauntletController()
@@ -89,20 +89,20 @@ def main():
         settings, warnings = read(controller.COMMUNICATIONS, given)
     except ParameterError as error:
         rospy.logfatal("%s", error)
-        life.end(2)
-        return life.code
+        lifecycle.end(2)
+        return lifecycle.code
     for warning in warnings:
         rospy.logwarn("%s", warning)
 
     watch = Watch()
     outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic, watch)
-    port = RelayPort(INPUTS, COMMANDS, SERVICES, ACTIONS, life)
-    guard = Guard(controller, port, settings)
-    reporter = Reporter(guard, outlet)
-    thread = threading.Thread(target=guard.run, name="engine", daemon=True)
+    port = RelayPort(INPUTS, COMMANDS, SERVICES, ACTIONS, lifecycle)
+    engine = SupervisorEngine(controller, port, settings)
+    reporter = Reporter(engine, outlet)
+    thread = threading.Thread(target=engine.run, name="engine", daemon=True)
 
     def shut_down():
-        guard.close()
+        engine.close()
         if thread.is_alive():
             thread.join(0.4)
         port.finish(settings.stop_command, 0.5)
@@ -111,9 +111,9 @@ def main():
 
     rospy.on_shutdown(shut_down)
     port.await_subscribers()
-    port.connect(guard)
+    port.connect(engine)
     thread.start()
     reporter.start()
     watch.start()
     rospy.spin()
-    return life.code
+    return lifecycle.code

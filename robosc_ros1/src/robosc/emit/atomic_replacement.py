@@ -1,4 +1,4 @@
-"""Replacing a folder by another one in a single step."""
+"""Atomic replacement of a folder by another one."""
 
 from __future__ import annotations
 

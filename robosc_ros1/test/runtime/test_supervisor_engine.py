@@ -9,13 +9,13 @@ import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
 
-from robosc.runtime.guard import Guard
+from robosc.runtime.matching import CommandPattern
 from robosc.runtime.model import Command, Requirement
-from robosc.runtime.recognise import Choice
 from robosc.runtime.settings import Settings
+from robosc.runtime.supervisor_engine import SupervisorEngine
 
-GO_ONLY = (Choice(GO),)
-DRIVE = (Choice(HALT, lambda message: message == 0), Choice(GO))
+GO_ONLY = (CommandPattern(GO),)
+DRIVE = (CommandPattern(HALT, lambda message: message == 0), CommandPattern(GO))
 
 
 class GuardedPort(PlayedPort):
@@ -40,7 +40,7 @@ class Bench:
         self.answers: list[tuple[str, Any]] = []
         self.time = 0.0
         settings = Settings(**settings)
-        self.guard = Guard(self.controller, self.port, settings, lambda: self.time)
+        self.guard = SupervisorEngine(self.controller, self.port, settings, lambda: self.time)
         self.guard.begin()
 
     def sense(self, distance: Any) -> None:
@@ -82,7 +82,7 @@ def test_inputs_update_the_state_and_are_forwarded() -> None:
     assert bench.controller.clear
     bench.sense("nonsense")
     assert bench.forwarded == [50, "nonsense"]
-    assert bench.guard.journal.counters["mismatches"] == 1
+    assert bench.guard.recorder.counters["mismatches"] == 1
 
 
 def test_nothing_is_sent_unasked() -> None:
@@ -91,7 +91,7 @@ def test_nothing_is_sent_unasked() -> None:
     bench.port.time = 100.0
     bench.guard.cycle()
     assert bench.port.sent == []
-    assert bench.guard.patience() is None
+    assert bench.guard.time_to_deadline() is None
 
 
 def test_messages_of_one_topic_are_told_apart() -> None:
@@ -106,7 +106,7 @@ def test_messages_of_one_topic_are_told_apart() -> None:
 def test_a_message_that_means_nothing_is_blocked() -> None:
     bench = Bench()
     bench.sense(50)
-    assert bench.offer(7, (Choice(GO, lambda message: message == 1),)) == []
+    assert bench.offer(7, (CommandPattern(GO, lambda message: message == 1),)) == []
     assert bench.port.blocks == [("", "request", ["its data are those of none of go"])]
 
 
@@ -139,7 +139,7 @@ def test_a_second_call_is_blocked_while_the_first_is_under_way() -> None:
 def test_a_call_that_the_robot_does_not_answer_ends_as_an_error() -> None:
     bench = Bench()
     bench.request(LAMP)
-    assert bench.guard.patience() == 5.0
+    assert bench.guard.time_to_deadline() == 5.0
     bench.time = 5.0
     bench.guard.cycle()
     assert bench.answers[-1] == ("error", "no answer in time")
@@ -294,5 +294,5 @@ def test_how_often_something_was_blocked_is_counted_and_shown() -> None:
     bench = Bench()
     bench.offer(3)
     bench.offer(3)
-    assert bench.guard.journal.counters["blocked"] == 2
+    assert bench.guard.recorder.counters["blocked"] == 2
     assert bench.guard.changed.is_set()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from typing import Any
 
-from robosc.runtime.recognise import choices_of, recognised
+from robosc.runtime.matching import command_patterns, matching_command
 
 
 class Header:
@@ -41,35 +41,35 @@ def make(data: dict[str, Any]) -> Speed:
     return Speed(**data)
 
 
-EXACT = choices_of((("slow", ({"x": 0.1},), None), ("drive", (), None)), make)
+EXACT = command_patterns((("slow", ({"x": 0.1},), None), ("drive", (), None)), make)
 
 
 def test_exact_data_are_known_as_exactly_as_the_field_is() -> None:
-    assert recognised(EXACT, Speed(0.1)) == "slow"
-    assert recognised(EXACT, Speed(0.1001)) == "drive"
+    assert matching_command(EXACT, Speed(0.1)) == "slow"
+    assert matching_command(EXACT, Speed(0.1001)) == "drive"
 
 
 def test_when_a_message_was_sent_tells_nothing() -> None:
-    assert recognised(EXACT, Speed(0.1, seq=7)) == "slow"
+    assert matching_command(EXACT, Speed(0.1, seq=7)) == "slow"
 
 
 def test_every_other_field_counts() -> None:
-    assert recognised(EXACT, Speed(0.1, limits=(0.0,))) == "drive"
+    assert matching_command(EXACT, Speed(0.1, limits=(0.0,))) == "drive"
 
 
 def test_a_field_tells_by_its_values() -> None:
     rows = (("one", (), (("x",), (0.7, 1000.1))), ("two", (), (("x",), (2.0,))))
-    choices = choices_of(rows, make)
-    assert [recognised(choices, Speed(x)) for x in (0.7, 1000.1, 2, 0.71)] == [
+    patterns = command_patterns(rows, make)
+    assert [matching_command(patterns, Speed(x)) for x in (0.7, 1000.1, 2, 0.71)] == [
         "one", "one", "two", None,
     ]  # fmt: skip
 
 
 def test_a_field_may_be_called_like_a_word_of_python() -> None:
     rows = (("one", (), (("from",), (1,))), ("two", ({"from_": 2},), None))
-    choices = choices_of(rows, lambda data: Other(**data))
-    assert [recognised(choices, Other(x)) for x in (1, 2, 3)] == ["one", "two", None]
+    patterns = command_patterns(rows, lambda data: Other(**data))
+    assert [matching_command(patterns, Other(x)) for x in (1, 2, 3)] == ["one", "two", None]
 
 
 def test_no_number_is_never_exact() -> None:
-    assert recognised(EXACT, Speed(float("nan"))) == "drive"
+    assert matching_command(EXACT, Speed(float("nan"))) == "drive"

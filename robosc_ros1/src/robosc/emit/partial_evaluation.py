@@ -1,4 +1,4 @@
-"""An expression once the value that came in is known.
+"""Partial evaluation: an expression once the value that came in is known.
 
 Where an event with a value becomes one event per value, guards and assignments no longer read
 ``value``: it is put in, and what has become constant is folded. An element that did not come
