@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from robosc.emit.writer import Written
     from robosc.model.entities import Robot
     from robosc.supervisor import Supervisor
-    from robosc.synthesis.dense import Progress
+    from robosc.synthesis.dense.engine import Progress
     from robosc.synthesis.explore import Graph
-    from robosc.synthesis.verify import VerifyReport
+    from robosc.synthesis.verify.check import VerifyReport
 
 __all__ = [
     "Checked", "Generated", "Loaded", "Mode", "Options", "Output", "Target", "check", "explore",
@@ -203,7 +203,7 @@ def verify(robot: Robot, progress: Progress | None = None) -> VerifyReport:
         EmptySupervisorError: there is none.
         StateSpaceError: it has too many states to visit each.
     """
-    from robosc.synthesis.verify import verify as prove
+    from robosc.synthesis.verify.check import verify as prove
 
     return prove(_existing(synthesize(robot, progress=progress)))
 

@@ -9,13 +9,13 @@ from robosc.errors import Diagnostic, sort_diagnostics
 from robosc.ir.automaton import AxisKind, Plant, PlantState
 from robosc.ir.expr import to_dsl
 from robosc.supervisor import Explanation, Guard, Supervisor
+from robosc.synthesis.formatting import event_text, step_text, trace_text
 from robosc.synthesis.system import make_step
-from robosc.synthesis.wording import event_text, step_text, trace_text
 
 if TYPE_CHECKING:
     from robosc.pipeline import Generated
     from robosc.synthesis.explore import Graph
-    from robosc.synthesis.verify import VerifyReport
+    from robosc.synthesis.verify.check import VerifyReport
 
 __all__ = ["diagnostics", "generated_text", "graph_text", "supervisor_text", "verify_text"]
 

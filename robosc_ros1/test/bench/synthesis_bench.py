@@ -77,7 +77,7 @@ def main(arguments: list[str] | None = None) -> int:
         engine, family, size = options.run
         print(json.dumps(_run(engine, family, tuple(map(int, size.split(","))))))
         return 0
-    from robosc.synthesis.bdd import install_hint
+    from robosc.synthesis.bdd.manager import install_hint
 
     missing = [
         f"{what} is not measured; type: {install_hint(package)}"

@@ -16,7 +16,7 @@ import models
 import pytest
 from ros_support import SOURCES, Completed
 
-from robosc.synthesis.bdd import available
+from robosc.synthesis.bdd.manager import available
 
 Robosc = Callable[..., Completed]
 

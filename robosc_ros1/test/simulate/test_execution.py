@@ -13,7 +13,7 @@ from robosc.simulate.generated import make_controller
 from robosc.simulate.session import Session
 from robosc.simulate.values import complete
 from robosc.supervisor import Supervisor
-from robosc.synthesis.wording import path_text
+from robosc.synthesis.formatting import path_text
 
 
 @pytest.fixture(scope="module")

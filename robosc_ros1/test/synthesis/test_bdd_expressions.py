@@ -15,7 +15,7 @@ from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.ir.step import Values, valuations
 from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import Value
-from robosc.synthesis.bdd_encoding import Encoding
+from robosc.synthesis.bdd.encoding import Encoding
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
 

@@ -8,7 +8,7 @@ from bench.synthesis_bench import synthesize_with_faudes
 from synthesis.plants import plant_of
 
 from robosc.synthesis import synthesize
-from robosc.synthesis.bdd import available
+from robosc.synthesis.bdd.manager import available
 
 pytest.importorskip("faudes", reason="the comparison needs the Python package faudes")
 

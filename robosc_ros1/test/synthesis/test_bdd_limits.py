@@ -12,11 +12,13 @@ from random_models import random_model
 from synthesis.plants import plant_of
 
 from robosc.errors import StateSpaceError
-from robosc.synthesis import bdd_diagrams, synthesize
-from robosc.synthesis.bdd import install_hint, synthesize_bdd
+from robosc.synthesis import synthesize
+from robosc.synthesis.bdd import manager
+from robosc.synthesis.bdd.manager import install_hint
+from robosc.synthesis.bdd.synthesize import synthesize_bdd
 
 needs_library = pytest.mark.skipif(
-    not bdd_diagrams.available(), reason="the symbolic engine needs the Python package oxidd"
+    not manager.available(), reason="the symbolic engine needs the Python package oxidd"
 )
 
 
@@ -42,7 +44,7 @@ def test_memory_stays_within_the_limit() -> None:
     """In a process of its own, which reports its largest size."""
     script = (
         "from robosc.errors import StateSpaceError\n"
-        "from robosc.synthesis.bdd import synthesize_bdd\n"
+        "from robosc.synthesis.bdd.synthesize import synthesize_bdd\n"
         "from synthesis.plants import plant_of\n"
         "from synthesis.test_bdd_limits import scattered\n"
         "plant = plant_of(scattered(90))\n"
@@ -86,7 +88,7 @@ def test_auto_takes_it_when_the_product_is_too_large() -> None:
 
 
 def test_without_the_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bdd_diagrams, "available", lambda: False)
+    monkeypatch.setattr(manager, "available", lambda: False)
     with pytest.raises(StateSpaceError, match=r"needs the Python package oxidd; type: .* oxidd"):
         synthesize_bdd(plant_of(random_model(random.Random(0), 1)))
 

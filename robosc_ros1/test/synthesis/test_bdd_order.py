@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from itertools import pairwise
 
-from robosc.synthesis.bdd_order import order_items
+from robosc.synthesis.bdd.order import order_items
 
 
 def test_a_shuffled_chain_is_put_in_a_row() -> None:

@@ -13,7 +13,7 @@ from robosc.ir.automaton import Plant
 from robosc.ir.expr import Leaf, evaluate
 from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, VariableRef
 from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Value
-from robosc.synthesis.columns import axis_of, evaluate_columns, support
+from robosc.synthesis.vectorised import axis_of, evaluate_columns, support
 
 PLANT: Plant = plant_of(
     "datatype enum Colour from integer to { value = 1 -> red value = 2 -> green default -> blue }"

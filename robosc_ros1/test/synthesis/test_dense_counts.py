@@ -8,7 +8,7 @@ from synthesis.plants import guard_text, plant_of, supervisor_of
 
 from robosc.errors import StateSpaceError
 from robosc.synthesis import explore, synthesize
-from robosc.synthesis.wording import amount, contributors
+from robosc.synthesis.formatting import amount, contributors
 
 
 def sizes(body: str) -> tuple[int, int, int]:

@@ -14,12 +14,13 @@ from synthesis.oracle import Oracle
 from synthesis.subject import robot_of
 
 from robosc.ir.lower import lower
-from robosc.synthesis import compute, explore, layout, moves, operations, stages, synthesize
+from robosc.synthesis import compute, explore, synthesize
+from robosc.synthesis.dense import layout, operations, stages, transitions
 from robosc.synthesis.documents import explore_document
 
 VARIANTS = {
     "participants in turn": [(stages, "_MOST_CHOICES", 1)],
-    "conditions in cases": [(moves, "_WIDE", 1)],
+    "conditions in cases": [(transitions, "_WIDE", 1)],
     "dependent axes folded": [(compute, "_SMALL", 0)],
     "operations in small parts": [
         (operations, "_LARGEST_STEP", 2),
@@ -41,10 +42,10 @@ def test_variant(variant: str, first: int, monkeypatch: pytest.MonkeyPatch) -> N
         robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
         oracle = Oracle(robot)
         found = synthesize(lower(robot), "dense")
-        states, transitions = oracle.controlled
+        states, steps = oracle.controlled
         assert found.plant_states == len(oracle.plant[0]), seed
         assert found.controlled_states == len(states), seed
-        assert found.controlled_transitions == len(transitions), seed
+        assert found.controlled_transitions == len(steps), seed
         walked = explore_document(explore(found))
         assert len(walked["states"]) == len(states), seed
-        assert len(walked["transitions"]) == len(transitions), seed
+        assert len(walked["transitions"]) == len(steps), seed

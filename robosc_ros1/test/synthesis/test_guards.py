@@ -17,7 +17,7 @@ from synthesis.subject import robot_of
 from robosc.ir.expr import to_dsl
 from robosc.ir.lower import lower
 from robosc.synthesis import synthesize
-from robosc.synthesis.cover import Table, condition_of
+from robosc.synthesis.minimise import Table, condition_of
 from robosc.synthesis.stepper import Stepper
 
 LINE = families.transfer_line(3, 2)

@@ -13,11 +13,11 @@ from synthesis.subject import robot_of
 from robosc.ir.automaton import Plant, PlantState
 from robosc.ir.lower import lower
 from robosc.synthesis import explore
-from robosc.synthesis.dense import DenseEngine
-from robosc.synthesis.folding import fold
-from robosc.synthesis.layout import Layout
-from robosc.synthesis.moves import Compiler
-from robosc.synthesis.words import places
+from robosc.synthesis.dense.bitset import places
+from robosc.synthesis.dense.engine import DenseEngine
+from robosc.synthesis.dense.layout import Layout
+from robosc.synthesis.dense.projection import fold
+from robosc.synthesis.dense.transitions import Compiler
 
 
 def solved(plant: Plant, folded: bool) -> tuple[Layout, int, set[PlantState] | None]:

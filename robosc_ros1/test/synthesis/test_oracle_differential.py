@@ -16,7 +16,7 @@ from synthesis.differential import ENGINES, differences
 from synthesis.oracle import Oracle
 from synthesis.subject import robot_of
 
-from robosc.synthesis.bdd import available, install_hint
+from robosc.synthesis.bdd.manager import available, install_hint
 
 engines = pytest.mark.parametrize(
     "engine",

@@ -10,7 +10,7 @@ from synthesis.oracle import Oracle
 from synthesis.subject import robot_of
 
 from robosc import pipeline
-from robosc.synthesis.bdd import available
+from robosc.synthesis.bdd.manager import available
 
 LINK = "interface link use Thing from some_robot_msgs\n"
 RULES = " ".join(f"value = {i} -> v{i}" for i in range(63))

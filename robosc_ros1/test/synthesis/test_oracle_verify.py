@@ -18,7 +18,7 @@ from robosc.model.entities import EventKind
 from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
-from robosc.synthesis.verify import VerifyReport, verify, verify_document
+from robosc.synthesis.verify.check import VerifyReport, verify, verify_document
 
 ARM = """
 robot Arm {

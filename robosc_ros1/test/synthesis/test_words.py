@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robosc.synthesis.words import WORD, add, count, members, pack, places, unpack
+from robosc.synthesis.dense.bitset import WORD, add, count, members, pack, places, unpack
 
 numbers = st.lists(st.integers(0, 5 * 64 - 1), unique=True).map(sorted)
 

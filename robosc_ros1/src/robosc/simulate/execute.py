@@ -48,7 +48,7 @@ from robosc.simulate.values import (
     value_type,
 )
 from robosc.supervisor import Supervisor
-from robosc.synthesis.wording import path_text
+from robosc.synthesis.formatting import path_text
 
 __all__ = ["LONGEST_WAIT", "Execution"]
 

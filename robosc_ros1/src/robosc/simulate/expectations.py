@@ -14,7 +14,7 @@ from robosc.simulate.conditions import condition
 from robosc.simulate.faults import Failed, Wrong
 from robosc.simulate.machine import Happening, Machine, find_events, label
 from robosc.simulate.values import complete, literal_text, parse_raw
-from robosc.synthesis.wording import listing
+from robosc.synthesis.formatting import listing
 
 __all__ = ["expect"]
 

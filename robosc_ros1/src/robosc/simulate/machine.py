@@ -17,7 +17,7 @@ from robosc.simulate.faults import Wrong
 from robosc.simulate.state import State
 from robosc.simulate.values import Given
 from robosc.supervisor import Supervisor
-from robosc.synthesis.wording import listing
+from robosc.synthesis.formatting import listing
 
 __all__ = [
     "Choice", "Command", "Happening", "Machine", "Reason", "draw_values", "exact_event",

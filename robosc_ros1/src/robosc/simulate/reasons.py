@@ -11,7 +11,7 @@ from robosc.ir.step import Verdict, holds, outcome
 from robosc.model.entities import EventKind
 from robosc.simulate.machine import Reason
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.wording import listing
+from robosc.synthesis.formatting import listing
 
 __all__ = ["reasons"]
 

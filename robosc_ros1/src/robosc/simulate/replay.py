@@ -32,7 +32,7 @@ from robosc.runtime.values import Mismatch, jsonable
 from robosc.simulate.generated import make_controller
 from robosc.simulate.values import value_parts, value_type
 from robosc.supervisor import Supervisor
-from robosc.synthesis.wording import path_text
+from robosc.synthesis.formatting import path_text
 
 __all__ = [
     "Departure", "Entry", "Follower", "Replayed", "read_log", "replay", "replay_document",

@@ -19,7 +19,7 @@ from robosc.simulate.expectations import expect
 from robosc.simulate.faults import LineFault, Refused, Wrong
 from robosc.simulate.machine import Choice, Happening, Machine, find_events, label
 from robosc.simulate.values import Given, Raw, complete, given_text, literal_text, parse_raw
-from robosc.synthesis.wording import listing
+from robosc.synthesis.formatting import listing
 
 __all__ = ["WORDS", "Done", "MakeMachine", "Session", "code_of", "read_lines"]
 

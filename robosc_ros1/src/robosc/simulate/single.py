@@ -38,9 +38,9 @@ from robosc.simulate.values import (
     value_parts,
 )
 from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.formatting import path_text
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import tau_values
-from robosc.synthesis.wording import path_text
 
 __all__ = ["SingleEvents"]
 

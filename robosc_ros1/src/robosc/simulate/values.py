@@ -34,7 +34,7 @@ from robosc.model.values import default_value, describe
 from robosc.runtime.values import jsonable
 from robosc.simulate.faults import Wrong
 from robosc.simulate.state import is_true
-from robosc.synthesis.wording import listing, path_text
+from robosc.synthesis.formatting import listing, path_text
 
 __all__ = [
     "Given", "Path", "Raw", "complete", "given_json", "given_text", "hint", "literal_text",

@@ -10,16 +10,16 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.model.expr import FALSE, TRUE, ValueRef, walk
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.bdd_diagrams import available, install_hint
-from robosc.synthesis.conclude import Sizes, conclude
-from robosc.synthesis.dense import DenseEngine, DenseSolution, Progress
-from robosc.synthesis.folding import fold
+from robosc.synthesis.bdd.manager import available, install_hint
+from robosc.synthesis.dense.bitset import count
+from robosc.synthesis.dense.engine import DenseEngine, DenseSolution, Progress
+from robosc.synthesis.dense.layout import Layout
+from robosc.synthesis.dense.projection import fold
+from robosc.synthesis.dense.search import DenseSystem
+from robosc.synthesis.dense.transitions import Compiler
+from robosc.synthesis.formatting import amount, contributors, listing
 from robosc.synthesis.guards import Facts, make_guard
-from robosc.synthesis.layout import Layout
-from robosc.synthesis.moves import Compiler
-from robosc.synthesis.search import DenseSystem
-from robosc.synthesis.wording import amount, contributors, listing
-from robosc.synthesis.words import count
+from robosc.synthesis.result import Sizes, conclude
 
 __all__ = ["DEFAULT_MAX_STATES", "synthesize"]
 
@@ -74,7 +74,7 @@ def synthesize(
 
 def _symbolic(plant: Plant, progress: Progress | None) -> Supervisor:
     # Loaded when it is needed: with networkx, it takes longer to load than most syntheses take.
-    from robosc.synthesis.bdd import synthesize_bdd
+    from robosc.synthesis.bdd.synthesize import synthesize_bdd
 
     return synthesize_bdd(plant, progress)
 

@@ -10,8 +10,8 @@ from robosc.ir.step import Values
 from robosc.model.entities import EventKind
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
+from robosc.synthesis.formatting import path_text
 from robosc.synthesis.system import make_step
-from robosc.synthesis.wording import path_text
 
 __all__ = [
     "event_document",

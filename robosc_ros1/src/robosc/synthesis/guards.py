@@ -4,7 +4,7 @@ Synthesis gives each controllable event a set of states; users want a condition.
 requirements alone give the same set, their own wording is the guard. Otherwise an expression is
 made that is right in every state of the controlled system in which the plant can do the event, and
 means nothing elsewhere: the axes that do not matter are dropped one after another, and what the
-rest tells apart is covered by few and wide boxes (:mod:`robosc.synthesis.cover`).
+rest tells apart is covered by few and wide boxes (:mod:`robosc.synthesis.minimise`).
 
 Engines hand in their sets as :class:`Cases`; nothing here knows how they hold them.
 """
@@ -19,8 +19,8 @@ from robosc.ir.automaton import AxisKind, Event, Plant
 from robosc.ir.expr import conjunction
 from robosc.model.expr import FALSE, TRUE, Expr, Unary, walk
 from robosc.supervisor import Guard, Status
-from robosc.synthesis.columns import support
-from robosc.synthesis.cover import Table, condition_of
+from robosc.synthesis.minimise import Table, condition_of
+from robosc.synthesis.vectorised import support
 
 __all__ = ["Cases", "Facts", "make_guard"]
 

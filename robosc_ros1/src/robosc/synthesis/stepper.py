@@ -13,7 +13,7 @@ from robosc.ir.automaton import Edge, Event, Participant, Plant, PlantState
 from robosc.ir.expr import Leaf, Undefined, divide, to_python, widen
 from robosc.ir.step import Outcome, Values, Verdict, valuations
 from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef, ValueRef, VariableRef, walk
-from robosc.synthesis.columns import axis_of
+from robosc.synthesis.vectorised import axis_of
 
 __all__ = ["StepFunction", "Stepper", "Test", "Way"]
 

@@ -31,7 +31,7 @@ from robosc.model.expr import (
     walk,
 )
 from robosc.model.types import BooleanType, IntegerType
-from robosc.synthesis.columns import Bools
+from robosc.synthesis.vectorised import Bools
 
 __all__ = ["Table", "condition_of"]
 

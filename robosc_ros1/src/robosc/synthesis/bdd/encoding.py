@@ -26,10 +26,10 @@ from robosc.model.expr import (
     walk,
 )
 from robosc.model.types import Value
-from robosc.synthesis.bdd_diagrams import Diagrams, Set
-from robosc.synthesis.bdd_order import order_items
-from robosc.synthesis.bdd_partition import Partition, key_of, lazily, negated, strictly
-from robosc.synthesis.columns import axis_of
+from robosc.synthesis.bdd.manager import Diagrams, Set
+from robosc.synthesis.bdd.order import order_items
+from robosc.synthesis.bdd.partition import Partition, key_of, lazily, negated, strictly
+from robosc.synthesis.vectorised import axis_of
 
 __all__ = ["Encoding", "Source", "axes_read"]
 

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from robosc.ir.automaton import Edge, Participant
 from robosc.ir.step import missing_together
 from robosc.model.expr import TRUE
-from robosc.synthesis.bdd_diagrams import Renaming, Set
-from robosc.synthesis.bdd_encoding import Encoding, axes_read
-from robosc.synthesis.bdd_partition import Partition
+from robosc.synthesis.bdd.encoding import Encoding, axes_read
+from robosc.synthesis.bdd.manager import Renaming, Set
+from robosc.synthesis.bdd.partition import Partition
 
 __all__ = ["EventRelation", "Move", "Relations"]
 

@@ -1,8 +1,8 @@
 """Operations: what an event does to whole slices of states at once.
 
-States lie in words of 64 bits (:mod:`robosc.synthesis.layout`). An operation takes slices of words
-to slices of words of the same shape, and within each word some bits to others: its *lanes*, each a
-mask of the bits that move and how far they do.
+States lie in words of 64 bits (:mod:`robosc.synthesis.dense.layout`). An operation takes slices of
+words to slices of words of the same shape, and within each word some bits to others: its *lanes*,
+each a mask of the bits that move and how far they do.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from math import prod
 
 import numpy as np
 
-from robosc.synthesis.words import WORD, Words
+from robosc.synthesis.dense.bitset import WORD, Words
 
 __all__ = ["Lane", "Operation", "Shape", "Source", "View", "operations"]
 

@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from robosc.ir.automaton import Edge, Event, Participant, Plant
 from robosc.model.expr import Binary, Expr, Unary
 from robosc.model.types import BooleanType, EnumType
-from robosc.synthesis.columns import Bools, Columns, evaluate_columns, support
+from robosc.synthesis.dense.stages import stages_of
 from robosc.synthesis.parameters import Chosen, choices, defined_update, specialise, weight
-from robosc.synthesis.stages import stages_of
+from robosc.synthesis.vectorised import Bools, Columns, evaluate_columns, support
 
 __all__ = ["ALWAYS", "Compiler", "Condition", "EventMoves", "Factor", "Move", "Writes"]
 

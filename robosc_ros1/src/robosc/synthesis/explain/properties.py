@@ -24,9 +24,9 @@ from robosc.errors import Diagnostic, Severity
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
+from robosc.synthesis.formatting import listing, trace_text
 from robosc.synthesis.stepper import Stepper, Way
 from robosc.synthesis.system import make_step
-from robosc.synthesis.wording import listing, trace_text
 
 __all__ = ["Properties", "examine"]
 

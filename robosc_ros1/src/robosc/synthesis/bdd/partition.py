@@ -10,7 +10,7 @@ from robosc.errors import StateSpaceError
 from robosc.ir.expr import evaluate
 from robosc.model.expr import Binary, StateRef
 from robosc.model.types import Value
-from robosc.synthesis.bdd_diagrams import Diagrams, Set
+from robosc.synthesis.bdd.manager import Diagrams, Set
 
 __all__ = ["Partition", "key_of", "lazily", "negated", "strictly"]
 

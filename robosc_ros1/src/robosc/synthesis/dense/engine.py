@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from robosc.ir.automaton import Event
-from robosc.synthesis.cases import DenseCases
-from robosc.synthesis.columns import Bools
-from robosc.synthesis.kernels import (
+from robosc.synthesis.dense.bitset import Words, add, count, members
+from robosc.synthesis.dense.care_set import DenseCases
+from robosc.synthesis.dense.images import (
     Stages,
     backward,
     clear,
@@ -27,10 +27,10 @@ from robosc.synthesis.kernels import (
     preimage,
     uncontrolled,
 )
-from robosc.synthesis.layout import Layout
-from robosc.synthesis.moves import Compiler, Condition, EventMoves
-from robosc.synthesis.operations import Operation
-from robosc.synthesis.words import Words, add, count, members
+from robosc.synthesis.dense.layout import Layout
+from robosc.synthesis.dense.operations import Operation
+from robosc.synthesis.dense.transitions import Compiler, Condition, EventMoves
+from robosc.synthesis.vectorised import Bools
 
 __all__ = ["DenseEngine", "DenseSolution", "Progress"]
 

@@ -10,8 +10,8 @@ from robosc.model.expr import Binary, Expr, Literal, PhaseRef, StateRef, ValueRe
 from robosc.model.types import BooleanType, Value
 from robosc.source import Span
 from robosc.supervisor import Step
-from robosc.synthesis.columns import axis_of
 from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.vectorised import axis_of
 
 __all__ = ["Leaving", "leaving_remedy"]
 

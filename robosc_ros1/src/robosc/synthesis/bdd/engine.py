@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from robosc.ir.automaton import Plant
-from robosc.synthesis.bdd_diagrams import DEFAULT_MEMORY, Set
-from robosc.synthesis.bdd_encoding import Encoding
-from robosc.synthesis.bdd_events import EventRelation, Move, Relations
+from robosc.synthesis.bdd.encoding import Encoding
+from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, Set
+from robosc.synthesis.bdd.relations import EventRelation, Move, Relations
 
 __all__ = ["Growth", "Progress", "SymbolicEngine", "SymbolicSolution"]
 

@@ -16,10 +16,10 @@ from robosc.model.entities import EventKind, Kind, Provide, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr, PhaseRef, StateRef
 from robosc.source import Span
 from robosc.supervisor import Guard
+from robosc.synthesis.formatting import listing, trace_text
 from robosc.synthesis.parameters import choices, specialise
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, enabled, possible, steps_of
-from robosc.synthesis.wording import listing, trace_text
 
 __all__ = ["warnings"]
 

@@ -9,8 +9,8 @@ from robosc.ir.automaton import AxisKind, Edge, Event, Plant, PlantState
 from robosc.model.entities import EventKind
 from robosc.source import Span
 from robosc.supervisor import Step
+from robosc.synthesis.formatting import listing
 from robosc.synthesis.stepper import Stepper
-from robosc.synthesis.wording import listing
 
 __all__ = ["Blocked", "why_blocked"]
 

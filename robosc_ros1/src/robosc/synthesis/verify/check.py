@@ -26,8 +26,8 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import AxisKind, Event, PlantState
 from robosc.model.entities import EventKind
 from robosc.supervisor import Step, Supervisor
-from robosc.synthesis.verify_graph import Backward, Graph, Reached
-from robosc.synthesis.verify_steps import Coding, EventMoves, Grouped, Moves, axes_of, condition
+from robosc.synthesis.verify.graph import Backward, Graph, Reached
+from robosc.synthesis.verify.steps import Coding, EventMoves, Grouped, Moves, axes_of, condition
 
 __all__ = ["DEFAULT_LIMIT", "Check", "VerifyReport", "verify", "verify_document"]
 

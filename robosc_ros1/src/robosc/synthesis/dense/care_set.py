@@ -9,10 +9,10 @@ from math import prod
 import numpy as np
 
 from robosc.ir.automaton import Plant
-from robosc.synthesis.columns import Bools
-from robosc.synthesis.cover import Table
-from robosc.synthesis.layout import Dim, Layout
-from robosc.synthesis.words import Words
+from robosc.synthesis.dense.bitset import Words
+from robosc.synthesis.dense.layout import Dim, Layout
+from robosc.synthesis.minimise import Table
+from robosc.synthesis.vectorised import Bools
 
 __all__ = ["DenseCases"]
 

@@ -11,7 +11,7 @@ from math import prod
 
 from robosc.ir.automaton import Event, Participant, Plant
 from robosc.model.expr import Expr, ValueRef, walk
-from robosc.synthesis.columns import support
+from robosc.synthesis.vectorised import support
 
 __all__ = ["stages_of"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.explain import explain_empty, explain_guards
-from robosc.synthesis.properties import examine
+from robosc.synthesis.explain.properties import examine
+from robosc.synthesis.explain.reasons import explain_empty, explain_guards
+from robosc.synthesis.explain.warnings import warnings
 from robosc.synthesis.system import System
-from robosc.synthesis.warnings import warnings
 
 __all__ = ["Sizes", "conclude"]
 

@@ -10,14 +10,14 @@ from robosc.ir.automaton import Event, Plant
 from robosc.ir.expr import conjunction
 from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.bdd_cases import SymbolicCases, TooWide, wide_condition
-from robosc.synthesis.bdd_diagrams import DEFAULT_MEMORY, available, install_hint
-from robosc.synthesis.bdd_engine import Progress, SymbolicEngine, SymbolicSolution
-from robosc.synthesis.bdd_events import EventRelation
-from robosc.synthesis.bdd_search import SymbolicSystem
-from robosc.synthesis.conclude import Sizes, conclude
+from robosc.synthesis.bdd.care_set import SymbolicCases, TooWide, wide_condition
+from robosc.synthesis.bdd.engine import Progress, SymbolicEngine, SymbolicSolution
+from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, available, install_hint
+from robosc.synthesis.bdd.relations import EventRelation
+from robosc.synthesis.bdd.search import SymbolicSystem
+from robosc.synthesis.formatting import contributors
 from robosc.synthesis.guards import Facts, make_guard
-from robosc.synthesis.wording import contributors
+from robosc.synthesis.result import Sizes, conclude
 
 __all__ = ["available", "install_hint", "synthesize_bdd"]
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
-from robosc.synthesis.columns import Bools, Indexes, evaluate_columns
-from robosc.synthesis.dense import DenseSolution
-from robosc.synthesis.layout import Layout
-from robosc.synthesis.moves import Condition, Move
-from robosc.synthesis.words import WORD, Words, add, members, places
+from robosc.synthesis.dense.bitset import WORD, Words, add, members, places
+from robosc.synthesis.dense.engine import DenseSolution
+from robosc.synthesis.dense.layout import Layout
+from robosc.synthesis.dense.transitions import Condition, Move
+from robosc.synthesis.vectorised import Bools, Indexes, evaluate_columns
 
 __all__ = ["DenseSystem"]
 

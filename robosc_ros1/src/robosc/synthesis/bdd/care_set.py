@@ -1,8 +1,8 @@
 """What a guard must tell apart, as decision diagrams hold it; and guards over very many axes.
 
 Most guards read a few axes: these become a table, and what is made of it is the same for every
-engine (:mod:`robosc.synthesis.cover`). A guard that reads so many that no table holds them (never
-the last free place of thirty) is covered by boxes found on the diagrams themselves.
+engine (:mod:`robosc.synthesis.minimise`). A guard that reads so many that no table holds them
+(never the last free place of thirty) is covered by boxes found on the diagrams themselves.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ import numpy as np
 from robosc.ir.automaton import Plant
 from robosc.ir.expr import conjunction, disjunction
 from robosc.model.expr import Expr
-from robosc.synthesis.bdd_diagrams import Set
-from robosc.synthesis.bdd_encoding import Encoding
-from robosc.synthesis.columns import Bools
-from robosc.synthesis.cover import Table, condition_of
+from robosc.synthesis.bdd.encoding import Encoding
+from robosc.synthesis.bdd.manager import Set
+from robosc.synthesis.minimise import Table, condition_of
+from robosc.synthesis.vectorised import Bools
 
 __all__ = ["SymbolicCases", "TooWide", "wide_condition"]
 
@@ -116,7 +116,7 @@ _Box = dict[int, frozenset[int]]
 
 
 class _Cover:
-    """Boxes as in :mod:`robosc.synthesis.cover`, told from the sets themselves."""
+    """Boxes as in :mod:`robosc.synthesis.minimise`, told from the sets themselves."""
 
     def __init__(self, cases: SymbolicCases) -> None:
         self.encoding = cases.encoding

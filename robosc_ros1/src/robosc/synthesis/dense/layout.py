@@ -20,10 +20,10 @@ from math import prod
 import numpy as np
 
 from robosc.ir.automaton import Plant, PlantState
-from robosc.synthesis.columns import Bools, Indexes
-from robosc.synthesis.moves import Condition, Factor, Move, Writes
-from robosc.synthesis.operations import Lane, Operation, Shape, Source, View, operations
-from robosc.synthesis.words import BITS, WORD, Words, pack, unpack
+from robosc.synthesis.dense.bitset import BITS, WORD, Words, pack, unpack
+from robosc.synthesis.dense.operations import Lane, Operation, Shape, Source, View, operations
+from robosc.synthesis.dense.transitions import Condition, Factor, Move, Writes
+from robosc.synthesis.vectorised import Bools, Indexes
 
 __all__ = ["Dim", "Layout"]
 

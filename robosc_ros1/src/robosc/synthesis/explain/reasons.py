@@ -20,11 +20,11 @@ from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, StateRef, VariableRef, walk
 from robosc.source import Span
 from robosc.supervisor import Explanation, Guard, Step
-from robosc.synthesis.blocking import why_blocked
-from robosc.synthesis.leaving import leaving_remedy
+from robosc.synthesis.explain.blocking import why_blocked
+from robosc.synthesis.explain.range_violation import leaving_remedy
+from robosc.synthesis.formatting import event_text, listing, trace_text
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
-from robosc.synthesis.wording import event_text, listing, trace_text
 
 __all__ = ["explain_empty", "explain_guards"]
 

@@ -15,8 +15,8 @@ from functools import cached_property
 
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
-from robosc.synthesis.bdd_diagrams import Set
-from robosc.synthesis.bdd_engine import Growth, SymbolicSolution
+from robosc.synthesis.bdd.engine import Growth, SymbolicSolution
+from robosc.synthesis.bdd.manager import Set
 
 __all__ = ["SymbolicSystem"]
 

@@ -14,10 +14,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from robosc.ir.automaton import Plant
-from robosc.synthesis.kernels import Stages, forward, image
-from robosc.synthesis.layout import Dim, Layout
-from robosc.synthesis.moves import Condition, EventMoves, Move
-from robosc.synthesis.words import Words, add, count, places
+from robosc.synthesis.dense.bitset import Words, add, count, places
+from robosc.synthesis.dense.images import Stages, forward, image
+from robosc.synthesis.dense.layout import Dim, Layout
+from robosc.synthesis.dense.transitions import Condition, EventMoves, Move
 
 __all__ = ["fold"]
 

@@ -7,8 +7,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from robosc.synthesis.operations import Operation, Source
-from robosc.synthesis.words import Words, count
+from robosc.synthesis.dense.bitset import Words, count
+from robosc.synthesis.dense.operations import Operation, Source
 
 __all__ = [
     "Stages", "backward", "clear", "fill", "forward", "image", "measure", "origins", "preimage",

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.synthesis.columns import Bools, Indexes
+from robosc.synthesis.vectorised import Bools, Indexes
 
 __all__ = ["BITS", "WORD", "Words", "add", "count", "members", "pack", "places", "unpack"]
 

@@ -1,0 +1,1 @@
+"""The dense engine: sets of states as bit arrays, one bit per state of the product."""

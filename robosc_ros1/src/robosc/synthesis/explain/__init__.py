@@ -1,0 +1,1 @@
+"""Reasons for restrictions, and diagnostics that need the state space."""
