@@ -183,7 +183,7 @@ def _format(args: Arguments) -> int:
 
 def _simulate(args: Arguments) -> int:
     from robosc import pipeline
-    from robosc.simulate.faults import Wrong
+    from robosc.simulate.faults import InvalidLine
     from robosc.simulate.render import Style
     from robosc.simulate.run import follow_documents, follow_script, follow_typing
     from robosc.simulate.session import Session, read_lines
@@ -198,7 +198,7 @@ def _simulate(args: Arguments) -> int:
         given = parameters(args.parameter)
         session = Session(machine_maker(supervisor, execute=args.execute), given)
         lines = None if args.script is None else read_lines(args.script)
-    except Wrong as fault:
+    except InvalidLine as fault:
         raise UsageError(str(fault)) from None
     if lines is not None:
         return follow_script(session, lines, args.script, sys.stdout, sys.stderr, args.json)

@@ -8,7 +8,7 @@ import pytest
 from emit.generated_code import supervisor_of
 from simulate.players import MODEL, SEVERAL_TYPES, line_follower, play, sent, session
 
-from robosc.simulate.faults import Failed, Refused, Wrong
+from robosc.simulate.faults import Failed, InvalidLine, Refused
 from robosc.simulate.generated import make_controller
 from robosc.simulate.session import Session
 from robosc.simulate.values import complete
@@ -74,9 +74,9 @@ def test_a_goal_is_cancelled_when_its_requirement_is_violated(player: Session) -
 
 
 def test_commands_are_not_typed(player: Session) -> None:
-    with pytest.raises(Wrong, match="controller's own"):
+    with pytest.raises(InvalidLine, match="controller's own"):
         player.do("move")
-    with pytest.raises(Wrong, match="goto is for single events"):
+    with pytest.raises(InvalidLine, match="goto is for single events"):
         player.do("goto Motor.moving")
 
 
@@ -175,7 +175,7 @@ def test_values_are_converted_as_the_controller_converts_messages(
 )
 def test_wrong_lines(player: Session, line: str, message: str) -> None:
     history = list(player.history)
-    with pytest.raises(Wrong) as told:
+    with pytest.raises(InvalidLine) as told:
         player.do(line)
     assert message in str(told.value)
     assert player.history == history

@@ -13,7 +13,7 @@ from random_models import random_model
 from simulate.players import SEVERAL_TYPES, line_follower, play, session
 
 from robosc.ir.automaton import AxisKind
-from robosc.simulate.faults import Failed, Refused, Wrong
+from robosc.simulate.faults import Failed, InvalidLine, Refused
 from robosc.simulate.session import Session
 from robosc.simulate.single import SingleEvents
 from robosc.simulate.values import parameter_values
@@ -125,7 +125,7 @@ def test_no_way_is_shorter(seed: int) -> None:
 def test_goto_where_no_way_leads(player: Session) -> None:
     with pytest.raises(Refused, match="no way leads"):
         player.do("goto Motor.moving and ObstacleGrabber.grabbing and Motor.stopped")
-    with pytest.raises(Wrong, match="not to data"):
+    with pytest.raises(InvalidLine, match="not to data"):
         player.do("goto LineDetector.current_correction > 3")
 
 
@@ -190,7 +190,7 @@ def test_a_whole_run_is_saved_and_played_again(player: Session, tmp_path, superv
 )
 def test_a_line_that_means_nothing_says_why(player: Session, line: str, message: str) -> None:
     before = player.machine.state
-    with pytest.raises((Wrong, Failed)) as told:
+    with pytest.raises((InvalidLine, Failed)) as told:
         player.do(line)
     assert message in str(told.value)
     assert player.machine.state == before
@@ -217,7 +217,7 @@ _WORDS = [
 def test_no_line_at_all_breaks_a_session(line: str, shared: Session) -> None:
     try:
         shared.do(line)
-    except (Wrong, Refused, Failed) as fault:
+    except (InvalidLine, Refused, Failed) as fault:
         assert str(fault)
 
 
@@ -253,7 +253,7 @@ def test_wrong_parts_are_told(typed: Session, line: str, message: str) -> None:
     if "tags: 3" in line:
         typed.do(line)  # an array that nothing reads as a whole is simply there
         return
-    with pytest.raises(Wrong) as told:
+    with pytest.raises(InvalidLine) as told:
         typed.do(line)
     assert message in str(told.value)
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from robosc.emit.cif_expr import Context, Names, condition, in_range, initial, offset, update
+from robosc.emit.cif_expr import CifNames, Context, condition, in_range, initial, offset, update
 from robosc.emit.partial_evaluation import Values, assigned, holds
 from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant
 from robosc.ir.step import valuations
@@ -56,7 +56,7 @@ class _Writer:
     lines: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.names = Names()
+        self.names = CifNames()
         self.context = Context(self.plant, self.names)
         self.occurrences = list(self._occurrences())
 

@@ -37,7 +37,7 @@ from robosc.model.types import (
     is_number,
 )
 
-__all__ = ["Context", "Names", "condition", "in_range", "initial", "offset", "update"]
+__all__ = ["Context", "CifNames", "condition", "in_range", "initial", "offset", "update"]
 
 _RESERVED = (
     "alg alphabet and any attr automaton bool break case const cont continue controllable def der "
@@ -56,7 +56,7 @@ _MOST_REPEATED = 4  # `x + x + x + x`; larger factors are written out value by v
 
 
 @dataclass
-class Names:
+class CifNames:
     """Identifiers already in use, of the specification and of each automaton."""
 
     taken: set[str] = field(default_factory=set)
@@ -82,7 +82,7 @@ def _unused(wanted: str, taken: set[str], others: Iterable[str]) -> str:
 class Context:
     """What everything of a plant is called in CIF."""
 
-    def __init__(self, plant: Plant, names: Names) -> None:
+    def __init__(self, plant: Plant, names: CifNames) -> None:
         self.plant = plant
         self._names = names
         robot = plant.robot

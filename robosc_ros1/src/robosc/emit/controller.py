@@ -11,7 +11,7 @@ from dataclasses import replace
 from math import prod
 from textwrap import indent, wrap
 
-from robosc.emit.naming import Names, field_attribute, place
+from robosc.emit.naming import PythonNames, field_attribute, place
 from robosc.emit.python import (
     Attributes,
     access,
@@ -115,7 +115,7 @@ class _Builder:
         self.supervisor = supervisor
         self.plant: Plant = supervisor.plant
         self.robot = supervisor.plant.robot
-        self.names = Names(_RESERVED.split())
+        self.names = PythonNames(_RESERVED.split())
         self.class_name = self.names.take(f"{self.robot.name}Controller")
         self.enums = _enums(self.robot.communications.values())
         functions = {e: self.names.take(snake_case(e.name)) for e in self.enums}

@@ -9,13 +9,13 @@ from pathlib import Path
 
 from robosc.source import Span
 
-__all__ = ["Names", "field_attribute", "file_of", "place"]
+__all__ = ["PythonNames", "field_attribute", "file_of", "place"]
 
 # Keywords that came after Python 3.8 or are about to come ("match" may stay a name).
 _WORDS = frozenset(keyword.kwlist) | frozenset(dir(builtins))
 
 
-class Names:
+class PythonNames:
     """Hands out identifiers, each once; a taken or reserved one gets a number behind it."""
 
     def __init__(self, reserved: Iterable[str] = ()) -> None:

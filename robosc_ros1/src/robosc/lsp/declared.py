@@ -8,6 +8,7 @@ from functools import cached_property
 from robosc.lsp.symbols import Symbol, SymbolKind
 from robosc.model.resolve import ResolvedFile
 from robosc.model.rosmsg import BASIC, Definition, Interface, MessageDefinitions
+from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -19,7 +20,6 @@ from robosc.model.types import (
     StringType,
     Type,
 )
-from robosc.model.world import CommunicationInfo, Instance, Names
 from robosc.syntax.nodes import (
     ActionNode,
     ArrayTypeNode,
@@ -52,15 +52,17 @@ class Declared:
     """The tables of a resolved file, asked in terms of symbols. None: there is no such thing."""
 
     def __init__(self, file: ResolvedFile, definitions: MessageDefinitions) -> None:
-        assert file.scope is not None and file.types is not None and file.assembly is not None
+        assert (
+            file.scope is not None and file.types is not None and file.component_table is not None
+        )
         self.scope = file.scope
         self.types = file.types
-        self.assembly = file.assembly
+        self.component_table = file.component_table
         self.definitions = definitions
 
     @property
     def instances(self) -> Mapping[str, Instance]:
-        return self.assembly.instances
+        return self.component_table.instances
 
     def instance(self, node: ComponentNode) -> Instance | None:
         """The component of a declaration, unless its name was taken."""
@@ -140,7 +142,7 @@ class Declared:
         if member is not None:
             owner = self.instances.get(root)
             return owner.communications.get(member) if owner is not None else None
-        found = Names(self.assembly, own).communications(root)
+        found = SymbolTable(self.component_table, own).communications(root)
         return found[0] if found else None
 
     def communication(self, info: CommunicationInfo | None) -> Symbol | None:
@@ -184,14 +186,14 @@ class Declared:
         return Symbol(SymbolKind.PROPERTY, node.name.text, owner, node.name.span, node.span, detail)
 
     def property(self, type_: ObjectType, name: str) -> Symbol | None:
-        node = self.types.universe.nodes.get((type_.origin, type_.name))
+        node = self.types.type_declarations.nodes.get((type_.origin, type_.name))
         if not isinstance(node, ObjectNode):
             return None
         found = next((p for p in node.properties if p.name.text == name), None)
         return self.property_node(type_.name, found) if found is not None else None
 
     def value(self, enum: EnumType, name: str) -> Symbol | None:
-        node = self.types.universe.nodes.get((enum.origin, enum.name))
+        node = self.types.type_declarations.nodes.get((enum.origin, enum.name))
         return self.value_of(node, name) if isinstance(node, EnumNode) else None
 
     def value_of(self, node: EnumNode, name: str) -> Symbol | None:

@@ -18,8 +18,8 @@ from robosc.model.expr import Expr, Literal, StateRef, VariableRef, walk
 from robosc.model.expressions import is_value
 from robosc.model.resolve import ResolvedFile
 from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.tables import CommunicationInfo, Instance
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
-from robosc.model.world import CommunicationInfo, Instance
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
     Access,
@@ -87,7 +87,7 @@ class Index:
 
 def build_index(file: ResolvedFile, definitions: MessageDefinitions) -> Index:
     """The index of a file that was read; empty if nothing of it could be."""
-    if file.scope is None or file.types is None or file.assembly is None:
+    if file.scope is None or file.types is None or file.component_table is None:
         return Index()
     declared = Declared(file, definitions)
     builder = _Builder(declared, _typed(file, file.scope.source))

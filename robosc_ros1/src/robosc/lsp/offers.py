@@ -10,8 +10,8 @@ from robosc.lsp.context import Context
 from robosc.lsp.declared import Declared
 from robosc.model.communications import EVENTS_OF
 from robosc.model.entities import EventKind, Kind
+from robosc.model.tables import CommunicationInfo, Instance
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
-from robosc.model.world import CommunicationInfo, Instance
 
 __all__ = [
     "BLOCK_WORDS",

@@ -27,11 +27,11 @@ from robosc.syntax.nodes import (
 )
 from robosc.syntax.scan import scan
 
-__all__ = ["Entry", "Fold", "folds", "outline"]
+__all__ = ["OutlineItem", "Fold", "folds", "outline"]
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class OutlineItem:
     """``name`` is the range of the name, within ``whole``."""
 
     label: str
@@ -39,7 +39,7 @@ class Entry:
     detail: str
     whole: Span
     name: Span
-    children: tuple[Entry, ...] = ()
+    children: tuple[OutlineItem, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,72 +51,81 @@ class Fold:
     comment: bool = False
 
 
-def outline(analysis: Analysis) -> tuple[Entry, ...]:
+def outline(analysis: Analysis) -> tuple[OutlineItem, ...]:
     """The declarations of a file as a tree; empty if nothing could be read."""
     scope = analysis.reading.file.scope
     if scope is None:
         return ()
     node: FileNode = scope.node
     children = tuple(_declaration(d) for d in node.declarations)
-    return (Entry(node.name.text, node.kind, "", node.span, node.name.span, children),)
+    return (OutlineItem(node.name.text, node.kind, "", node.span, node.name.span, children),)
 
 
-def _declaration(node: DeclarationNode) -> Entry:
+def _declaration(node: DeclarationNode) -> OutlineItem:
     match node:
         case ComponentNode():
             children = tuple(_inside(node))
-            return Entry(
+            return OutlineItem(
                 node.name.text, "component", "component", node.span, node.name.span, children
             )
         case ImportNode():
             detail = f"{node.component.text} from {node.library.text}"
-            return Entry(node.name.text, "component", detail, node.span, node.name.span)
+            return OutlineItem(node.name.text, "component", detail, node.span, node.name.span)
         case RequirementNode():
             label = " ".join(node.span.text.split()).removeprefix("requirement ")
-            return Entry(label, "requirement", "requirement", node.span, node.span)
+            return OutlineItem(label, "requirement", "requirement", node.span, node.span)
         case ProvideNode():
             name = node.communication
-            return Entry(name.span.text, "provide", "provide", node.span, name.span)
+            return OutlineItem(name.span.text, "provide", "provide", node.span, name.span)
         case ObjectNode():
             children = tuple(
-                Entry(p.name.text, "property", p.type.span.text, p.span, p.name.span)
+                OutlineItem(p.name.text, "property", p.type.span.text, p.span, p.name.span)
                 for p in node.properties
             )
-            return Entry(node.name.text, "object", "object", node.span, node.name.span, children)
+            return OutlineItem(
+                node.name.text, "object", "object", node.span, node.name.span, children
+            )
         case EnumNode():
             children = tuple(
-                Entry(r.value.text, "enum value", "", r.span, r.value.span) for r in node.rules
+                OutlineItem(r.value.text, "enum value", "", r.span, r.value.span)
+                for r in node.rules
             )
-            return Entry(node.name.text, "enum", "enum", node.span, node.name.span, children)
+            return OutlineItem(node.name.text, "enum", "enum", node.span, node.name.span, children)
         case InterfaceNode():
             detail = f"{node.package.text}/{node.type.text}"
-            return Entry(node.name.text, "interface", detail, node.span, node.name.span)
+            return OutlineItem(node.name.text, "interface", detail, node.span, node.name.span)
 
 
-def _inside(node: ComponentNode) -> Iterator[Entry]:
+def _inside(node: ComponentNode) -> Iterator[OutlineItem]:
     for item in node.items:
         match item:
             case MessageNode():
                 detail = f"{item.direction} message"
-                yield Entry(item.name.text, "communication", detail, item.span, item.name.span)
+                yield OutlineItem(
+                    item.name.text, "communication", detail, item.span, item.name.span
+                )
             case ServiceNode():
-                yield Entry(item.name.text, "communication", "service", item.span, item.name.span)
+                yield OutlineItem(
+                    item.name.text, "communication", "service", item.span, item.name.span
+                )
             case ActionNode():
-                yield Entry(item.name.text, "communication", "action", item.span, item.name.span)
+                yield OutlineItem(
+                    item.name.text, "communication", "action", item.span, item.name.span
+                )
             case BehaviourNode():
                 yield from _behaviour(item)
 
 
-def _behaviour(node: BehaviourNode) -> Iterator[Entry]:
+def _behaviour(node: BehaviourNode) -> Iterator[OutlineItem]:
     for item in node.items:
         match item:
             case VariableNode():
                 detail = item.type.span.text
-                yield Entry(item.name.text, "variable", detail, item.span, item.name.span)
+                yield OutlineItem(item.name.text, "variable", detail, item.span, item.name.span)
             case StateNode():
                 words = ["initial"] * item.initial + ["marked"] * item.marked
                 detail = " ".join(words)
-                yield Entry(item.name.text, "state", detail, item.span, item.name.span)
+                yield OutlineItem(item.name.text, "state", detail, item.span, item.name.span)
 
 
 def folds(source: Source) -> list[Fold]:

@@ -11,7 +11,7 @@ from lsprotocol import types
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.lsp.actions import Edit
 from robosc.lsp.offers import Candidate
-from robosc.lsp.outline import Entry, Fold
+from robosc.lsp.outline import Fold, OutlineItem
 from robosc.lsp.positions import Encoding, range_of
 from robosc.source import Source, Span
 
@@ -121,7 +121,7 @@ def _diagnostic(source: Source, found: Diagnostic, encoding: Encoding) -> types.
 # --- outline, folding, completion ----------------------------------------------------------------
 
 
-def document_symbol(entry: Entry, encoding: Encoding) -> types.DocumentSymbol:
+def document_symbol(entry: OutlineItem, encoding: Encoding) -> types.DocumentSymbol:
     return types.DocumentSymbol(
         name=entry.label,
         detail=entry.detail,

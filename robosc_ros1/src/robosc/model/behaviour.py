@@ -17,13 +17,21 @@ from robosc.model.entities import (
     Variable,
 )
 from robosc.model.expr import Expr
-from robosc.model.expressions import ANY, BOOLEAN, Incoming, Typer, is_value, no_value, wants
+from robosc.model.expressions import (
+    ANY,
+    BOOLEAN,
+    Incoming,
+    Typer,
+    expected_type,
+    is_value,
+    no_value,
+)
 from robosc.model.reach import check_reach
 from robosc.model.report import Report, listing
+from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.targets import Targets
 from robosc.model.types import DoubleType, EnumType, Type, Value
 from robosc.model.values import check_range, coerce, default_value, fold
-from robosc.model.world import CommunicationInfo, Instance, Names
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -43,9 +51,9 @@ __all__ = ["BehaviourResolver"]
 class BehaviourResolver:
     """Resolves the behaviour of one component; ``whole`` turns False at the first error."""
 
-    def __init__(self, instance: Instance, names: Names, report: Report) -> None:
+    def __init__(self, instance: Instance, symbols: SymbolTable, report: Report) -> None:
         self._instance = instance
-        self._names = names
+        self._symbols = symbols
         self._report = report
         self._taus = 0
         self._event_spans: dict[int, Span] = {}
@@ -107,7 +115,7 @@ class BehaviourResolver:
         place = f"variable '{node.name.text}'"
         if isinstance(node.initial, Access) and self._reads_something(node.initial, type_):
             return None
-        expr = typer.check(node.initial, wants(type_), place)
+        expr = typer.check(node.initial, expected_type(type_), place)
         if expr is None:
             return None
         value = fold(expr)
@@ -127,7 +135,7 @@ class BehaviourResolver:
         name = access.root.text
         if isinstance(type_, EnumType) and name in type_.values and not access.path:
             return False
-        component = self._names.component(name) if access.path else own
+        component = self._symbols.component(name) if access.path else own
         if component is None:
             return False
         last = access.path[-1] if access.path else access.root
@@ -174,7 +182,7 @@ class BehaviourResolver:
     def _result(self, node: ResultTransitionNode) -> ResultTransition | None:
         self._event_spans[node.span.start] = node.event_span
         info = resolve_communication(
-            node.communication, self._names, self._instance.types.scope, self._report
+            node.communication, self._symbols, self._instance.types.scope, self._report
         )
         event = EventKind(node.event)
         available = info is not None and event in EVENTS_OF[info.kind]
@@ -203,7 +211,7 @@ class BehaviourResolver:
         return ResultTransition(event, info.key, guard, assignments, goto, span=node.span)
 
     def _typer(self, incoming: Incoming) -> Typer:
-        return Typer(self._report, self._instance.types, self._names, incoming)
+        return Typer(self._report, self._instance.types, self._symbols, incoming)
 
     def _guard(self, node: ExprNode | None, incoming: Incoming) -> Expr | None:
         if node is None:
@@ -220,7 +228,7 @@ class BehaviourResolver:
             return name.text
         self.whole = False
         scope = self._instance.types.scope
-        if not scope.is_lost(name.text, "state"):
+        if not scope.is_unresolved(name.text, "state"):
             self._report.add(
                 "unknown-state",
                 name.span,
@@ -234,7 +242,7 @@ class BehaviourResolver:
     def _assignments(
         self, nodes: Sequence[AssignmentNode], incoming: Incoming
     ) -> tuple[Assignment, ...]:
-        targets = Targets(self._instance, self._names, self._report)
+        targets = Targets(self._instance, self._symbols, self._report)
         found: list[Assignment] = []
         seen: dict[str, Span] = {}
         for node in nodes:
@@ -267,7 +275,7 @@ class BehaviourResolver:
             if not (isinstance(node.value, Access) and not is_value(node.value)):
                 typer.check(node.value, ANY, "an assignment")
             return None
-        value = typer.check(node.value, wants(type_), f"variable '{target}'")
+        value = typer.check(node.value, expected_type(type_), f"variable '{target}'")
         if value is None:
             return None
         check_range(value, type_, f"'{target}'", self._report)

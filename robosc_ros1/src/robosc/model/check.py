@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from robosc.errors import Note
-from robosc.model.datatypes import Universe
+from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import (
     Assignment,
     Behaviour,
@@ -21,13 +21,13 @@ from robosc.model.entities import (
 from robosc.model.expr import Binary, Expr, Literal, ValueRef, VariableRef, walk
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
+from robosc.model.tables import CommunicationInfo, ComponentTable, Instance
 from robosc.model.types import EnumType, IntegerType, Type, domain
 from robosc.model.values import describe
-from robosc.model.world import Assembly, CommunicationInfo, Instance
 from robosc.source import Span
 from robosc.syntax.nodes import Name
 
-__all__ = ["Model", "check_case", "check_topics", "check_unused", "settle_state"]
+__all__ = ["Model", "check_case", "check_topics", "check_unused", "select_state_variables"]
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Model:
 # --- which variables belong to the state ---------------------------------------------------------
 
 
-def settle_state(model: Model, assembly: Assembly, report: Report) -> Model:
+def select_state_variables(model: Model, component_table: ComponentTable, report: Report) -> Model:
     """Find the variables that synthesis has to know, and check that they are finite.
 
     A variable belongs to the state if a guard, a requirement or a provide condition reads it, or
@@ -55,7 +55,9 @@ def settle_state(model: Model, assembly: Assembly, report: Report) -> Model:
         variable = declared.get(key)
         if variable is not None and domain(variable.type) is None:
             finite.discard(key)
-            _not_finite(assembly.instances[variable.component], variable.name, reader, report)
+            _not_finite(
+                component_table.instances[variable.component], variable.name, reader, report
+            )
     _check_values(model, finite, report)
     components = tuple(_with_state(c, readers) for c in model.components)
     return replace(model, components=components)
@@ -169,7 +171,11 @@ def _check_incoming(expr: Expr, place: str, report: Report) -> None:
 
 
 def check_unused(
-    scope: FileScope, assembly: Assembly, model: Model, universe: Universe, report: Report
+    scope: FileScope,
+    component_table: ComponentTable,
+    model: Model,
+    type_declarations: TypeDeclarations,
+    report: Report,
 ) -> None:
     """Names of this file that nothing uses. Only for a model without errors."""
     for name, datatype in scope.datatypes.items():
@@ -181,8 +187,8 @@ def check_unused(
     if scope.node.kind == "library":
         return  # whoever imports it may read its variables
     expressions = list(_all_expressions(model))
-    _check_variables(assembly, expressions, report)
-    _check_enum_values(scope, model, expressions, universe, report)
+    _check_variables(component_table, expressions, report)
+    _check_enum_values(scope, model, expressions, type_declarations, report)
 
 
 def _all_expressions(model: Model) -> Iterator[Expr]:
@@ -201,14 +207,16 @@ def _leaves(data: Data) -> Iterator[Expr]:
         yield data
 
 
-def _check_variables(assembly: Assembly, expressions: Iterable[Expr], report: Report) -> None:
+def _check_variables(
+    component_table: ComponentTable, expressions: Iterable[Expr], report: Report
+) -> None:
     read = {
         (part.component, part.variable)
         for expr in expressions
         for part in walk(expr)
         if isinstance(part, VariableRef)
     }
-    for instance in assembly.instances.values():
+    for instance in component_table.instances.values():
         if instance.imported is not None:
             continue
         for name, node in instance.variable_nodes.items():
@@ -222,7 +230,11 @@ def _check_variables(assembly: Assembly, expressions: Iterable[Expr], report: Re
 
 
 def _check_enum_values(
-    scope: FileScope, model: Model, expressions: list[Expr], universe: Universe, report: Report
+    scope: FileScope,
+    model: Model,
+    expressions: list[Expr],
+    type_declarations: TypeDeclarations,
+    report: Report,
 ) -> None:
     """Values that no expression names; the default is what is left, it need not be named."""
     named: set[tuple[str, str]] = set()
@@ -240,7 +252,7 @@ def _check_enum_values(
             if isinstance(variable.type, EnumType):
                 named.add((variable.type.name, str(variable.initial)))
     for name in scope.datatypes:
-        node = universe.nodes[scope.origin, name]
+        node = type_declarations.nodes[scope.origin, name]
         rules = getattr(node, "rules", ())
         if name not in scope.used_datatypes or name in compared:
             continue
@@ -262,12 +274,12 @@ def _parts(expressions: Iterable[Expr]) -> Iterator[Expr]:
 # --- names and topics ----------------------------------------------------------------------------
 
 
-def check_case(scope: FileScope, assembly: Assembly, report: Report) -> None:
+def check_case(scope: FileScope, component_table: ComponentTable, report: Report) -> None:
     """Names of one kind that differ only in case."""
     _similar((c.name for c in scope.components.values()), "components", report)
     _similar((d.name for d in scope.datatypes.values()), "datatypes", report)
     _similar((i.name for i in scope.interfaces.values()), "interfaces", report)
-    local = [i for i in assembly.instances.values() if i.imported is None]
+    local = [i for i in component_table.instances.values() if i.imported is None]
     communications = [c.node.name for i in local for c in i.communications.values()]
     _similar(communications, "communications", report)
     for instance in local:
@@ -294,11 +306,11 @@ def _similar(names: Iterable[Name], what: str, report: Report) -> None:
             )
 
 
-def check_topics(assembly: Assembly, report: Report) -> None:
+def check_topics(component_table: ComponentTable, report: Report) -> None:
     """Messages that share a topic: of different types, or coming in with two meanings."""
     first: dict[str, CommunicationInfo] = {}
     outgoing: dict[str, CommunicationInfo] = {}
-    for instance in assembly.instances.values():
+    for instance in component_table.instances.values():
         for info in instance.communications.values():
             if info.entity is None or info.entity.has_phase:
                 continue

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from robosc.model.entities import EventKind, Kind
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
-from robosc.model.world import CommunicationInfo, Names
+from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.syntax.nodes import Access, Name
 
 __all__ = ["EVENTS_OF", "resolve_communication"]
@@ -30,14 +30,14 @@ _KEYWORDS = ("message", "service", "action")
 
 
 def resolve_communication(
-    access: Access, names: Names, scope: FileScope, report: Report
+    access: Access, symbols: SymbolTable, scope: FileScope, report: Report
 ) -> CommunicationInfo | None:
     """The communication that a bare or qualified name means; None after an error."""
     match access.path:
         case ():
-            return _bare(access, names, scope, report)
+            return _bare(access, symbols, scope, report)
         case (Name() as member,):
-            return _qualified(access, member, names, scope, report)
+            return _qualified(access, member, symbols, scope, report)
     report.add(
         "unknown-communication",
         access.span,
@@ -48,10 +48,10 @@ def resolve_communication(
 
 
 def _bare(
-    access: Access, names: Names, scope: FileScope, report: Report
+    access: Access, symbols: SymbolTable, scope: FileScope, report: Report
 ) -> CommunicationInfo | None:
     name = access.root.text
-    found = names.communications(name)
+    found = symbols.communications(name)
     if len(found) == 1:
         return found[0]
     if found:
@@ -66,35 +66,35 @@ def _bare(
         )
         return None
     # A component that could not be imported may well have brought it.
-    if scope.is_lost(name, *_KEYWORDS) or names.assembly.broken:
+    if scope.is_unresolved(name, *_KEYWORDS) or symbols.component_table.broken:
         return None
-    component = names.component(name)
+    component = symbols.component(name)
     if component is not None:
         message = f"'{name}' is a component, not a communication"
         hint = report.suggest(name, [f"{name}.{c}" for c in component.communications], "it has")
     else:
         message = f"there is no communication '{name}'"
-        hint = report.suggest(name, names.communication_names())
+        hint = report.suggest(name, symbols.communication_names())
     report.add("unknown-communication", access.span, message, hint)
     return None
 
 
 def _qualified(
-    access: Access, member: Name, names: Names, scope: FileScope, report: Report
+    access: Access, member: Name, symbols: SymbolTable, scope: FileScope, report: Report
 ) -> CommunicationInfo | None:
     root = access.root.text
-    component = names.component(root)
+    component = symbols.component(root)
     if component is None:
-        if not names.is_broken(root) and not scope.is_lost(root, "component"):
+        if not symbols.is_broken(root) and not scope.is_unresolved(root, "component"):
             report.add(
                 "unknown-name",
                 access.root.span,
                 f"there is no component '{root}'",
-                report.suggest(root, names.components),
+                report.suggest(root, symbols.components),
             )
         return None
     found = component.communications.get(member.text)
-    if found is None and not scope.is_lost(member.text, *_KEYWORDS):
+    if found is None and not scope.is_unresolved(member.text, *_KEYWORDS):
         report.add(
             "unknown-communication",
             member.span,

@@ -7,10 +7,11 @@ can refer forwards.
 from __future__ import annotations
 
 from robosc.errors import Note
-from robosc.model.datatypes import Universe
+from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import Communication, Kind
 from robosc.model.report import Report
 from robosc.model.rosbind import Binder, Part
+from robosc.model.tables import CommunicationInfo, ComponentTable, Instance
 from robosc.model.types import (
     ArrayType,
     EnumType,
@@ -19,7 +20,6 @@ from robosc.model.types import (
     Type,
 )
 from robosc.model.values import is_basic
-from robosc.model.world import Assembly, CommunicationInfo, Instance
 from robosc.names import ros_name_fault
 from robosc.source import Span
 from robosc.syntax.nodes import (
@@ -57,8 +57,8 @@ def declare(instance: Instance, report: Report) -> None:
                     "put everything into one",
                     [Note("the first one is here", _head(instance.behaviour, "behaviour"))],
                 )
-                instance.types.scope.lose(item)
-                instance.further.append(item)
+                instance.types.scope.mark_unresolved(item)
+                instance.duplicate_behaviours.append(item)
                 continue
             instance.behaviour = item
             _declare_behaviour(instance, item, report)
@@ -185,14 +185,16 @@ def _carried(instance: Instance, node: TypeNode, report: Report, sent: bool = Fa
             "use an object that has the array as a property, or an enum from it",
         )
         return None
-    if type_ is not None and not instance.types.universe.is_known(type_):
+    if type_ is not None and not instance.types.type_declarations.is_known(type_):
         return None
     if sent and type_ is not None:
-        return _sendable(instance.types.universe, type_, node.span, report)
+        return _sendable(instance.types.type_declarations, type_, node.span, report)
     return type_
 
 
-def _sendable(universe: Universe, type_: Type, span: Span, report: Report) -> Type | None:
+def _sendable(
+    type_declarations: TypeDeclarations, type_: Type, span: Span, report: Report
+) -> Type | None:
     if isinstance(type_, EnumType):
         report.add(
             "enum-sent",
@@ -228,9 +230,9 @@ def _enum_in(object_: ObjectType, path: str) -> tuple[str, EnumType] | None:
     return None
 
 
-def check_local_names(assembly: Assembly, report: Report) -> None:
+def check_local_names(component_table: ComponentTable, report: Report) -> None:
     """Names of communications are unique among the local components."""
-    for infos in assembly.by_name.values():
+    for infos in component_table.by_name.values():
         local = [i for i in infos if i.instance.imported is None]
         for info in local[1:]:
             report.add(
@@ -289,7 +291,7 @@ def _interface(info: CommunicationInfo, report: Report) -> tuple[InterfaceNode |
     scope.used_interfaces.add(links.text)
     found = scope.interfaces.get(links.text)
     if found is None:
-        if not scope.is_lost(links.text, "interface"):
+        if not scope.is_unresolved(links.text, "interface"):
             hint = report.suggest(links.text, scope.interfaces)
             report.add(
                 "unknown-interface",

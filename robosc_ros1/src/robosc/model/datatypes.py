@@ -37,11 +37,11 @@ from robosc.syntax.nodes import (
     TypeNode,
 )
 
-__all__ = ["TypeTable", "Universe"]
+__all__ = ["TypeTable", "TypeDeclarations"]
 
 
 @dataclass
-class Universe:
+class TypeDeclarations:
     """What all files of one run share: declarations by (origin, name), and what is unknown in them.
 
     ``unknown_properties`` are properties whose type has an error, ``unknown_sources`` enums that
@@ -103,10 +103,14 @@ class TypeTable:
     """
 
     def __init__(
-        self, scope: FileScope, universe: Universe, report: Report, condition: ConditionTyper
+        self,
+        scope: FileScope,
+        type_declarations: TypeDeclarations,
+        report: Report,
+        condition: ConditionTyper,
     ) -> None:
         self.scope = scope
-        self.universe = universe
+        self.type_declarations = type_declarations
         self._report = report
         self._condition = condition
         self._types: dict[str, Type | None] = {}
@@ -115,16 +119,16 @@ class TypeTable:
         self._shells: dict[str, EnumType] = {}
         self._by_value: dict[str, list[EnumType]] = {}
         for name, node in scope.datatypes.items():
-            universe.nodes[scope.origin, name] = node
+            type_declarations.nodes[scope.origin, name] = node
             if scope.is_damaged(node.span):
-                universe.damaged.add((scope.origin, name))
+                type_declarations.damaged.add((scope.origin, name))
             if isinstance(node, EnumNode):
                 self._add_shell(node)
 
     def resolve_all(self) -> None:
         for name in self.scope.datatypes:
             self._named(name)
-        for node in self.scope.doubles:
+        for node in self.scope.duplicates:
             if isinstance(node, ObjectNode):
                 self._object(node)
             elif isinstance(node, EnumNode):
@@ -191,7 +195,7 @@ class TypeTable:
         return None
 
     def _unknown(self, node: NamedTypeNode) -> None:
-        if self.scope.is_lost(node.name.text, "enum", "object"):
+        if self.scope.is_unresolved(node.name.text, "enum", "object"):
             return
         basic = ("string", "boolean", "double", "integer", "none")
         meant = _FOREIGN.get(node.name.text.lower().rstrip("0123456789"))
@@ -266,7 +270,9 @@ class TypeTable:
                 )
                 type_ = None
             if type_ is None:
-                self.universe.unknown_properties.add((self.scope.origin, node.name.text, name))
+                self.type_declarations.unknown_properties.add(
+                    (self.scope.origin, node.name.text, name)
+                )
             else:
                 properties.append((name, type_))
         return ObjectType(node.name.text, self.scope.origin, tuple(properties))
@@ -290,7 +296,7 @@ class TypeTable:
         self._check_values(node)
         shell = self._shell(node)
         if source is None or isinstance(source, EnumType | NoneType):
-            self.universe.unknown_sources.add((shell.origin, shell.name))
+            self.type_declarations.unknown_sources.add((shell.origin, shell.name))
             return shell
         rules = []
         for rule in node.rules:

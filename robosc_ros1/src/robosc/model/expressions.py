@@ -25,6 +25,7 @@ from robosc.model.datatypes import TypeTable
 from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, ValueRef, VariableRef
 from robosc.model.report import Report
 from robosc.model.scope import is_escaped
+from robosc.model.tables import Instance, SymbolTable
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -39,15 +40,17 @@ from robosc.model.types import (
 )
 from robosc.model.unknown import NameFaults, last_name
 from robosc.model.values import accepts, comparable, describe
-from robosc.model.world import Instance, Names
 from robosc.source import Span
 from robosc.syntax.nodes import Access, BinaryNode, ExprNode, LiteralNode, Name, UnaryNode
 
-__all__ = ["ANY", "BOOLEAN", "RULE", "Incoming", "Typer", "Want", "is_value", "no_value", "wants"]
+__all__ = [
+    "ANY", "BOOLEAN", "RULE", "ExpectedType", "Incoming", "Typer", "expected_type", "is_value",
+    "no_value",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Want:
+class ExpectedType:
     """What a place needs: in words, as a test, and as a type where it is exactly one."""
 
     text: str
@@ -55,16 +58,16 @@ class Want:
     type: Type | None = None
 
 
-ANY = Want("a value", lambda _: True)
-BOOLEAN = Want("a boolean", lambda t: isinstance(t, BooleanType), BooleanType())
+ANY = ExpectedType("a value", lambda _: True)
+BOOLEAN = ExpectedType("a boolean", lambda t: isinstance(t, BooleanType), BooleanType())
 RULE = "the condition of a rule"
 """The place that an enum's rule is."""
-NUMBER = Want("a number", is_number)
+NUMBER = ExpectedType("a number", is_number)
 
 
-def wants(target: Type) -> Want:
+def expected_type(target: Type) -> ExpectedType:
     """The needs of something declared as ``target``."""
-    return Want(describe(target), lambda given: accepts(target, given), target)
+    return ExpectedType(describe(target), lambda given: accepts(target, given), target)
 
 
 @dataclass(frozen=True)
@@ -91,19 +94,19 @@ class Typer:
     """Types the expressions of one place; ``None`` is an expression with a reported error."""
 
     def __init__(
-        self, report: Report, types: TypeTable, names: Names | None, incoming: Incoming
+        self, report: Report, types: TypeTable, symbols: SymbolTable | None, incoming: Incoming
     ) -> None:
         self._report = report
         self._types = types
-        self._names = names
+        self._symbols = symbols
         self._incoming = incoming
-        self._faults = NameFaults(report, types, names)
+        self._faults = NameFaults(report, types, symbols)
 
-    def check(self, node: ExprNode, want: Want, place: str) -> Expr | None:
+    def check(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
         """The expression at a place (in words, for messages) that has needs."""
         match node:
             case Access() if not is_value(node):
-                return self._choose(node, want, place)
+                return self._choose(node, expected, place)
             case Access():
                 found = self._value(node)
             case LiteralNode():
@@ -112,29 +115,29 @@ class Typer:
                 found = self._unary(node)
             case BinaryNode():
                 found = self._binary(node)
-        if found is not None and not want.accepts(found.type):
-            self._mismatch(node, found.type, want, place)
+        if found is not None and not expected.accepts(found.type):
+            self._mismatch(node, found.type, expected, place)
             return None
         return found
 
-    def _mismatch(self, node: ExprNode, given: Type, want: Want, place: str) -> None:
+    def _mismatch(self, node: ExprNode, given: Type, expected: ExpectedType, place: str) -> None:
         hint = None
-        if isinstance(want.type, IntegerType) and isinstance(given, DoubleType):
+        if isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
             hint = "a double never becomes an integer by itself"
         elif place == RULE and isinstance(node, LiteralNode):
             hint = f"write: value = {node.span.text}"
         self._report.add(
             "type-mismatch",
             node.span,
-            f"{place} needs {want.text}, this is {describe(given)}",
+            f"{place} needs {expected.text}, this is {describe(given)}",
             hint,
         )
 
     # --- operators -------------------------------------------------------------------------------
 
     def _unary(self, node: UnaryNode) -> Expr | None:
-        want = BOOLEAN if node.operator == "!" else NUMBER
-        operand = self.check(node.operand, want, f"'{node.operator}'")
+        expected = BOOLEAN if node.operator == "!" else NUMBER
+        operand = self.check(node.operand, expected, f"'{node.operator}'")
         if operand is None:
             return None
         if node.operator == "-" and isinstance(operand, Literal):
@@ -147,9 +150,9 @@ class Typer:
         operator = node.operator
         if operator in ("=", "!="):
             return self._equality(node)
-        want = BOOLEAN if operator in ("and", "or", "=>") else NUMBER
-        left = self.check(node.left, want, f"'{operator}'")
-        right = self.check(node.right, want, f"'{operator}'")
+        expected = BOOLEAN if operator in ("and", "or", "=>") else NUMBER
+        left = self.check(node.left, expected, f"'{operator}'")
+        right = self.check(node.right, expected, f"'{operator}'")
         if left is None or right is None:
             return None
         type_: Type = BooleanType()
@@ -245,29 +248,29 @@ class Typer:
 
     # --- names -----------------------------------------------------------------------------------
 
-    def _choose(self, access: Access, want: Want, place: str) -> Expr | None:
+    def _choose(self, access: Access, expected: ExpectedType, place: str) -> Expr | None:
         meanings = self._meanings(access)
         if meanings is None:
             return None
-        if want.type is not None:
-            meanings = meanings + self._out_of_sight(access, [want.type], meanings)
+        if expected.type is not None:
+            meanings = meanings + self._out_of_sight(access, [expected.type], meanings)
         if not meanings:
-            self._faults.unknown(access, want.type)
+            self._faults.unknown(access, expected.type)
             return None
-        fitting = [m for m in meanings if want.accepts(m.type)]
+        fitting = [m for m in meanings if expected.accepts(m.type)]
         if len(fitting) == 1:
             return self._settle(fitting[0])
         if fitting:
             self._faults.ambiguous(access, fitting)
         else:
             hint = None
-            if isinstance(want.type, EnumType):
+            if isinstance(expected.type, EnumType):
                 name = last_name(access)
-                hint = self._report.suggest(name, want.type.values, f"{want.type.name} has")
+                hint = self._report.suggest(name, expected.type.values, f"{expected.type.name} has")
             self._report.add(
                 "type-mismatch",
                 access.span,
-                f"{place} needs {want.text}, this is {_alternatives(meanings)}",
+                f"{place} needs {expected.text}, this is {_alternatives(meanings)}",
                 hint,
             )
         return None
@@ -293,7 +296,7 @@ class Typer:
 
     def _bare(self, access: Access) -> list[Expr] | None:
         name = access.root.text
-        own = self._names.own if self._names else None
+        own = self._symbols.own if self._symbols else None
         found = _members(own, name, access.span) if own is not None else []
         if found is None:
             return None
@@ -301,8 +304,8 @@ class Typer:
 
     def _qualified(self, access: Access, member: Name) -> list[Expr] | None:
         root, name = access.root.text, member.text
-        names = self._names
-        component = names.component(root) if names else None
+        symbols = self._symbols
+        component = symbols.component(root) if symbols else None
         found = _members(component, name, access.span) if component is not None else []
         if found is None:
             return None
@@ -311,7 +314,7 @@ class Typer:
             found.append(Literal(name, enum, access.span))
         if found:
             return found
-        if (names and names.is_broken(root)) or self._types.scope.is_lost(name):
+        if (symbols and symbols.is_broken(root)) or self._types.scope.is_unresolved(name):
             return None
         if component is not None or enum is not None:
             self._faults.unknown_member(access, member)
@@ -369,7 +372,7 @@ class Typer:
             found = type_.property(part.text)
             if found is not None:
                 return found
-            if not self._types.universe.may_have(type_, part.text):
+            if not self._types.type_declarations.may_have(type_, part.text):
                 self._report.add(
                     "unknown-member",
                     part.span,
@@ -424,9 +427,9 @@ def _may_be_compared(type_: Type) -> bool:
     return comparable(type_, type_)
 
 
-def _equal_to(type_: Type) -> Want:
+def _equal_to(type_: Type) -> ExpectedType:
     text = "a number" if is_number(type_) else describe(type_)
-    return Want(text, lambda given: comparable(type_, given), type_)
+    return ExpectedType(text, lambda given: comparable(type_, given), type_)
 
 
 def _alternatives(meanings: list[Expr]) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 from robosc.model.entities import Behaviour, State
 from robosc.model.report import Report, listing
-from robosc.model.world import Instance
+from robosc.model.tables import Instance
 
 __all__ = ["check_reach"]
 
@@ -34,20 +34,20 @@ def check_reach(
             back[target].add(source)
     marked = [s.name for s in behaviour.states if s.marked]
     coming_home = _closure(marked, back)
-    lost = [name for name in steps if name in reached and name not in coming_home]
-    if not lost:
+    cut_off = [name for name in steps if name in reached and name not in coming_home]
+    if not cut_off:
         return
     message = (
-        f"from state '{lost[0]}' of {instance.name} no marked state can be reached"
+        f"from state '{cut_off[0]}' of {instance.name} no marked state can be reached"
         if marked
         else f"{instance.name} has no marked state"
     )
     hint = (
-        "cut off: " + listing(lost)
+        "cut off: " + listing(cut_off)
         if marked
         else "mark the states in which its work is done: marked state"
     )
-    report.add("no-marked-reachable", instance.states[lost[0]].name.span, message, hint)
+    report.add("no-marked-reachable", instance.states[cut_off[0]].name.span, message, hint)
 
 
 def _successors(state: State, behaviour: Behaviour) -> set[str]:

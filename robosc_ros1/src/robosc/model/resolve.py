@@ -15,7 +15,7 @@ from pathlib import Path
 
 from robosc.errors import Diagnostic, Note, Severity, has_errors, sort_diagnostics
 from robosc.model.behaviour import BehaviourResolver
-from robosc.model.check import Model, check_case, check_topics, check_unused, settle_state
+from robosc.model.check import Model, check_case, check_topics, check_unused, select_state_variables
 from robosc.model.components import (
     bind,
     check_interfaces,
@@ -24,7 +24,7 @@ from robosc.model.components import (
     declare,
     join,
 )
-from robosc.model.datatypes import TypeTable, Universe
+from robosc.model.datatypes import TypeDeclarations, TypeTable
 from robosc.model.entities import Component, Provide, Requirement, Robot
 from robosc.model.expr import Expr
 from robosc.model.expressions import BOOLEAN, RULE, Incoming, Typer
@@ -36,8 +36,8 @@ from robosc.model.rosbind import Binder
 from robosc.model.rosmsg import MessageDefinitions
 from robosc.model.scope import FileScope
 from robosc.model.statements import StatementResolver
+from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
 from robosc.model.types import EnumType, Type
-from robosc.model.world import Assembly, Instance, LibraryNames, Names
 from robosc.source import Source
 from robosc.syntax.nodes import (
     BehaviourNode,
@@ -97,17 +97,17 @@ def read(
 
 @dataclass
 class ResolvedFile:
-    """One resolved file. A library with errors has no assembly."""
+    """One resolved file. A library with errors has no table of components."""
 
     scope: FileScope | None
     types: TypeTable | None
-    assembly: Assembly | None
+    component_table: ComponentTable | None
     model: Model | None
     diagnostics: tuple[Diagnostic, ...]
 
     @property
     def is_sound(self) -> bool:
-        return self.assembly is not None and not has_errors(self.diagnostics)
+        return self.component_table is not None and not has_errors(self.diagnostics)
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class _Loader:
         self._finder = LibraryFinder(library_path, definitions.library_folders, reader)
         self.main = ResolvedFile(None, None, None, None, ())
         self._strict = strict
-        self._universe = Universe()
+        self._type_declarations = TypeDeclarations()
         self._libraries: dict[str, ResolvedFile] = {}
         self._paths: dict[str, dict[str, str]] = {}
         self._robot: str | None = None
@@ -177,15 +177,15 @@ class _Loader:
         model = resolver.resolve()
         self._open.pop()
         told = tuple(d for d in report.diagnostics if d in syntax or not scope.is_cut_short(d.span))
-        return ResolvedFile(scope, resolver.types, resolver.assembly, model, told)
+        return ResolvedFile(scope, resolver.types, resolver.component_table, model, told)
 
     @property
     def libraries(self) -> Mapping[str, ResolvedFile]:
         return self._libraries
 
     @property
-    def universe(self) -> Universe:
-        return self._universe
+    def type_declarations(self) -> TypeDeclarations:
+        return self._type_declarations
 
     @property
     def definitions(self) -> MessageDefinitions:
@@ -286,9 +286,9 @@ class _FileResolver:
         self._loader = loader
         self._scope = scope
         self._report = report
-        self.assembly = Assembly()
-        self.types = TypeTable(scope, loader.universe, report, self._rule_condition)
-        self._binder = Binder(loader.definitions, loader.universe, report)
+        self.component_table = ComponentTable()
+        self.types = TypeTable(scope, loader.type_declarations, report, self._rule_condition)
+        self._binder = Binder(loader.definitions, loader.type_declarations, report)
         self._muted = Muted()
 
     def resolve(self) -> Model:
@@ -297,25 +297,31 @@ class _FileResolver:
         check_interfaces(self._scope.interfaces, self._report)
         for node in self._scope.components.values():
             self._add_component(node)
-        self.assembly.index_communications()
+        self.component_table.index_communications()
         if self._scope.node.kind == "robot":
-            check_local_names(self.assembly, self._report)
-        components = tuple(self._component(i) for i in self.assembly.instances.values())
-        self._check_doubles()
+            check_local_names(self.component_table, self._report)
+        components = tuple(self._component(i) for i in self.component_table.instances.values())
+        self._check_duplicates()
         self._binder.check_unlinked(self._scope.interfaces.values())
         requirements, provides = self._statements()
         model = Model(components, requirements, provides)
-        model = settle_state(model, self.assembly, self._report)
+        model = select_state_variables(model, self.component_table, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
         check_indexes(model.components, enums, self._binder.lengths, self._report)
-        check_case(self._scope, self.assembly, self._report)
-        check_topics(self.assembly, self._report)
+        check_case(self._scope, self.component_table, self._report)
+        check_topics(self.component_table, self._report)
         library = self._scope.node.kind == "library"
-        whole = not self._report.has_errors and not self.assembly.broken
+        whole = not self._report.has_errors and not self.component_table.broken
         if library or not whole:
             check_overlaps(model.components, self._report, library=library)
         if whole:
-            check_unused(self._scope, self.assembly, model, self._loader.universe, self._report)
+            check_unused(
+                self._scope,
+                self.component_table,
+                model,
+                self._loader.type_declarations,
+                self._report,
+            )
         return model
 
     def _rule_condition(self, types: TypeTable, node: ExprNode, source: Type) -> Expr | None:
@@ -330,21 +336,21 @@ class _FileResolver:
         else:
             found = self._imported(node)
             if found is None:
-                self.assembly.broken.add(node.name.text)
+                self.component_table.broken.add(node.name.text)
                 return
             instance = found
             declare(instance, self._muted)
-        self.assembly.add(instance)
+        self.component_table.add(instance)
         for info in instance.communications.values():
             bind(info, self._binder, self._report)
 
-    def _check_doubles(self) -> None:
+    def _check_duplicates(self) -> None:
         """Resolve what has a name, or a place, that is taken, only for the faults in it."""
-        for instance in list(self.assembly.instances.values()):
-            for behaviour in () if instance.imported else instance.further:
+        for instance in list(self.component_table.instances.values()):
+            for behaviour in () if instance.imported else instance.duplicate_behaviours:
                 outside = [i for i in instance.node.items if not isinstance(i, BehaviourNode)]
                 self._check_aside(replace(instance.node, items=(*outside, behaviour)))
-        for node in self._scope.doubles:
+        for node in self._scope.duplicates:
             if isinstance(node, ComponentNode):
                 self._check_aside(node)
 
@@ -360,9 +366,9 @@ class _FileResolver:
         library = self._loader.library(node, self._scope, self._report)
         if library is None:
             return None
-        assert library.assembly is not None
-        original = library.assembly.instances.get(node.component.text)
-        if original is None and node.component.text in library.assembly.broken:
+        assert library.component_table is not None
+        original = library.component_table.instances.get(node.component.text)
+        if original is None and node.component.text in library.component_table.broken:
             return None
         if original is None:
             self._report.add(
@@ -370,7 +376,7 @@ class _FileResolver:
                 node.component.span,
                 f"library {node.library.text} has no component '{node.component.text}'",
                 self._report.suggest(
-                    node.component.text, library.assembly.instances, "its components"
+                    node.component.text, library.component_table.instances, "its components"
                 ),
             )
             return None
@@ -379,20 +385,20 @@ class _FileResolver:
             chain = None if original.prefix is None else join(prefix, original.prefix)
         instance = Instance(node.name.text, original.node, original.types, chain, node)
         instance.original = original
-        instance.library = library.assembly
+        instance.library = library.component_table
         return instance
 
     def _component(self, instance: Instance) -> Component:
-        names: Names = Names(self.assembly, instance)
+        symbols: SymbolTable = SymbolTable(self.component_table, instance)
         report = self._report
         if instance.library is not None and instance.original is not None:
             report = self._muted
-            names = LibraryNames(
-                self.assembly, instance, instance.library, instance.original, self._report
+            symbols = ImportedSymbolTable(
+                self.component_table, instance, instance.library, instance.original, self._report
             )
         behaviour = None
         if instance.behaviour is not None:
-            behaviour = BehaviourResolver(instance, names, report).resolve(instance.behaviour)
+            behaviour = BehaviourResolver(instance, symbols, report).resolve(instance.behaviour)
         communications = (c.entity for c in instance.communications.values())
         imported = instance.imported
         return Component(
@@ -406,7 +412,9 @@ class _FileResolver:
     # --- statements ------------------------------------------------------------------------------
 
     def _statements(self) -> tuple[tuple[Requirement, ...], tuple[Provide, ...]]:
-        resolver = StatementResolver(Names(self.assembly), self.types, self._binder, self._report)
+        resolver = StatementResolver(
+            SymbolTable(self.component_table), self.types, self._binder, self._report
+        )
         requirements: list[Requirement] = []
         provides: list[Provide] = []
         for node in self._scope.node.declarations:

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from robosc.model.datatypes import Universe
+from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import Binding, Data, DataObject
 from robosc.model.expr import Expr, VariableRef
 from robosc.model.report import Report, listing
@@ -58,9 +58,11 @@ class Part:
 class Binder:
     """Binds communications; reports each missing package once."""
 
-    def __init__(self, definitions: MessageDefinitions, universe: Universe, report: Report) -> None:
+    def __init__(
+        self, definitions: MessageDefinitions, type_declarations: TypeDeclarations, report: Report
+    ) -> None:
         self._definitions = definitions
-        self._universe = universe
+        self._type_declarations = type_declarations
         self._report = report
         self._warned: set[str] = set()
         self._looked_up: set[InterfaceNode] = set()
@@ -240,10 +242,10 @@ class Binder:
             return
         self._checked.add(key)
         for name, type_ in object_.properties:
-            node = self._universe.property_node(object_, name)
+            node = self._type_declarations.property_node(object_, name)
             field = definition.field(name)
             if field is None:
-                if not self._universe.is_misread(object_, name):
+                if not self._type_declarations.is_misread(object_, name):
                     self._unknown_field(definition, name, node.name.span)
                 continue
             problem = misfit(type_, field.type, sending)

@@ -1,7 +1,7 @@
 """What one file declares: its tables of names, and which parts of it the parser had to give up.
 
-A syntax error can swallow declarations. Names that were declared in swallowed text are *lost*:
-references to them are silent, since the syntax error was reported already.
+A syntax error can swallow declarations. Names that may have been declared in swallowed text are
+*unresolved*: references to them are silent, since the syntax error was reported already.
 """
 
 from __future__ import annotations
@@ -57,11 +57,11 @@ class FileScope:
     components: dict[str, ComponentNode | ImportNode] = field(default_factory=dict)
     datatypes: dict[str, ObjectNode | EnumNode] = field(default_factory=dict)
     interfaces: dict[str, InterfaceNode] = field(default_factory=dict)
-    doubles: list[ComponentNode | ImportNode | ObjectNode | EnumNode | InterfaceNode] = field(
+    duplicates: list[ComponentNode | ImportNode | ObjectNode | EnumNode | InterfaceNode] = field(
         default_factory=list
     )
     """Declarations whose name is taken: nothing can refer to them, but what they say is checked."""
-    lost: set[str] = field(default_factory=set)
+    unresolved: set[str] = field(default_factory=set)
     used_datatypes: set[str] = field(default_factory=set)
     used_interfaces: set[str] = field(default_factory=set)
 
@@ -88,8 +88,8 @@ class FileScope:
         name = item.name.text
         if name in table:
             report_duplicate(what, item.name, table[name].name.span, report)
-            self.doubles.append(item)
-            self.lose(item)
+            self.duplicates.append(item)
+            self.mark_unresolved(item)
         else:
             table[name] = item
 
@@ -97,15 +97,15 @@ class FileScope:
     def origin(self) -> str:
         return self.node.name.text
 
-    def is_lost(self, name: str, *keywords: str) -> bool:
+    def is_unresolved(self, name: str, *keywords: str) -> bool:
         """Whether a name without declaration may have one in text that does not count: it did not
         parse, or declares something a second time. ``keywords`` begin what the name may mean."""
-        lost = name in self.node.broken or name in self.lost
-        return lost or not self.nameless.isdisjoint(keywords)
+        unresolved = name in self.node.broken or name in self.unresolved
+        return unresolved or not self.nameless.isdisjoint(keywords)
 
-    def lose(self, node: DeclarationNode | BehaviourNode) -> None:
+    def mark_unresolved(self, node: DeclarationNode | BehaviourNode) -> None:
         """What is declared in it cannot be referred to, which is reported already."""
-        self.lost.update(_declared(node))
+        self.unresolved.update(_declared(node))
 
     def is_cut_short(self, span: Span) -> bool:
         """Whether what follows this range did not parse: it may have been meant to go on."""

@@ -8,13 +8,13 @@ from robosc.errors import Note
 from robosc.model.communications import resolve_communication
 from robosc.model.datatypes import TypeTable
 from robosc.model.entities import Data, DataObject, Kind, Provide, Requirement
-from robosc.model.expressions import BOOLEAN, Typer, no_value, wants
+from robosc.model.expressions import BOOLEAN, Typer, expected_type, no_value
 from robosc.model.report import Report
 from robosc.model.rosbind import Binder
 from robosc.model.scope import report_duplicate
+from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.types import ArrayType, NoneType, ObjectType, Type
 from robosc.model.values import check_range, coerce, describe
-from robosc.model.world import CommunicationInfo, Names
 from robosc.source import Span
 from robosc.syntax.nodes import Access, DataNode, DataObjectNode, ProvideNode, RequirementNode
 
@@ -28,13 +28,15 @@ _COMMENT_OR_STRING = re.compile(
 class StatementResolver:
     """Resolves the statements of a robot over all its components."""
 
-    def __init__(self, names: Names, types: TypeTable, binder: Binder, report: Report) -> None:
-        self._names = names
+    def __init__(
+        self, symbols: SymbolTable, types: TypeTable, binder: Binder, report: Report
+    ) -> None:
+        self._symbols = symbols
         self._types = types
         self._binder = binder
         self._report = report
         self._typer = Typer(
-            report, types, names, no_value("nothing comes in where a command is decided on")
+            report, types, symbols, no_value("nothing comes in where a command is decided on")
         )
 
     def requirement(self, node: RequirementNode) -> Requirement | None:
@@ -80,7 +82,7 @@ class StatementResolver:
         return Provide(info.key, data, condition, span=node.span)
 
     def _command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:
-        info = resolve_communication(access, self._names, self._types.scope, self._report)
+        info = resolve_communication(access, self._symbols, self._types.scope, self._report)
         if info is not None and info.kind is Kind.OUTGOING:
             self._report.add(code, access.span, f"'{info.name}' is an outgoing message: {why}")
             return None
@@ -130,7 +132,7 @@ class StatementResolver:
                 "leave it out: it stays empty",
             )
             return None
-        expr = self._typer.check(node, wants(type_), place)
+        expr = self._typer.check(node, expected_type(type_), place)
         if expr is None:
             return None
         check_range(expr, type_, place, self._report)
@@ -160,7 +162,9 @@ class StatementResolver:
         return DataObject(tuple(fields)) if whole else None
 
     def _unknown_property(self, name: str, span: Span, type_: ObjectType) -> None:
-        if self._types.universe.may_have(type_, name) or self._types.scope.is_lost(name):
+        if self._types.type_declarations.may_have(type_, name) or self._types.scope.is_unresolved(
+            name
+        ):
             return
         self._report.add(
             "unknown-property",

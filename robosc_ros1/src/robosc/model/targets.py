@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robosc.model.expressions import is_value
 from robosc.model.report import Report, listing
-from robosc.model.world import Instance, Names
+from robosc.model.tables import Instance, SymbolTable
 from robosc.syntax.nodes import Access, Name
 
 __all__ = ["Targets"]
@@ -13,9 +13,9 @@ __all__ = ["Targets"]
 class Targets:
     """Resolves the targets of assignments in one component."""
 
-    def __init__(self, instance: Instance, names: Names, report: Report) -> None:
+    def __init__(self, instance: Instance, symbols: SymbolTable, report: Report) -> None:
         self._instance = instance
-        self._names = names
+        self._symbols = symbols
         self._report = report
 
     def resolve(self, access: Access) -> str | None:
@@ -28,7 +28,7 @@ class Targets:
                 return root
             self._unknown_target(access)
         elif len(access.path) == 1 and isinstance(member := access.path[0], Name):
-            component = self._names.component(root)
+            component = self._symbols.component(root)
             if component is own and member.text in own.variables:
                 return member.text
             self._foreign_target(access, component, member)
@@ -47,11 +47,11 @@ class Targets:
 
     def _unknown_target(self, access: Access) -> None:
         own, name = self._instance, access.root.text
-        if own.types.scope.is_lost(name, "variable"):
+        if own.types.scope.is_unresolved(name, "variable"):
             return
         if name in own.states:
             self._not_assignable(access, f"'{name}' is a state; use goto")
-        elif self._names.component(name) is not None:
+        elif self._symbols.component(name) is not None:
             self._not_assignable(access, f"'{name}' is a component")
         elif name in own.communications:
             self._not_assignable(access, f"'{name}' is a communication")
@@ -67,9 +67,9 @@ class Targets:
         root = access.root.text
         scope = self._instance.types.scope
         if component is None:
-            if self._names.is_broken(root) or scope.is_lost(root, "component"):
+            if self._symbols.is_broken(root) or scope.is_unresolved(root, "component"):
                 return
-            known = list(self._names.components)
+            known = list(self._symbols.components)
             self._report.add(
                 "unknown-name",
                 access.root.span,
@@ -85,7 +85,7 @@ class Targets:
             )
         elif member.text in component.states:
             self._not_assignable(access, f"'{access.span.text}' is a state")
-        elif not scope.is_lost(member.text, "variable"):
+        elif not scope.is_unresolved(member.text, "variable"):
             self._report.add(
                 "unknown-member",
                 member.span,

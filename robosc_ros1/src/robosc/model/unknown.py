@@ -5,8 +5,8 @@ from __future__ import annotations
 from robosc.model.datatypes import TypeTable
 from robosc.model.expr import Expr, Literal, StateRef, VariableRef
 from robosc.model.report import Report
+from robosc.model.tables import SymbolTable
 from robosc.model.types import EnumType, Type
-from robosc.model.world import Names
 from robosc.syntax.nodes import Access, Name
 
 __all__ = ["NameFaults", "last_name"]
@@ -17,22 +17,24 @@ _MEANINGS = ("component", "enum", "state", "variable")
 
 
 class NameFaults:
-    """Reports faults of names seen from one place; lost names are silent."""
+    """Reports faults of names seen from one place; unresolved names are silent."""
 
-    def __init__(self, report: Report, types: TypeTable, names: Names | None) -> None:
+    def __init__(self, report: Report, types: TypeTable, symbols: SymbolTable | None) -> None:
         self._report = report
         self._types = types
-        self._names = names
+        self._symbols = symbols
 
     def unknown(self, access: Access, needed: Type | None = None) -> None:
         """A name that means nothing here, where a type may be needed."""
         name = access.root.text
         scope = self._types.scope
-        if scope.is_lost(name, *_MEANINGS) or (access.path and scope.is_lost(last_name(access))):
+        if scope.is_unresolved(name, *_MEANINGS) or (
+            access.path and scope.is_unresolved(last_name(access))
+        ):
             return
-        names = self._names
+        symbols = self._symbols
         if access.path:
-            known = [*(names.components if names else ()), *scope.datatypes]
+            known = [*(symbols.components if symbols else ()), *scope.datatypes]
             self._report.add(
                 "unknown-name",
                 access.root.span,
@@ -40,55 +42,55 @@ class NameFaults:
                 self._report.suggest(name, known),
             )
             return
-        if names is not None and (about := self._not_a_value(names, name)):
+        if symbols is not None and (about := self._not_a_value(symbols, name)):
             self._report.add("unknown-name", access.span, *about)
             return
-        if isinstance(needed, EnumType) and self._types.universe.may_have(needed, name):
+        if isinstance(needed, EnumType) and self._types.type_declarations.may_have(needed, name):
             return
         if isinstance(needed, EnumType):
             message = f"{needed.name} has no value '{name}'"
             candidates = list(needed.values)
             known_text = f"{needed.name} has"
         else:
-            own = names.own if names else None
+            own = symbols.own if symbols else None
             message = f"nothing here is called '{name}'"
             candidates = [*(own.members if own else ()), *self._types.enum_values()]
             if name.lower() in ("true", "false"):
                 candidates.append(name.lower())
             known_text = "there are"
         hint = None
-        if names is not None:
-            hint = self._elsewhere(names, name)
+        if symbols is not None:
+            hint = self._elsewhere(symbols, name)
         hint = hint or self._report.suggest(name, candidates, known_text)
         self._report.add("unknown-name", access.span, message, hint)
 
-    def _not_a_value(self, names: Names, name: str) -> tuple[str, str | None] | None:
-        component = names.component(name)
+    def _not_a_value(self, symbols: SymbolTable, name: str) -> tuple[str, str | None] | None:
+        component = symbols.component(name)
         if component is not None:
             members = [f"{name}.{m}" for m in component.members]
             return (
                 f"'{name}' is a component and has no value of its own",
                 self._report.suggest(name, members, "write one of"),
             )
-        if names.communications(name):
+        if symbols.communications(name):
             return (
                 f"'{name}' is a communication; conditions are about variables and states",
                 "keep what it brings in a variable of its component",
             )
         return None
 
-    def _elsewhere(self, names: Names, name: str) -> str | None:
-        owners = [c for c in names.components.values() if name in c.variables or name in c.states]
+    def _elsewhere(self, symbols: SymbolTable, name: str) -> str | None:
+        owners = [c for c in symbols.components.values() if name in c.variables or name in c.states]
         return f"did you mean '{owners[0].name}.{name}'?" if len(owners) == 1 else None
 
     def unknown_member(self, access: Access, member: Name) -> None:
         """A member that the component or enum before the point does not have."""
         root = access.root.text
-        component = self._names.component(root) if self._names else None
+        component = self._symbols.component(root) if self._symbols else None
         enum = self._types.enum(root)
         if component is None:
             assert enum is not None
-            if self._types.universe.may_have(enum, member.text):
+            if self._types.type_declarations.may_have(enum, member.text):
                 return
             self._report.add(
                 "unknown-member",

@@ -22,7 +22,7 @@ from robosc.model.types import (
     is_number,
 )
 from robosc.model.values import comparable, describe
-from robosc.simulate.faults import Wrong
+from robosc.simulate.faults import InvalidLine
 from robosc.source import Source
 from robosc.syntax.nodes import (
     Access,
@@ -41,25 +41,27 @@ _BEFORE = "robot r { requirement always "
 
 
 def condition(text: str, robot: Robot) -> Expr:
-    """The condition that a text means. Raises Wrong with the reason."""
+    """The condition that a text means. Raises InvalidLine with the reason."""
     expr = _Resolver(robot).typed(_parsed(text), BooleanType())
     if not isinstance(expr.type, BooleanType):
-        raise Wrong(f"a condition is true or false; this is {describe(expr.type)}")
+        raise InvalidLine(f"a condition is true or false; this is {describe(expr.type)}")
     return expr
 
 
 def _parsed(text: str) -> ExprNode:
     if not text.strip():
-        raise Wrong("a condition is missing, such as Motor.moving and Sensor.value = free")
+        raise InvalidLine("a condition is missing, such as Motor.moving and Sensor.value = free")
     tree, diagnostics = parse(Source("condition", _BEFORE + text + "\n}"))
     errors = [d for d in diagnostics if d.severity is Severity.ERROR]
     if errors:
         hint = f" ({errors[0].hint})" if errors[0].hint else ""
         column = max(1, min(errors[0].span.start - len(_BEFORE), len(text)) + 1)
-        raise Wrong(f"'{text}' is no condition: {errors[0].message}{hint} at column {column} of it")
+        raise InvalidLine(
+            f"'{text}' is no condition: {errors[0].message}{hint} at column {column} of it"
+        )
     found = tree.declarations if tree is not None else ()
     if len(found) != 1 or not isinstance(found[0], RequirementNode):
-        raise Wrong(f"'{text}' is no condition")
+        raise InvalidLine(f"'{text}' is no condition")
     return found[0].condition
 
 
@@ -104,7 +106,7 @@ class _Resolver:
             left = self.typed(node.left)
             right = self.typed(node.right, left.type)
         if not comparable(left.type, right.type):
-            raise Wrong(
+            raise InvalidLine(
                 f"'{node.operator}' compares two values of one type, not"
                 f" {describe(left.type)} and {describe(right.type)}"
             )
@@ -118,7 +120,7 @@ class _Resolver:
         if rest[-1] == "busy" and (phase := self._phase(".".join([name, *rest[:-1]]))):
             return phase
         if len(rest) > 1:
-            raise Wrong(f"'{name}.{'.'.join(rest)}' is no state and no variable")
+            raise InvalidLine(f"'{name}.{'.'.join(rest)}' is no state and no variable")
         component = self.components.get(name)
         if component is not None and component.behaviour is not None:
             found = _member(component, rest[0], wanted)
@@ -129,21 +131,25 @@ class _Resolver:
                 return Literal(rest[0], enum)
         if component is not None:
             members = _members(component)
-            raise Wrong(f"{name} has no state or variable '{rest[0]}'{_nearest(rest[0], members)}")
-        raise Wrong(f"there is no component '{name}'{_nearest(name, self.components)}")
+            raise InvalidLine(
+                f"{name} has no state or variable '{rest[0]}'{_nearest(rest[0], members)}"
+            )
+        raise InvalidLine(f"there is no component '{name}'{_nearest(name, self.components)}")
 
     def _bare(self, name: str, wanted: Type | None) -> Expr:
         if isinstance(wanted, EnumType):
             if name in wanted.values:
                 return Literal(name, wanted)
             known = ", ".join(wanted.values)
-            raise Wrong(f"{wanted.name} has no value '{name}'; it has {known}")
+            raise InvalidLine(f"{wanted.name} has no value '{name}'; it has {known}")
         owners = [
             f"{c.name}.{name}" for c in self.robot.components if name in _members(c)
         ]  # fmt: skip
         if owners:
-            raise Wrong(f"write {' or '.join(owners)}, not '{name}' alone")
-        raise Wrong(f"'{name}' means nothing here; write Component.state or Component.variable")
+            raise InvalidLine(f"write {' or '.join(owners)}, not '{name}' alone")
+        raise InvalidLine(
+            f"'{name}' means nothing here; write Component.state or Component.variable"
+        )
 
     def _phase(self, name: str) -> PhaseRef | None:
         for key, communication in self.robot.communications.items():
@@ -174,9 +180,11 @@ def _member(component: Component, name: str, wanted: Type | None) -> Expr | None
 def _need(operator: str, expr: Expr) -> None:
     if operator in ("and", "or", "=>", "!"):
         if not isinstance(expr.type, BooleanType):
-            raise Wrong(f"'{operator}' needs something true or false, not {describe(expr.type)}")
+            raise InvalidLine(
+                f"'{operator}' needs something true or false, not {describe(expr.type)}"
+            )
     elif not is_number(expr.type):
-        raise Wrong(f"'{operator}' needs a number, not {describe(expr.type)}")
+        raise InvalidLine(f"'{operator}' needs a number, not {describe(expr.type)}")
 
 
 def _is_bare(node: ExprNode) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 from robosc.model.entities import EventKind
 from robosc.runtime.report import dump
-from robosc.simulate.faults import LineFault, Wrong
+from robosc.simulate.faults import InvalidLine, LineFault
 from robosc.simulate.machine import Command, Machine, exact_event
 from robosc.simulate.session import Done, Session
 from robosc.simulate.values import given_json
@@ -30,11 +30,11 @@ def do_document(session: Session, text: str) -> tuple[Done, Any]:
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise Wrong(f"this is no JSON: {error}") from None
+        raise InvalidLine(f"this is no JSON: {error}") from None
     if isinstance(document, str):
         document = {"line": document}
     if not isinstance(document, dict):
-        raise Wrong('a document is {"line": …} or {"event": …}')
+        raise InvalidLine('a document is {"line": …} or {"event": …}')
     identity = document.get("id")
     try:
         match document:
@@ -42,7 +42,7 @@ def do_document(session: Session, text: str) -> tuple[Done, Any]:
                 return session.do(line), identity
             case {"event": {"kind": str(kind), "name": str(name)} as event}:
                 return _fire(session, kind, name, event), identity
-        raise Wrong('a document is {"line": …} or {"event": {"kind": …, "name": …}}')
+        raise InvalidLine('a document is {"line": …} or {"event": {"kind": …, "name": …}}')
     except LineFault as fault:
         fault.args = (*fault.args, identity)
         raise

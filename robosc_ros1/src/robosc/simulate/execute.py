@@ -27,7 +27,7 @@ from robosc.runtime.recorder import Entry, EventRecorder
 from robosc.runtime.report import blocked_by
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.runtime.values import in_range
-from robosc.simulate.faults import Refused, Wrong
+from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.generated import make_controller, state_of_controller
 from robosc.simulate.machine import (
     Choice,
@@ -97,7 +97,7 @@ class Execution:
     """A :class:`~robosc.simulate.machine.Machine` that executes the controller.
 
     ``parameters`` are those of the node by name (``rate``, ``order``, ``timeout/grab`` …).
-    Raises Wrong if one of them is unknown or has a wrong value.
+    Raises InvalidLine if one of them is unknown or has a wrong value.
     """
 
     def __init__(self, supervisor: Supervisor, parameters: Mapping[str, Any]) -> None:
@@ -219,7 +219,7 @@ class Execution:
 
     def wait(self, seconds: float) -> list[Happening]:
         if not 0.0 < seconds <= LONGEST_WAIT:
-            raise Wrong(f"wait for more than 0 and at most {LONGEST_WAIT:g} seconds")
+            raise InvalidLine(f"wait for more than 0 and at most {LONGEST_WAIT:g} seconds")
         happenings = []
         end = self._clock.time + seconds
         while True:
@@ -252,7 +252,7 @@ class Execution:
         )
 
     def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
-        raise Wrong("goto is for single events: here the controller decides where it goes")
+        raise InvalidLine("goto is for single events: here the controller decides where it goes")
 
     def draw(self, rng: random.Random) -> tuple[Event, Given] | float | None:
         """An input that the robot can give, or as often some time in which it gives none."""
@@ -273,9 +273,9 @@ def _settings(supervisor: Supervisor, parameters: Mapping[str, Any]) -> Settings
     try:
         settings, warnings = read(communications, parameters)
     except ParameterError as error:
-        raise Wrong(str(error)) from None
+        raise InvalidLine(str(error)) from None
     if warnings:
-        raise Wrong("\n".join(w.replace(" is ignored", "") for w in warnings))
+        raise InvalidLine("\n".join(w.replace(" is ignored", "") for w in warnings))
     return settings
 
 

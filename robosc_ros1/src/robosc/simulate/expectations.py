@@ -11,7 +11,7 @@ from robosc.ir.automaton import Event
 from robosc.ir.expr import to_dsl
 from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef, walk
 from robosc.simulate.conditions import condition
-from robosc.simulate.faults import Failed, Wrong
+from robosc.simulate.faults import Failed, InvalidLine
 from robosc.simulate.machine import Happening, Machine, find_events, label
 from robosc.simulate.values import complete, literal_text, parse_raw
 from robosc.synthesis.formatting import listing
@@ -27,7 +27,7 @@ def expect(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
 
     Raises:
         Failed: it is not met.
-        Wrong: it means nothing.
+        InvalidLine: it means nothing.
     """
     word, _, rest = text.partition(" ")
     rest = rest.strip()
@@ -72,7 +72,7 @@ def _instead(wanted: Expr, machine: Machine) -> str:
 def _enabled(text: str, machine: Machine, wanted: bool) -> None:
     match = _EVENT.fullmatch(text)
     if match is None:
-        raise Wrong("write an event: expect enabled grab.request")
+        raise InvalidLine("write an event: expect enabled grab.request")
     event = _any_event(match[1], machine)
     command = next((c for c in machine.commands() if c.event == event), None)
     if command is not None:
@@ -100,7 +100,7 @@ def _any_event(text: str, machine: Machine) -> Event:
     if len(named) > 1:
         requests = [e for e in named if e.kind.value == "request"]
         if len(requests) != 1:
-            raise Wrong(f"'{text}' can mean {listing([label(e) for e in named], 'or')}")
+            raise InvalidLine(f"'{text}' can mean {listing([label(e) for e in named], 'or')}")
         named = requests
     return named[0]
 
@@ -111,10 +111,10 @@ def _sent(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
         for item in text.split(","):
             match = _SENT.fullmatch(item.strip())
             if match is None:
-                raise Wrong("write commands in order: expect sent stop, move * 3; or nothing")
+                raise InvalidLine("write commands in order: expect sent stop, move * 3; or nothing")
             event = _any_event(match[1], machine)
             if event.kind.value not in ("request", "cancel"):
-                raise Wrong(f"{label(event)} is nothing that a controller sends")
+                raise InvalidLine(f"{label(event)} is nothing that a controller sends")
             wanted += [label(event)] * int(match[2] or 1)
     sent = [
         f"{h.name}.{h.kind}" for h in latest
@@ -141,13 +141,13 @@ def _data(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
     wanted = parse_raw(rest)
     sent = [h for h in latest if h.name == event.name and h.kind == "request"]
     if wanted is None:
-        raise Wrong("write what is sent: expect data move linear.x: 0.4")
+        raise InvalidLine("write what is sent: expect data move linear.x: 0.4")
     if not sent:
         raise Failed(f"{label(event)} was not sent")
     flat = flattened(sent[-1].value or {})
     if not isinstance(wanted, dict):
         if len(flat) != 1:
-            raise Wrong(f"write which part: {', '.join(flat) or 'it has none'}")
+            raise InvalidLine(f"write which part: {', '.join(flat) or 'it has none'}")
         wanted = {next(iter(flat)): wanted}
     for path, value in wanted.items():
         if path not in flat:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["Failed", "LineFault", "Refused", "Wrong"]
+__all__ = ["Failed", "LineFault", "Refused", "InvalidLine"]
 
 
 class LineFault(Exception):
@@ -11,7 +11,7 @@ class LineFault(Exception):
     kind = "wrong"
 
 
-class Wrong(LineFault):
+class InvalidLine(LineFault):
     """The line means nothing: an unknown name, a value of the wrong type."""
 
 

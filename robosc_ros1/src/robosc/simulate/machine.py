@@ -13,7 +13,7 @@ from robosc.ir.automaton import Event, Plant
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
 from robosc.model.expr import Expr
-from robosc.simulate.faults import Wrong
+from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import State
 from robosc.simulate.values import Given
 from robosc.supervisor import Supervisor
@@ -159,7 +159,7 @@ def draw_values(event: Event, rng: random.Random) -> tuple[Any, ...]:
 
 
 def find_events(machine: Machine, text: str) -> list[Event]:
-    """The events that a name can mean, best first. Raises Wrong if there is none.
+    """The events that a name can mean, best first. Raises InvalidLine if there is none.
 
     ``grab.request`` in full, ``grab`` for all events of it, or the beginning of either.
     """
@@ -169,15 +169,15 @@ def find_events(machine: Machine, text: str) -> list[Event]:
         found = [event for event in events if fits(event, text)]
         if found:
             return found
-    raise Wrong(_unknown(machine, text))
+    raise InvalidLine(_unknown(machine, text))
 
 
 def exact_event(machine: Machine, text: str) -> Event:
-    """The event with a name in full: ``grab.request``, ``Door.tau2``. Raises Wrong."""
+    """The event with a name in full: ``grab.request``, ``Door.tau2``. Raises InvalidLine."""
     for event in machine.typeable:
         if _is_label(event, text):
             return event
-    raise Wrong(_unknown(machine, text))
+    raise InvalidLine(_unknown(machine, text))
 
 
 def _is_label(event: Event, text: str) -> bool:

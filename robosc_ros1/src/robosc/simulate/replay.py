@@ -35,7 +35,7 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import path_text
 
 __all__ = [
-    "Departure", "Entry", "Follower", "Replayed", "read_log", "replay", "replay_document",
+    "Departure", "LogEntry", "Follower", "Replayed", "read_log", "replay", "replay_document",
     "replay_text",
 ]  # fmt: skip
 
@@ -73,7 +73,7 @@ class Replayed:
 
 
 @dataclass(frozen=True)
-class Entry:
+class LogEntry:
     """A line of a log; ``document`` is all of it."""
 
     document: dict[str, Any]
@@ -143,7 +143,7 @@ class Follower:
         other.missing = list(self.missing)
         return other
 
-    def take(self, entry: Entry) -> None:
+    def take(self, entry: LogEntry) -> None:
         self.events += 1
         self.mismatches += entry.outcome == "mismatch"
         if entry.number == 1 or entry.number < self._next or not self.runs:
@@ -168,7 +168,7 @@ class Follower:
             self.departures.append(departure)
             self._controller = None  # what follows is not known any more
 
-    def _leaves(self, controller: Controller, entry: Entry) -> str | None:
+    def _leaves(self, controller: Controller, entry: LogEntry) -> str | None:
         """Apply an event; why it cannot be, if so."""
         if entry.kind == "tau":
             tau = self._taus.get((entry.name, entry.index))
@@ -286,7 +286,7 @@ def _value(told: Any, type_: Type) -> Any:
 # --- reading -------------------------------------------------------------------------------------
 
 
-def read_log(log: str) -> Iterator[Entry]:
+def read_log(log: str) -> Iterator[LogEntry]:
     """All events of a log and its older parts, oldest first.
 
     A line that is no JSON, after others that are, was cut off when its node was killed, and is left
@@ -334,7 +334,7 @@ def _files(log: Path) -> list[Path]:
     return [path for _, path in sorted(older, reverse=True)] + [log]
 
 
-def _entry(file: str, line: int, document: Any) -> Entry:
+def _entry(file: str, line: int, document: Any) -> LogEntry:
     match document:
         case {
             "version": 1,
@@ -345,7 +345,7 @@ def _entry(file: str, line: int, document: Any) -> Entry:
             index = event.get("index", 0)
             if isinstance(index, int):
                 value = event.get("value")
-                return Entry(document, file, line, number, kind, name, index, value, outcome)
+                return LogEntry(document, file, line, number, kind, name, index, value, outcome)
     raise UsageError(f"{file}:{line}: this is no event of a log, version 1")
 
 

@@ -16,7 +16,7 @@ from robosc.ir.expr import to_dsl
 from robosc.model.types import EnumType
 from robosc.simulate.conditions import condition
 from robosc.simulate.expectations import expect
-from robosc.simulate.faults import LineFault, Refused, Wrong
+from robosc.simulate.faults import InvalidLine, LineFault, Refused
 from robosc.simulate.machine import Choice, Happening, Machine, find_events, label
 from robosc.simulate.values import Given, Raw, complete, given_text, literal_text, parse_raw
 from robosc.synthesis.formatting import listing
@@ -97,7 +97,7 @@ class Session:
             return action(rest.strip())
         if word.isdecimal():
             if not numbers:
-                raise Wrong("a number means something else in each state: write the event")
+                raise InvalidLine("a number means something else in each state: write the event")
             return self._by_number(word, rest)
         return self._by_name(text)
 
@@ -119,7 +119,7 @@ class Session:
                 raise Refused(f"{listing([label(e) for e in found], 'or')} cannot happen now")
             found = able
         if len(found) > 1:
-            raise Wrong(f"'{text}' can mean {listing([label(e) for e in found], 'or')}")
+            raise InvalidLine(f"'{text}' can mean {listing([label(e) for e in found], 'or')}")
         return found[0]
 
     # --- events ----------------------------------------------------------------------------------
@@ -128,7 +128,7 @@ class Session:
         menu = self.menu()
         number = int(word) if len(word) < 9 else 0
         if not 1 <= number <= len(menu):
-            raise Wrong(f"there is no number {word}; there are 1 to {len(menu)}")
+            raise InvalidLine(f"there is no number {word}; there are 1 to {len(menu)}")
         choice = menu[number - 1]
         if choice.given is None or rest.strip():
             return self.fire(choice.event, parse_raw(rest))
@@ -137,13 +137,13 @@ class Session:
     def _by_name(self, text: str) -> Done:
         match = _FIRE.fullmatch(text)
         if match is None:
-            raise Wrong(f"cannot read '{text}' (help tells what can be written)")
+            raise InvalidLine(f"cannot read '{text}' (help tells what can be written)")
         try:
             event = self.event(match[1])
-        except Wrong as fault:
+        except InvalidLine as fault:
             near = get_close_matches(match[1], WORDS, 1, 0.7)
             if near and "did you mean" not in str(fault) and "can mean" not in str(fault):
-                raise Wrong(f"there is no '{match[1]}'; did you mean '{near[0]}'?") from None
+                raise InvalidLine(f"there is no '{match[1]}'; did you mean '{near[0]}'?") from None
             raise
         return self.fire(event, parse_raw(match[2] or match[3] or ""))
 
@@ -195,11 +195,11 @@ class Session:
     def _random(self, rest: str) -> Done:
         words = rest.removesuffix(",").replace("seed", " ").split()
         if not 1 <= len(words) <= 2 or not all(re.fullmatch(r"\d{1,9}", w) for w in words):
-            raise Wrong("write how many steps, and the seed if you like: random 20 7")
+            raise InvalidLine("write how many steps, and the seed if you like: random 20 7")
         count = int(words[0])
         seed = int(words[1]) if len(words) == 2 else 0
         if count > _MOST_STEPS:
-            raise Wrong(f"at most {_MOST_STEPS} steps in one go")
+            raise InvalidLine(f"at most {_MOST_STEPS} steps in one go")
         rng = random.Random(seed)
         happenings: list[Happening] = []
         for taken in range(count):
@@ -211,7 +211,7 @@ class Session:
 
     def _undo(self, rest: str) -> Done:
         if rest and not re.fullmatch(r"\d{1,9}", rest):
-            raise Wrong("write how many steps to take back: undo 3")
+            raise InvalidLine("write how many steps to take back: undo 3")
         count = int(rest or 1)
         if count > len(self.history):
             steps = len(self.history)
@@ -231,7 +231,7 @@ class Session:
         name, _, text = rest.replace("=", " ").partition(" ")
         value = parse_raw(text)
         if not name or value is None or isinstance(value, dict):
-            raise Wrong("write a parameter and its value: set rate 5")
+            raise InvalidLine("write a parameter and its value: set rate 5")
         parameters = {**self._parameters, name: value}
         self.machine = self._make(parameters)
         self._parameters = parameters
@@ -252,7 +252,7 @@ class Session:
             names = [label(c.event) for c in commands]
             near = get_close_matches(rest, names, 1)
             hint = f"did you mean '{near[0]}'?" if near else f"there are {listing(names)}"
-            raise Wrong(f"there is no command '{rest}'; {hint}")
+            raise InvalidLine(f"there is no command '{rest}'; {hint}")
         return Done(text="\n".join(self._about(c.event) for c in found))
 
     def _about(self, event: Event) -> str:
@@ -293,18 +293,18 @@ class Session:
 
     def _save(self, rest: str) -> Done:
         if not rest:
-            raise Wrong("write the file's name: save my_run.sim")
+            raise InvalidLine("write the file's name: save my_run.sim")
         try:
             Path(rest).expanduser().write_text(self.script(), encoding="utf-8")
         except (OSError, ValueError, RuntimeError) as error:
-            raise Wrong(f"cannot write {rest}: {_reason(error)}") from None
+            raise InvalidLine(f"cannot write {rest}: {_reason(error)}") from None
         return Done(text=f"{len(self.history)} steps are in {rest}")
 
     def _play(self, rest: str) -> Done:
         if not rest:
-            raise Wrong("write the file's name: play my_run.sim")
+            raise InvalidLine("write the file's name: play my_run.sim")
         if self._playing >= _DEEPEST_PLAY:
-            raise Wrong(f"scripts play scripts more than {_DEEPEST_PLAY} levels deep")
+            raise InvalidLine(f"scripts play scripts more than {_DEEPEST_PLAY} levels deep")
         happenings: list[Happening] = []
         self._playing += 1
         try:
@@ -322,13 +322,13 @@ class Session:
 
 
 def read_lines(path: str) -> list[str]:
-    """The lines of a script. Raises Wrong if there is no such text."""
+    """The lines of a script. Raises InvalidLine if there is no such text."""
     try:
         return Path(path).expanduser().read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:
-        raise Wrong(f"{path} is no UTF-8 text") from None
+        raise InvalidLine(f"{path} is no UTF-8 text") from None
     except (OSError, ValueError, RuntimeError) as error:
-        raise Wrong(f"cannot read {path}: {_reason(error)}") from None
+        raise InvalidLine(f"cannot read {path}: {_reason(error)}") from None
 
 
 def _reason(error: Exception) -> str:
@@ -343,15 +343,15 @@ def _without_comment(line: str) -> str:
 
 def _nothing(rest: str, word: str) -> None:
     if rest:
-        raise Wrong(f"'{word}' stands alone")
+        raise InvalidLine(f"'{word}' stands alone")
 
 
 def _number(text: str, example: str) -> float:
     if not re.fullmatch(r"\d{1,9}(\.\d{1,18})?", text):
-        raise Wrong(f"write a number of seconds: {example}")
+        raise InvalidLine(f"write a number of seconds: {example}")
     return float(text)
 
 
 def code_of(fault: LineFault) -> int:
     """The exit code of a script that ends so: 2 for a line that means nothing."""
-    return 2 if isinstance(fault, Wrong) else 1
+    return 2 if isinstance(fault, InvalidLine) else 1

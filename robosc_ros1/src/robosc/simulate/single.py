@@ -16,7 +16,7 @@ from robosc.ir.step import Values, Verdict, valuations
 from robosc.model.entities import EventKind, Variable
 from robosc.model.expr import Expr, ValueRef, VariableRef, walk
 from robosc.model.types import DoubleType, IntegerType, Value
-from robosc.simulate.faults import Refused, Wrong
+from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machine import (
     Choice,
     Command,
@@ -215,7 +215,7 @@ class SingleEvents:
             yield variable.key, value
 
     def wait(self, seconds: float) -> list[Happening]:
-        raise Wrong("time does not matter for single events: wait needs --execute")
+        raise InvalidLine("time does not matter for single events: wait needs --execute")
 
     # --- where to --------------------------------------------------------------------------------
 
@@ -224,7 +224,7 @@ class SingleEvents:
             isinstance(part, VariableRef) and f"{part.component}.{part.variable}" in self._data
             for part in walk(condition)
         ):
-            raise Wrong("a way can be found only to what decides on commands, not to data")
+            raise InvalidLine("a way can be found only to what decides on commands, not to data")
         test = self._stepper.test(condition)
         start = self._now[0]
         if test(start):

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from robosc.simulate.execute import Execution
-from robosc.simulate.faults import Wrong
+from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machine import Machine
 from robosc.simulate.session import MakeMachine
 from robosc.simulate.single import SingleEvents
@@ -23,21 +23,21 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
         if execute:
             return Execution(supervisor, given)
         if given:
-            raise Wrong("parameters are those of the executing controller: use --execute")
+            raise InvalidLine("parameters are those of the executing controller: use --execute")
         return SingleEvents(supervisor)
 
     return make
 
 
 def parameters(texts: Iterable[str]) -> dict[str, Any]:
-    """Parameters by name from ``NAME=VALUE``. Raises Wrong."""
+    """Parameters by name from ``NAME=VALUE``. Raises InvalidLine."""
     found: dict[str, Any] = {}
     for text in texts:
         name, sign, value = text.partition("=")
         if not name or not sign:
-            raise Wrong(f"'{text}' is no parameter: write NAME=VALUE")
+            raise InvalidLine(f"'{text}' is no parameter: write NAME=VALUE")
         raw = parse_raw(value)
         if raw is None or isinstance(raw, dict):
-            raise Wrong(f"'{value}' is no value of the parameter {name}")
+            raise InvalidLine(f"'{value}' is no value of the parameter {name}")
         found[name] = raw
     return found

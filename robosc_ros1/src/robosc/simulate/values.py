@@ -32,7 +32,7 @@ from robosc.model.types import (
 )
 from robosc.model.values import default_value, describe
 from robosc.runtime.values import jsonable
-from robosc.simulate.faults import Wrong
+from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import is_true
 from robosc.synthesis.formatting import listing, path_text
 
@@ -86,7 +86,7 @@ def parameter_values(event: Event, given: Given) -> Values:
 
 
 def parse_raw(text: str) -> Raw:
-    """``0.4``, ``free``, ``"text"``; ``x: 1, kind = free`` for an object. Raises Wrong."""
+    """``0.4``, ``free``, ``"text"``; ``x: 1, kind = free`` for an object. Raises InvalidLine."""
     text = text.strip()
     if not text:
         return None
@@ -100,16 +100,16 @@ def parse_raw(text: str) -> Raw:
         sign = re.compile(r"\s*[:=]\s*").match(text, path.end()) if path else None
         literal = _LITERAL.match(text, sign.end()) if sign else None
         if path is None or literal is None:
-            raise Wrong(
+            raise InvalidLine(
                 f"cannot read '{text[at:]}': a value is 0.4, true, a name or \"text\";"
                 " that of an object x: 0.4, y: 2"
             )
         if path.group() in fields:
-            raise Wrong(f"'{path.group()}' is given twice")
+            raise InvalidLine(f"'{path.group()}' is given twice")
         fields[path.group()] = _literal(literal)
         gap = re.compile(r"\s*,\s*|\s+|$").match(text, literal.end())
         if gap is None:
-            raise Wrong(f"cannot read '{text[literal.end() :]}' behind '{literal.group()}'")
+            raise InvalidLine(f"cannot read '{text[literal.end() :]}' behind '{literal.group()}'")
         at = gap.end()
     return fields
 
@@ -132,17 +132,17 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
     out: it is then false, 0 or empty, and an array's element is missing.
 
     Raises:
-        Wrong: a part is not what the model says it is.
+        InvalidLine: a part is not what the model says it is.
     """
     type_ = value_type(robot, event)
     if isinstance(type_, NoneType):
         if raw is not None:
-            raise Wrong(f"{label} carries no value")
+            raise InvalidLine(f"{label} carries no value")
         return {}
     if not isinstance(type_, ObjectType):
         if raw is None:
             if event.parameters:
-                raise Wrong(f"{label} needs a value: {hint(robot, event)}")
+                raise InvalidLine(f"{label} needs a value: {hint(robot, event)}")
             return {(): default_value(type_)}
         return {(): _converted(type_, raw, label)}
     return _complete_object(event, type_, raw, label)
@@ -150,7 +150,7 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
 
 def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> Given:
     if raw is not None and not isinstance(raw, dict):
-        raise Wrong(f"{label} carries {describe(type_)}: write its parts, x: 0.4, y: 2")
+        raise InvalidLine(f"{label} carries {describe(type_)}: write its parts, x: 0.4, y: 2")
     fields = _by_path(raw or {}, type_, label)
     needed = {parameter.path for parameter in event.parameters}
     given: dict[Path, Value | None] = {}
@@ -161,14 +161,14 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
         elif any(isinstance(step, int) for step in path):
             given[path] = None
         elif path in needed:
-            raise Wrong(f"{name} needs a value: {_choices(part)}")
+            raise InvalidLine(f"{name} needs a value: {_choices(part)}")
         else:
             given[path] = default_value(part)
     values = parameter_values(event, given)
     for i, j in missing_together(event):
         if values[i] is None and values[j] is not None:
             first, second = (path_text(event.parameters[n].path) for n in (i, j))
-            raise Wrong(f"{second} of {label} cannot be there where {first} is missing")
+            raise InvalidLine(f"{second} of {label} cannot be there where {first} is missing")
     return given
 
 
@@ -177,7 +177,7 @@ def _by_path(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw]
     found: dict[Path, Raw] = {}
     for text, value in raw.items():
         if not _PATH.fullmatch(text):
-            raise Wrong(f"'{text}' is no part of a value: write pose.x or ranges[0]")
+            raise InvalidLine(f"'{text}' is no part of a value: write pose.x or ranges[0]")
         path = tuple(m.group(1) or int(m.group(2)) for m in _STEP.finditer(text))
         inner: Type | None = type_
         for step in path:
@@ -188,7 +188,7 @@ def _by_path(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw]
             else:
                 inner = None
         if inner is None:
-            raise Wrong(f"{label} has no part '{text}'")
+            raise InvalidLine(f"{label} has no part '{text}'")
         found[path] = value
     return found
 
@@ -212,14 +212,14 @@ def _converted(type_: Type, raw: Raw, what: str) -> Value:
         case StringType() if isinstance(raw, str):
             return raw
     shown = "an object" if isinstance(raw, dict) else literal_text(raw)
-    raise Wrong(f"{what} is {describe(type_)}, not {shown}")
+    raise InvalidLine(f"{what} is {describe(type_)}, not {shown}")
 
 
 def _double(raw: int | float, what: str) -> float:
     try:
         return float(raw)
     except OverflowError:
-        raise Wrong(f"{what} is too large for a double") from None
+        raise InvalidLine(f"{what} is too large for a double") from None
 
 
 def _by_rules(enum: EnumType, raw: Raw, what: str) -> Value:
@@ -230,9 +230,9 @@ def _by_rules(enum: EnumType, raw: Raw, what: str) -> Value:
     else:
         try:
             fields = {(): _converted(source, raw, what)}
-        except Wrong:
+        except InvalidLine:
             names = listing(enum.values, "or")
-            raise Wrong(f"{what} is {names}, or {describe(source)} to convert") from None
+            raise InvalidLine(f"{what} is {names}, or {describe(source)} to convert") from None
 
     def look(leaf: Leaf) -> Value | None:
         assert isinstance(leaf, ValueRef)

@@ -15,7 +15,7 @@ from robosc.errors import UsageError
 from robosc.runtime.model import Controller
 from robosc.runtime.report import dump, state_document
 from robosc.runtime.values import jsonable
-from robosc.simulate.replay import Entry, Follower, read_log
+from robosc.simulate.replay import Follower, LogEntry, read_log
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.server import Answers, Unable
@@ -54,7 +54,7 @@ class _Moment:
         other.lost = self.lost
         return other
 
-    def take(self, entry: Entry) -> None:
+    def take(self, entry: LogEntry) -> None:
         if entry.number == 1:
             self.counts.clear()
             self.counters.clear()
@@ -68,7 +68,7 @@ class _Moment:
             self.lost = departed[0].reason if departed else self.follower.missing[-1]
         self._count(entry)
 
-    def _count(self, entry: Entry) -> None:
+    def _count(self, entry: LogEntry) -> None:
         if entry.outcome == "stopped":
             self.stopped = str(entry.document.get("detail") or "no reason is given")
         elif entry.outcome in ("mismatch", "failed"):
@@ -131,7 +131,7 @@ class Recording:
             "lost": moment.lost,
         }
 
-    def _state(self, moment: _Moment, last: Entry) -> Json | None:
+    def _state(self, moment: _Moment, last: LogEntry) -> Json | None:
         controller = moment.shown
         if controller is None:
             return None
@@ -149,12 +149,12 @@ class Recording:
         return state
 
 
-def _time(entry: Entry) -> float:
+def _time(entry: LogEntry) -> float:
     time = entry.document.get("time")
     return float(time) if isinstance(time, (int, float)) else 0.0
 
 
-def _sort(entry: Entry) -> str:
+def _sort(entry: LogEntry) -> str:
     """``x`` for what did not go well, ``c`` for the controller, ``r`` for the robot."""
     if entry.outcome != "applied":
         return "x"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosc.errors import UsageError
-from robosc.simulate.faults import Wrong
+from robosc.simulate.faults import InvalidLine
 from robosc.simulate.start import machine_maker, parameters
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
@@ -27,7 +27,7 @@ def view_model(
     hub = Hub()
     try:
         machine = machine_maker(supervisor, execute=execute)(parameters(given))
-    except Wrong as fault:
+    except InvalidLine as fault:
         raise UsageError(str(fault)) from None
     played = Played(machine, hub)
     with PageServer(where, hub, played.answers) as server:

@@ -1,7 +1,7 @@
-"""Which components there are while one file is resolved, and what their names mean.
+"""Symbol tables of one file: its components, and what a name means seen from one of them.
 
 A library component is resolved anew for each import, under the name of the import; in its own text
-names mean what they mean in its library. :class:`Names` is that translation.
+names mean what they mean in its library: :class:`ImportedSymbolTable` translates.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from robosc.model.datatypes import TypeTable
     from robosc.model.report import Report
 
-__all__ = ["Assembly", "CommunicationInfo", "Instance", "LibraryNames", "Names"]
+__all__ = ["ComponentTable", "CommunicationInfo", "Instance", "ImportedSymbolTable", "SymbolTable"]
 
 
 @dataclass
@@ -58,8 +58,8 @@ class Instance:
     ``node`` and ``types`` are those of the declaration, in a library for an import; ``prefix`` is
     the whole chain of prefixes, joined, or None after an error; ``original`` and ``library`` are
     what an import took it from. The tables hold the first of two equal names; a variable whose type
-    has an error is there with None. ``further`` are behaviours beyond the one that a component may
-    have.
+    has an error is there with None. ``duplicate_behaviours`` are behaviours beyond the one that a
+    component may have.
     """
 
     name: str
@@ -68,13 +68,13 @@ class Instance:
     prefix: str | None = ""
     imported: ImportNode | None = None
     behaviour: BehaviourNode | None = None
-    further: list[BehaviourNode] = field(default_factory=list)
+    duplicate_behaviours: list[BehaviourNode] = field(default_factory=list)
     states: dict[str, StateNode] = field(default_factory=dict)
     variables: dict[str, Type | None] = field(default_factory=dict)
     variable_nodes: dict[str, VariableNode] = field(default_factory=dict)
     communications: dict[str, CommunicationInfo] = field(default_factory=dict)
     original: Instance | None = None
-    library: Assembly | None = None
+    library: ComponentTable | None = None
 
     @property
     def place(self) -> Span:
@@ -86,7 +86,7 @@ class Instance:
 
 
 @dataclass
-class Assembly:
+class ComponentTable:
     """All components of one file; ``broken`` are names of those that could not be had."""
 
     instances: dict[str, Instance] = field(default_factory=dict)
@@ -105,34 +105,34 @@ class Assembly:
                 self.by_name.setdefault(name, []).append(info)
 
 
-class Names:
+class SymbolTable:
     """What component and communication names mean in a file, seen from ``own`` (None: no one)."""
 
-    def __init__(self, assembly: Assembly, own: Instance | None = None) -> None:
-        self.assembly = assembly
+    def __init__(self, component_table: ComponentTable, own: Instance | None = None) -> None:
+        self.component_table = component_table
         self.own = own
 
     def is_broken(self, name: str) -> bool:
-        return name in self.assembly.broken
+        return name in self.component_table.broken
 
     def component(self, name: str) -> Instance | None:
-        return self.assembly.instances.get(name)
+        return self.component_table.instances.get(name)
 
     @property
     def components(self) -> Mapping[str, Instance]:
-        return self.assembly.instances
+        return self.component_table.instances
 
     def communications(self, name: str) -> list[CommunicationInfo]:
         """Those that a bare name can mean: an own one before all others."""
         if self.own is not None and name in self.own.communications:
             return [self.own.communications[name]]
-        return self.assembly.by_name.get(name, [])
+        return self.component_table.by_name.get(name, [])
 
     def communication_names(self) -> Iterable[str]:
-        return self.assembly.by_name
+        return self.component_table.by_name
 
 
-class LibraryNames(Names):
+class ImportedSymbolTable(SymbolTable):
     """The names of a library in the text of one of its components that a robot imports.
 
     Another component of the library is the robot's import of it: the only one, or the one with the
@@ -141,13 +141,13 @@ class LibraryNames(Names):
 
     def __init__(
         self,
-        assembly: Assembly,
+        component_table: ComponentTable,
         own: Instance,
-        library: Assembly,
+        library: ComponentTable,
         original: Instance,
         report: Report,
     ) -> None:
-        super().__init__(assembly, own)
+        super().__init__(component_table, own)
         self.library = library
         self.original = original
         self._report = report
@@ -176,7 +176,7 @@ class LibraryNames(Names):
         assert self.own is not None and self.own.imported is not None
         if wanted is self.original:
             return self.own
-        found = self.assembly.by_origin.get(id(wanted.node), [])
+        found = self.component_table.by_origin.get(id(wanted.node), [])
         if len(found) > 1:
             found = [i for i in found if i.prefix == self.own.prefix]
         if len(found) == 1:
