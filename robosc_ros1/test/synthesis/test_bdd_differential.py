@@ -64,12 +64,12 @@ def test_the_oracle_agrees(text: str) -> None:
     assert differences(robot, Oracle(robot), "bdd") == []
 
 
-@pytest.mark.parametrize("most_moves", [1, 2, 1000])
-def test_constants_and_relations_mean_the_same(most_moves: int) -> None:
+@pytest.mark.parametrize("most_disjuncts", [1, 2, 1000])
+def test_constants_and_relations_mean_the_same(most_disjuncts: int) -> None:
     for seed in range(60):
         plant = plant_of(random_model(random.Random(seed), 1 + seed % 3))
         expected = SymbolicEngine(plant, memory=SMALL).solve()
-        found = SymbolicEngine(plant, memory=SMALL, most_moves=most_moves).solve()
+        found = SymbolicEngine(plant, memory=SMALL, most_disjuncts=most_disjuncts).solve()
         assert found.empty == expected.empty
         assert found.plant_states == expected.plant_states
         assert found.controlled_states == expected.controlled_states

@@ -67,13 +67,13 @@ def expressions(plant: Plant) -> Iterator[tuple[Expr, int | None]]:
 def check(plant: Plant) -> int:
     """How many values were compared."""
     encoding = Encoding(plant, SMALL)
-    false = encoding.diagrams.false
+    false = encoding.manager.false
     compared = 0
     for expr, number in expressions(plant):
         partition = encoding.partition(expr, number)
         event = None if number is None else plant.events[number]
         for values in [()] if event is None else valuations(event):
-            chosen = encoding.diagrams.true
+            chosen = encoding.manager.true
             for n, value in enumerate(values):
                 assert number is not None and event is not None
                 index = list(event.parameters[n].values).index(value)

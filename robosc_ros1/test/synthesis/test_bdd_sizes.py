@@ -80,7 +80,7 @@ def test_product_beyond_64_bits() -> None:
 
 
 def test_wide_variables_copied_and_compared() -> None:
-    """A thousand values each: relations, not one move per value."""
+    """A thousand values each: relations, not one disjunct per value."""
     found = supervisor_of(
         "component A { outgoing message m with type: integer(0..999)"
         " outgoing message copy with type: none behaviour {"

@@ -13,7 +13,7 @@ from robosc.ir.automaton import Plant
 from robosc.ir.expr import Leaf, evaluate
 from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, VariableRef
 from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Value
-from robosc.synthesis.vectorised import axis_of, evaluate_columns, support
+from robosc.synthesis.vectorised import axis_of, evaluate_vectorised, support
 
 PLANT: Plant = plant_of(
     "datatype enum Colour from integer to { value = 1 -> red value = 2 -> green default -> blue }"
@@ -107,7 +107,7 @@ def check(expr: Expr) -> None:
     axes = support(PLANT, expr)
     sizes = [PLANT.axes[axis].size for axis in axes]
     grid = np.ogrid[tuple(slice(size) for size in sizes)] if axes else []
-    found = evaluate_columns(PLANT, expr, dict(zip(axes, grid, strict=True)))
+    found = evaluate_vectorised(PLANT, expr, dict(zip(axes, grid, strict=True)))
     everywhere = np.broadcast_to(found, sizes)
     for place in np.ndindex(*sizes):
         try:

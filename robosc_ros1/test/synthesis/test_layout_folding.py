@@ -16,16 +16,16 @@ from robosc.synthesis import explore
 from robosc.synthesis.dense.bitset import places
 from robosc.synthesis.dense.engine import DenseEngine
 from robosc.synthesis.dense.layout import Layout
-from robosc.synthesis.dense.projection import fold
+from robosc.synthesis.dense.projection import projected_layout
 from robosc.synthesis.dense.transitions import Compiler
 
 
 def solved(plant: Plant, folded: bool) -> tuple[Layout, int, set[PlantState] | None]:
     """The layout, the plant's states, and the controlled ones one by one (None: empty)."""
     compiler = Compiler(plant)
-    moves = [compiler.event(event) for event in plant.events]
-    layout = fold(plant, moves) if folded else Layout.plain(plant)
-    engine = DenseEngine(compiler, moves, layout)
+    rules = [compiler.event(event) for event in plant.events]
+    layout = projected_layout(plant, rules) if folded else Layout.plain(plant)
+    engine = DenseEngine(compiler, rules, layout)
     solution = engine.solve()
     if solution.empty:
         return layout, engine.plant_states, None
@@ -43,7 +43,7 @@ def test_random_robots_have_the_same_states(seed: int) -> None:
 def test_every_reachable_state_has_a_place(seed: int) -> None:
     plant = lower(robot_of(random_model(random.Random(seed), 2)))
     compiler = Compiler(plant)
-    layout = fold(plant, [compiler.event(event) for event in plant.events])
+    layout = projected_layout(plant, [compiler.event(event) for event in plant.events])
     for state in explore(plant).states:
         place = layout.index(state)
         assert place is not None

@@ -230,7 +230,7 @@ class SingleEvents:
         if test(start):
             return []
         ways = [
-            self._stepper.ways(n, self._guards[id(e)].expr if id(e) in self._guards else None)
+            self._stepper.compiled(n, self._guards[id(e)].expr if id(e) in self._guards else None)
             for n, e in enumerate(self.plant.events)
         ]
         came: dict[PlantState, tuple[PlantState, int, Values] | None] = {start: None}
@@ -241,7 +241,7 @@ class SingleEvents:
                 for values, target in way.targets(state):
                     if target in came:
                         continue
-                    came[target] = state, way.event, values
+                    came[target] = state, way.number, values
                     if test(target):
                         return self._trace(came, target)
                     queue.append(target)

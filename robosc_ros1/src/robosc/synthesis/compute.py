@@ -14,12 +14,12 @@ from robosc.synthesis.bdd.manager import available, install_hint
 from robosc.synthesis.dense.bitset import count
 from robosc.synthesis.dense.engine import DenseEngine, DenseSolution, Progress
 from robosc.synthesis.dense.layout import Layout
-from robosc.synthesis.dense.projection import fold
+from robosc.synthesis.dense.projection import projected_layout
 from robosc.synthesis.dense.search import DenseSystem
 from robosc.synthesis.dense.transitions import Compiler
 from robosc.synthesis.formatting import amount, contributors, listing
-from robosc.synthesis.guards import Facts, make_guard
-from robosc.synthesis.result import Sizes, conclude
+from robosc.synthesis.guards import GuardInputs, make_guard
+from robosc.synthesis.result import Sizes, make_supervisor
 
 __all__ = ["DEFAULT_MAX_STATES", "synthesize"]
 
@@ -52,15 +52,15 @@ def synthesize(
         raise StateSpaceError(f"{crowded}: narrow their ranges, or convert them by an enum")
     start = time.perf_counter()
     compiler = Compiler(plant)
-    moves = [compiler.event(event) for event in plant.events]
+    rules = [compiler.event(event) for event in plant.events]
     layout = Layout.plain(plant)
     if layout.size > min(_SMALL, max_states):
-        layout = fold(plant, moves)
+        layout = projected_layout(plant, rules)
     if layout.size > max_states:
         if engine == "auto" and available():
             return _symbolic(plant, progress)
         raise _too_large(layout, max_states, engine)
-    dense = DenseEngine(compiler, moves, layout, progress)
+    dense = DenseEngine(compiler, rules, layout, progress)
     solution = dense.solve()
     if solution.empty:
         guards, sizes = _nothing(plant), Sizes(dense.plant_states, 0, 0)
@@ -69,7 +69,7 @@ def synthesize(
         states = count(solution.states)
         sizes = Sizes(dense.plant_states, states, transitions)
     seconds = time.perf_counter() - start
-    return conclude(DenseSystem(solution), "dense", seconds, sizes, guards)
+    return make_supervisor(DenseSystem(solution), "dense", seconds, sizes, guards)
 
 
 def _symbolic(plant: Plant, progress: Progress | None) -> Supervisor:
@@ -92,13 +92,13 @@ def _measure(
         required = dense.required(step, states)
         enabled = dense.enabled(step, states) if solution.restricted else required
         transitions += enabled
-        facts = Facts(
+        inputs = GuardInputs(
             required,
             enabled,
             partial(dense.cases, step, states, True),
             partial(dense.cases, step, states, False),
         )
-        guards.append(make_guard(plant, step.event, facts))
+        guards.append(make_guard(plant, step.event, inputs))
     return tuple(guards), transitions
 
 

@@ -48,17 +48,17 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
     allowed: dict[int, Expr] = {}
     if isinstance(system, Supervisor):
         allowed = {id(guard.event): guard.expr for guard in system.guards}
-    ways = [stepper.ways(n, allowed.get(id(event))) for n, event in enumerate(plant.events)]
+    events = [stepper.compiled(n, allowed.get(id(event))) for n, event in enumerate(plant.events)]
     numbers: dict[PlantState, int] = {plant.initial: 0}
     states = [plant.initial]
     transitions: list[Transition] = []
     for source, state in enumerate(states):  # grows while it is walked: breadth first
-        for way in ways:
-            for values, target in way.targets(state):
+        for event in events:
+            for values, target in event.targets(state):
                 if target not in numbers:
                     numbers[target] = len(states)
                     states.append(target)
                     if limit is not None and len(states) > limit:
                         raise StateSpaceError(f"there are more than {limit} states; raise --limit")
-                transitions.append(Transition(source, way.event, values, numbers[target]))
+                transitions.append(Transition(source, event.number, values, numbers[target]))
     return Graph(plant, tuple(states), tuple(transitions))

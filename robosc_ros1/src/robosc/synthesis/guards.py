@@ -6,7 +6,7 @@ made that is right in every state of the controlled system in which the plant ca
 means nothing elsewhere: the axes that do not matter are dropped one after another, and what the
 rest tells apart is covered by few and wide boxes (:mod:`robosc.synthesis.minimise`).
 
-Engines hand in their sets as :class:`Cases`; nothing here knows how they hold them.
+Engines hand in their sets as a :class:`CareSet`; nothing here depends on their representation.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from robosc.supervisor import Guard, Status
 from robosc.synthesis.minimise import Table, condition_of
 from robosc.synthesis.vectorised import support
 
-__all__ = ["Cases", "Facts", "make_guard"]
+__all__ = ["CareSet", "GuardInputs", "make_guard"]
 
 
-class Cases(Protocol):
+class CareSet(Protocol):
     """States in which an event is allowed, and states in which it is refused.
 
     ``parts`` are the groups of axes that still tell states apart, each to be kept or forgotten as a
@@ -35,7 +35,7 @@ class Cases(Protocol):
     @property
     def parts(self) -> tuple[tuple[int, ...], ...]: ...
 
-    def without(self, part: tuple[int, ...]) -> Cases | None:
+    def without(self, part: tuple[int, ...]) -> CareSet | None:
         """The same with a part forgotten; None if the two sets would then overlap."""
 
     def table(self) -> Table:
@@ -43,7 +43,7 @@ class Cases(Protocol):
 
 
 @dataclass(frozen=True)
-class Facts:
+class GuardInputs:
     """What an engine knows of a controllable event, of states of the controlled system alone.
 
     ``required`` is how many states allow it in the plant under requirements, ``enabled`` in how
@@ -53,31 +53,31 @@ class Facts:
 
     required: int
     enabled: int
-    within_requirement: Callable[[], Cases]
-    within_plant: Callable[[], Cases]
+    within_requirement: Callable[[], CareSet]
+    within_plant: Callable[[], CareSet]
 
 
-def make_guard(plant: Plant, event: Event, facts: Facts) -> Guard:
+def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
     """The guard of a controllable event."""
     required = TRUE if event.requirement is None else event.requirement
-    if facts.enabled == 0:
+    if inputs.enabled == 0:
         return Guard(event, FALSE, required, "never")
-    if facts.enabled == facts.required:
+    if inputs.enabled == inputs.required:
         return Guard(event, required, required, "as required")
     status: Status = "restricted"
-    extra = _condition(plant, event, facts.within_requirement())
+    extra = _condition(plant, event, inputs.within_requirement())
     together = conjunction([required, extra])
     if event.requirement is None:
         return Guard(event, together, required, status)
-    fresh = _condition(plant, event, facts.within_plant())
+    fresh = _condition(plant, event, inputs.within_plant())
     shorter = fresh if _length(fresh) < _length(together) else together
     return Guard(event, shorter, required, status)
 
 
-def _condition(plant: Plant, event: Event, cases: Cases) -> Expr:
-    for part in sorted(cases.parts, key=_order(plant, event, cases.parts)):
-        cases = cases.without(part) or cases
-    return condition_of(plant, cases.table().reduced(_axis_order(plant, event)))
+def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
+    for part in sorted(care_set.parts, key=_order(plant, event, care_set.parts)):
+        care_set = care_set.without(part) or care_set
+    return condition_of(plant, care_set.table().reduced(_axis_order(plant, event)))
 
 
 def _order(

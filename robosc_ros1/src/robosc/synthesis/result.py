@@ -10,7 +10,7 @@ from robosc.synthesis.explain.reasons import explain_empty, explain_guards
 from robosc.synthesis.explain.warnings import warnings
 from robosc.synthesis.system import System
 
-__all__ = ["Sizes", "conclude"]
+__all__ = ["Sizes", "make_supervisor"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class Sizes:
     controlled_transitions: int
 
 
-def conclude(
+def make_supervisor(
     system: System, engine: str, seconds: float, sizes: Sizes, guards: tuple[Guard, ...]
 ) -> Supervisor:
     """The supervisor that an engine found; without controlled states it is empty."""

@@ -15,17 +15,17 @@ from robosc.ir.step import Outcome, Values, Verdict, valuations
 from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef, ValueRef, VariableRef, walk
 from robosc.synthesis.vectorised import axis_of
 
-__all__ = ["StepFunction", "Stepper", "Test", "Way"]
+__all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]
 
 StepFunction: TypeAlias = Callable[[PlantState, Values], Outcome]
 Test: TypeAlias = Callable[[PlantState], bool]
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class CompiledEvent:
     """An event, by number, as something to be tried in many states."""
 
-    event: int
+    number: int
     test: Test | None
     values: tuple[Values, ...]
     step: StepFunction
@@ -84,17 +84,19 @@ class Stepper:
             self._tests[condition] = found
         return found
 
-    def ways(self, event: int, condition: Expr | None) -> Way:
+    def compiled(self, event: int, condition: Expr | None) -> CompiledEvent:
         """An event with all its values, and when it may happen (None: always)."""
         if condition is None or condition == TRUE:
             test = None
         else:
             test = self.test(condition)
-        return Way(event, test, tuple(valuations(self.plant.events[event])), self.step(event))
+        return CompiledEvent(
+            event, test, tuple(valuations(self.plant.events[event])), self.step(event)
+        )
 
-    def required(self) -> tuple[Way, ...]:
+    def required(self) -> tuple[CompiledEvent, ...]:
         """All events of the plant under its requirements, in model order."""
-        return tuple(self.ways(n, e.requirement) for n, e in enumerate(self.plant.events))
+        return tuple(self.compiled(n, e.requirement) for n, e in enumerate(self.plant.events))
 
     def _define(self, text: str) -> Any:
         return eval(text, self._namespace)

@@ -115,7 +115,7 @@ def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> St
     changed = {axis for axis, old in enumerate(before) if after[axis] != old}
     for number, event in enumerate(plant.events):
         if changed <= plant.writes[number]:
-            for values, target in stepper.ways(number, event.requirement).targets(before):
+            for values, target in stepper.compiled(number, event.requirement).targets(before):
                 if target == after:
                     return make_step(plant, event, values, before, after)
     raise AssertionError("the states do not follow each other")

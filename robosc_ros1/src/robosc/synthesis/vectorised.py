@@ -30,11 +30,11 @@ from robosc.model.expr import (
 )
 from robosc.model.types import EnumType, StringType, Type
 
-__all__ = ["Bools", "Columns", "Indexes", "axis_of", "evaluate_columns", "support"]
+__all__ = ["Bools", "IndexArrays", "Indexes", "axis_of", "evaluate_vectorised", "support"]
 
 Bools: TypeAlias = NDArray[np.bool_]
 Indexes: TypeAlias = NDArray[np.intp]
-Columns: TypeAlias = Mapping[int, Indexes]
+IndexArrays: TypeAlias = Mapping[int, Indexes]
 """Index arrays by axis, broadcastable against each other."""
 
 _EXACT_IN_DOUBLE = 2**53
@@ -60,7 +60,7 @@ def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
     return tuple(sorted(found))
 
 
-def evaluate_columns(plant: Plant, expr: Expr, columns: Columns) -> NDArray[Any]:
+def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArray[Any]:
     """The expression for all combinations of the columns.
 
     The result broadcasts against the columns; it need not have their full shape. Values of enums
@@ -70,12 +70,12 @@ def evaluate_columns(plant: Plant, expr: Expr, columns: Columns) -> NDArray[Any]
         case Literal(value=value, type=type_):
             return _literal(value, type_)
         case Unary(operator="!", operand=operand):
-            return np.asarray(np.logical_not(evaluate_columns(plant, operand, columns)))
+            return np.asarray(np.logical_not(evaluate_vectorised(plant, operand, columns)))
         case Unary(operand=operand):
-            return np.asarray(np.negative(evaluate_columns(plant, operand, columns)))
+            return np.asarray(np.negative(evaluate_vectorised(plant, operand, columns)))
         case Binary(operator=op, left=left, right=right):
-            first = evaluate_columns(plant, left, columns)
-            second = evaluate_columns(plant, right, columns)
+            first = evaluate_vectorised(plant, left, columns)
+            second = evaluate_vectorised(plant, right, columns)
             return _apply(op, first, second)
         case ValueRef():
             raise AssertionError("a parameter without value")

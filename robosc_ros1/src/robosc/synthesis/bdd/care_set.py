@@ -1,8 +1,8 @@
-"""What a guard must tell apart, as decision diagrams hold it; and guards over very many axes.
+"""What a guard must tell apart, as decision diagrams; and guards over very many axes.
 
 Most guards read a few axes: these become a table, and what is made of it is the same for every
 engine (:mod:`robosc.synthesis.minimise`). A guard that reads so many that no table holds them
-(never the last free place of thirty) is covered by boxes found on the diagrams themselves.
+(never the last free place of thirty) is covered by boxes found on the manager themselves.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from robosc.ir.automaton import Plant
 from robosc.ir.expr import conjunction, disjunction
 from robosc.model.expr import Expr
 from robosc.synthesis.bdd.encoding import Encoding
-from robosc.synthesis.bdd.manager import Set
+from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.minimise import Table, condition_of
 from robosc.synthesis.vectorised import Bools
 
-__all__ = ["SymbolicCases", "TooWide", "wide_condition"]
+__all__ = ["BddCareSet", "TooWide", "wide_condition"]
 
 _LARGEST_TABLE = 2**16
 
@@ -31,27 +31,27 @@ class TooWide(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class SymbolicCases:
+class BddCareSet:
     """Two disjoint sets over the axes that are left. See ``guards.Cases``."""
 
     encoding: Encoding
     axes: tuple[int, ...]
-    allowed: Set
-    refused: Set
+    allowed: Bdd
+    refused: Bdd
 
     @property
     def parts(self) -> tuple[tuple[int, ...], ...]:
         return tuple((axis,) for axis in self.axes)
 
-    def without(self, part: tuple[int, ...]) -> SymbolicCases | None:
-        diagrams = self.encoding.diagrams
+    def without(self, part: tuple[int, ...]) -> BddCareSet | None:
+        manager = self.encoding.manager
         cube = self.encoding.now(part)
-        allowed = diagrams.exists(self.allowed, cube)
-        refused = diagrams.exists(self.refused, cube)
-        if allowed & refused != diagrams.false:
+        allowed = manager.exists(self.allowed, cube)
+        refused = manager.exists(self.refused, cube)
+        if allowed & refused != manager.false:
             return None
         left = tuple(axis for axis in self.axes if axis not in part)
-        return SymbolicCases(self.encoding, left, allowed, refused)
+        return BddCareSet(self.encoding, left, allowed, refused)
 
     def table(self) -> Table:
         """Raises TooWide if it would have too many places."""
@@ -64,21 +64,21 @@ class SymbolicCases:
     def size(self) -> int:
         return prod(self.encoding.plant.axes[axis].size for axis in self.axes)
 
-    def _array(self, states: Set, axes: Sequence[int]) -> Bools:
-        diagrams = self.encoding.diagrams
+    def _array(self, states: Bdd, axes: Sequence[int]) -> Bools:
+        manager = self.encoding.manager
         shape = tuple(self.encoding.plant.axes[axis].size for axis in axes)
-        known: dict[tuple[int, Set], Bools] = {}
+        known: dict[tuple[int, Bdd], Bools] = {}
 
-        def array(depth: int, states: Set) -> Bools:
-            if depth == len(axes) or states == diagrams.false:
-                return np.full(shape[depth:], states != diagrams.false, np.bool_)
+        def array(depth: int, states: Bdd) -> Bools:
+            if depth == len(axes) or states == manager.false:
+                return np.full(shape[depth:], states != manager.false, np.bool_)
             if (depth, states) not in known:
                 axis = axes[depth]
                 cube = self.encoding.now([axis])
                 known[depth, states] = np.stack([
                     array(
                         depth + 1,
-                        diagrams.conjoin_exists(states, self.encoding.value(axis, index), cube),
+                        manager.and_exists(states, self.encoding.value(axis, index), cube),
                     )
                     for index in range(shape[depth])
                 ])  # fmt: skip
@@ -90,7 +90,7 @@ class SymbolicCases:
 # --- guards over very many axes ------------------------------------------------------------------
 
 
-def wide_condition(cases: SymbolicCases) -> Expr:
+def wide_condition(cases: BddCareSet) -> Expr:
     """An expression that holds in what is allowed and fails in what is refused."""
     for part in sorted(cases.parts, reverse=True):
         cases = cases.without(part) or cases
@@ -118,15 +118,15 @@ _Box = dict[int, frozenset[int]]
 class _Cover:
     """Boxes as in :mod:`robosc.synthesis.minimise`, told from the sets themselves."""
 
-    def __init__(self, cases: SymbolicCases) -> None:
+    def __init__(self, cases: BddCareSet) -> None:
         self.encoding = cases.encoding
         self.plant: Plant = cases.encoding.plant
         self.axes = tuple(sorted(cases.axes))
 
-    def boxes(self, inside: Set, outside: Set) -> Iterator[_Box]:
+    def boxes(self, inside: Bdd, outside: Bdd) -> Iterator[_Box]:
         """Boxes that together hold all of ``inside``, and nothing of ``outside``."""
         left = inside
-        while left != self.encoding.diagrams.false:
+        while left != self.encoding.manager.false:
             seed = self.encoding.pick(left)
             grown = [self._grow(seed, outside, order) for order in (self.axes, self.axes[::-1])]
             best = max(grown, key=lambda box: self.encoding.count(left & self._set(box)))
@@ -140,10 +140,10 @@ class _Cover:
             table = Table((axis,), inside, ~inside) if positive else Table((axis,), ~inside, inside)
             yield condition_of(self.plant, table)
 
-    def _grow(self, seed: Sequence[int], outside: Set, order: Sequence[int]) -> _Box:
+    def _grow(self, seed: Sequence[int], outside: Bdd, order: Sequence[int]) -> _Box:
         """A box around one combination, as wide as ``outside`` lets it be."""
         encoding = self.encoding
-        rest = [encoding.diagrams.true]
+        rest = [encoding.manager.true]
         for axis in reversed(order):
             rest.append(encoding.value(axis, seed[axis]) & rest[-1])
         box: _Box = {}
@@ -153,15 +153,15 @@ class _Cover:
             values = frozenset(
                 index
                 for index in range(size)
-                if near & encoding.value(axis, index) == encoding.diagrams.false
+                if near & encoding.value(axis, index) == encoding.manager.false
             )
             if len(values) < size:
                 box[axis] = values
                 outside = outside & encoding.values(axis, values)
         return box
 
-    def _set(self, box: Mapping[int, frozenset[int]]) -> Set:
-        result = self.encoding.diagrams.true
+    def _set(self, box: Mapping[int, frozenset[int]]) -> Bdd:
+        result = self.encoding.manager.true
         for axis in sorted(box, key=self.encoding.place, reverse=True):
             result = self.encoding.values(axis, box[axis]) & result
         return result

@@ -26,14 +26,14 @@ from robosc.model.expr import (
     walk,
 )
 from robosc.model.types import Value
-from robosc.synthesis.bdd.manager import Diagrams, Set
+from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import order_items
 from robosc.synthesis.bdd.partition import Partition, key_of, lazily, negated, strictly
 from robosc.synthesis.vectorised import axis_of
 
-__all__ = ["Encoding", "Source", "axes_read"]
+__all__ = ["Encoding", "LeafSource", "axes_read"]
 
-Source: TypeAlias = int | tuple[int, int]
+LeafSource: TypeAlias = int | tuple[int, int]
 """Where a leaf reads: an axis, or (number of the event, number of its parameter)."""
 
 
@@ -65,19 +65,19 @@ class Encoding:
         parameters = [
             (e, p) for e, event in enumerate(plant.events) for p in range(len(event.parameters))
         ]
-        items: list[Source] = [*range(len(plant.axes)), *parameters]
-        self._blocks: dict[Source, _Block] = {}
+        items: list[LeafSource] = [*range(len(plant.axes)), *parameters]
+        self._blocks: dict[LeafSource, _Block] = {}
         self._known: dict[tuple[Expr, int | None], Partition] = {}
-        self._codes: dict[tuple[Source, int], Set] = {}
+        self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
         for item in order_items(len(items), _groups(plant, items)):
             block = self._block(items[item], first)
             self._blocks[items[item]] = block
             first += len(block.now) + len(block.after)
-        self.diagrams = Diagrams(first, memory)
+        self.manager = Manager(first, memory)
         self._bits = sum(len(self._blocks[axis].now) for axis in range(len(plant.axes)))
 
-    def _block(self, source: Source, first: int) -> _Block:
+    def _block(self, source: LeafSource, first: int) -> _Block:
         if isinstance(source, int):
             size = self.plant.axes[source].size
             bits = (size - 1).bit_length()
@@ -94,7 +94,7 @@ class Encoding:
         now = self._blocks[axis].now
         return now[0] if now else 0
 
-    def value(self, source: Source, index: int) -> Set:
+    def value(self, source: LeafSource, index: int) -> Bdd:
         """The states in which an axis (or parameter) has the value of this index."""
         found = self._codes.get((source, index))
         if found is None:
@@ -102,19 +102,19 @@ class Encoding:
             self._codes[source, index] = found
         return found
 
-    def values(self, source: Source, indexes: Collection[int]) -> Set:
+    def values(self, source: LeafSource, indexes: Collection[int]) -> Bdd:
         """The states in which an axis (or parameter) has one of these values."""
         return self._indexes(self._blocks[source].now, indexes)
 
-    def value_after(self, axis: int, index: int) -> Set:
+    def value_after(self, axis: int, index: int) -> Bdd:
         return self._indexes(self._blocks[axis].after, (index,))
 
-    def all_values(self, source: Source) -> Set:
+    def all_values(self, source: LeafSource) -> Bdd:
         return self.values(source, range(self._blocks[source].size))
 
-    def valuations(self, event: int) -> Set:
+    def valuations(self, event: int) -> Bdd:
         """All combinations of the event's parameter values that one value can have."""
-        result = self.diagrams.true
+        result = self.manager.true
         for source in self.parameters(event):
             result = result & self.all_values(source)
         for first, second in missing_together(self.plant.events[event]):
@@ -126,54 +126,54 @@ class Encoding:
             result = result & (~one | other)
         return result
 
-    def unchanged(self, axis: int) -> Set:
+    def unchanged(self, axis: int) -> Bdd:
         """The axis has the same value after the event as before."""
         block = self._blocks[axis]
-        return self.diagrams.union(
+        return self.manager.union(
             self.value(axis, index) & self.value_after(axis, index) for index in range(block.size)
         )
 
-    def _indexes(self, variables: Sequence[int], indexes: Collection[int]) -> Set:
-        diagrams = self.diagrams
+    def _indexes(self, variables: Sequence[int], indexes: Collection[int]) -> Bdd:
+        manager = self.manager
 
-        def build(depth: int, chosen: Collection[int]) -> Set:
+        def build(depth: int, chosen: Collection[int]) -> Bdd:
             if not chosen:
-                return diagrams.false
+                return manager.false
             if depth == len(variables) or len(chosen) == 1 << len(variables) - depth:
-                return diagrams.true
+                return manager.true
             bit = 1 << len(variables) - depth - 1
             high = build(depth + 1, [i for i in chosen if i & bit])
             low = build(depth + 1, [i for i in chosen if not i & bit])
             if high == low:
                 return high
             variable = variables[depth]
-            return (diagrams.literal(variable, True) & high) | (
-                diagrams.literal(variable, False) & low
+            return (manager.literal(variable, True) & high) | (
+                manager.literal(variable, False) & low
             )
 
         return build(0, indexes)
 
     @cached_property
-    def initial(self) -> Set:
+    def initial(self) -> Bdd:
         return self.state(self.plant.initial)
 
-    def state(self, state: PlantState) -> Set:
-        result = self.diagrams.true
+    def state(self, state: PlantState) -> Bdd:
+        result = self.manager.true
         for axis in sorted(range(len(state)), key=self.place, reverse=True):
             result = self.value(axis, state[axis]) & result
         return result
 
     @cached_property
-    def marked(self) -> Set:
-        result = self.diagrams.true
+    def marked(self) -> Bdd:
+        result = self.manager.true
         for number, axis in enumerate(self.plant.axes):
             if axis.marked is not None:
                 result = result & self.values(number, axis.marked)
         return result
 
-    def pick(self, states: Set) -> PlantState:
+    def pick(self, states: Bdd) -> PlantState:
         """One state of a set that is not empty."""
-        assignment = self.diagrams.pick(states)
+        assignment = self.manager.pick(states)
         state = []
         for axis in range(len(self.plant.axes)):
             index = 0
@@ -182,9 +182,9 @@ class Encoding:
             state.append(index)
         return tuple(state)
 
-    def contains(self, states: Set, state: PlantState) -> bool:
+    def contains(self, states: Bdd, state: PlantState) -> bool:
         """Whether a state is in a set."""
-        return self.diagrams.contains(states, self.assignment(state))
+        return self.manager.contains(states, self.assignment(state))
 
     def assignment(self, state: PlantState) -> list[tuple[int, bool]]:
         """A state as values of variables."""
@@ -194,7 +194,7 @@ class Encoding:
                 found.append((variable, bool(index >> shift & 1)))
         return found
 
-    def least(self, states: Set) -> PlantState:
+    def least(self, states: Bdd) -> PlantState:
         """The first state of a set that is not empty, in the order of axes and their values."""
         only = self.pick(states)
         if states == self.state(only):
@@ -203,30 +203,30 @@ class Encoding:
         for axis in range(len(self.plant.axes)):
             for index in range(self._blocks[axis].size):
                 here = states & self.value(axis, index)
-                if here != self.diagrams.false:
+                if here != self.manager.false:
                     states = here
                     state.append(index)
                     break
         return tuple(state)
 
-    def count(self, states: Set) -> int:
+    def count(self, states: Bdd) -> int:
         """How many states, exactly."""
-        return self.diagrams.count(states, self.diagrams.variables - self._bits)
+        return self.manager.count(states, self.manager.variables - self._bits)
 
-    def count_with_parameters(self, event: int, states: Set) -> int:
+    def count_with_parameters(self, event: int, states: Bdd) -> int:
         """How many pairs of a state and a combination of the event's parameter values."""
         bits = self._bits + sum(len(self._blocks[p].now) for p in self.parameters(event))
-        return self.diagrams.count(states, self.diagrams.variables - bits)
+        return self.manager.count(states, self.manager.variables - bits)
 
-    def parameters(self, event: int) -> list[Source]:
+    def parameters(self, event: int) -> list[LeafSource]:
         return [(event, n) for n in range(len(self.plant.events[event].parameters))]
 
-    def now(self, sources: Iterable[Source]) -> Set:
+    def now(self, sources: Iterable[LeafSource]) -> Bdd:
         """The variables of axes and parameters before an event, to quantify over."""
-        return self.diagrams.cube(v for source in sources for v in self._blocks[source].now)
+        return self.manager.cube(v for source in sources for v in self._blocks[source].now)
 
-    def after(self, axes: Iterable[int]) -> Set:
-        return self.diagrams.cube(v for axis in axes for v in self._blocks[axis].after)
+    def after(self, axes: Iterable[int]) -> Bdd:
+        return self.manager.cube(v for axis in axes for v in self._blocks[axis].after)
 
     def pairs(self, axes: Iterable[int]) -> list[tuple[int, int]]:
         """The variables of axes before and after an event."""
@@ -238,10 +238,10 @@ class Encoding:
 
     # --- expressions
 
-    def holds(self, expr: Expr, event: int | None = None) -> Set:
+    def holds(self, expr: Expr, event: int | None = None) -> Bdd:
         """Where a condition is true; ``event`` is the one whose ``value`` it reads."""
         found = self.partition(expr, event)
-        return next((states for value, states in found if value is True), self.diagrams.false)
+        return next((states for value, states in found if value is True), self.manager.false)
 
     def partition(self, expr: Expr, event: int | None = None) -> Partition:
         """The values of an expression."""
@@ -250,20 +250,20 @@ class Encoding:
             return self._of_one_source(expr, sources, event)
         match expr:
             case Unary(operator=op, operand=operand):
-                return negated(self.diagrams, op, self.partition(operand, event))
+                return negated(self.manager, op, self.partition(operand, event))
             case Binary(operator="and" | "or" | "=>" as op, left=left, right=right):
                 first = self.partition(left, event)
-                return lazily(self.diagrams, op, first, self.partition(right, event))
+                return lazily(self.manager, op, first, self.partition(right, event))
             case Binary(left=left, right=right):
                 # The costly case: comparisons and sums come again in guards and questions.
                 if (expr, event) not in self._known:
                     first = self.partition(left, event)
-                    found = strictly(self.diagrams, expr, first, self.partition(right, event))
+                    found = strictly(self.manager, expr, first, self.partition(right, event))
                     self._known[expr, event] = found
                 return self._known[expr, event]
         raise AssertionError("a leaf reads one source")
 
-    def _source(self, leaf: Leaf, event: int | None) -> Source:
+    def _source(self, leaf: Leaf, event: int | None) -> LeafSource:
         axis = axis_of(self.plant, leaf)
         if axis is not None:
             return axis
@@ -273,10 +273,10 @@ class Encoding:
     def _parameter(self, event: Event, leaf: ValueRef) -> int:
         return next(n for n, p in enumerate(event.parameters) if p.path == leaf.path)
 
-    def _of_one_source(self, expr: Expr, sources: set[Source], event: int | None) -> Partition:
+    def _of_one_source(self, expr: Expr, sources: set[LeafSource], event: int | None) -> Partition:
         """By the reference evaluation, value by value."""
         if not sources:
-            return [(_value(expr, lambda leaf: None), self.diagrams.true)]
+            return [(_value(expr, lambda leaf: None), self.manager.true)]
         (source,) = sources
         found: dict[object, tuple[Value | None, list[int]]] = {}
         for index in range(self._blocks[source].size):
@@ -306,7 +306,7 @@ def _value(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value | None:
         return None
 
 
-def _groups(plant: Plant, items: Sequence[Source]) -> Iterator[list[int]]:
+def _groups(plant: Plant, items: Sequence[LeafSource]) -> Iterator[list[int]]:
     """What stands together in the variable order: what an event or a condition touches."""
     number = {item: n for n, item in enumerate(items)}
     for e, event in enumerate(plant.events):

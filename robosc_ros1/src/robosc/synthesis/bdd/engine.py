@@ -15,15 +15,15 @@ from typing import TypeAlias
 
 from robosc.ir.automaton import Plant
 from robosc.synthesis.bdd.encoding import Encoding
-from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, Set
-from robosc.synthesis.bdd.relations import EventRelation, Move, Relations
+from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, Bdd
+from robosc.synthesis.bdd.relations import Disjunct, EventRelation, Relations
 
-__all__ = ["Growth", "Progress", "SymbolicEngine", "SymbolicSolution"]
+__all__ = ["Iterates", "Progress", "SymbolicEngine", "SymbolicSolution"]
 
 Progress = Callable[[str, int, int], None]
 """Called now and then: what is being computed, diagram nodes in use, and the most there can be."""
 
-Growth: TypeAlias = list[tuple[int, Set]]
+Iterates: TypeAlias = list[tuple[int, Bdd]]
 """The sets that a fixpoint passes through, each with the number of the event that made it."""
 
 
@@ -37,15 +37,15 @@ class SymbolicSolution:
     """
 
     engine: SymbolicEngine
-    plant_reach: Set
-    states: Set
-    good: Set
+    plant_reach: Bdd
+    states: Bdd
+    good: Bdd
     restricted: bool
 
     @property
     def empty(self) -> bool:
         """Whether not even the initial state can be kept."""
-        return self.states == self.engine.diagrams.false
+        return self.states == self.engine.manager.false
 
     @property
     def plant_states(self) -> int:
@@ -68,11 +68,11 @@ class SymbolicSolution:
                 total += engine.encoding.count_with_parameters(event.number, occurring)
         return total
 
-    def possible(self, event: EventRelation) -> Set:
+    def possible(self, event: EventRelation) -> Bdd:
         """The states in which the plant can do an event."""
         return self.states & event.possible
 
-    def enabled(self, event: EventRelation) -> Set:
+    def enabled(self, event: EventRelation) -> Bdd:
         """The states in which a controllable event is allowed."""
         if not self.restricted:
             return self.possible(event) & event.required
@@ -90,16 +90,16 @@ class SymbolicEngine:
         plant: Plant,
         progress: Progress | None = None,
         memory: int = DEFAULT_MEMORY,
-        most_moves: int | None = None,
+        most_disjuncts: int | None = None,
     ) -> None:
         self.plant = plant
         self.encoding = Encoding(plant, memory)
-        self.diagrams = self.encoding.diagrams
-        options = {} if most_moves is None else {"most_moves": most_moves}
+        self.manager = self.encoding.manager
+        options = {} if most_disjuncts is None else {"most_disjuncts": most_disjuncts}
         self.relations = Relations(self.encoding, **options)
         self.events = self.relations.events
         self._progress = progress
-        self._ruled = tuple(_guarded(event.moves, event.required) for event in self.events)
+        self._required = tuple(_guarded(event.disjuncts, event.required) for event in self.events)
         reads = [event.reads for event in self.events]
         self._related = _related(self.events, reads)
         self._priority = [
@@ -111,16 +111,16 @@ class SymbolicEngine:
         """The controlled system."""
         encoding = self.encoding
         initial = encoding.initial
-        reach = plant_reach = self._forward(initial, [event.moves for event in self.events])
-        if any(event.required != self.diagrams.true for event in self.events):
-            reach = self._forward(initial, self._ruled)
+        reach = plant_reach = self._forward(initial, [event.disjuncts for event in self.events])
+        if any(event.required != self.manager.true for event in self.events):
+            reach = self._forward(initial, self._required)
         good = reach
         bad = good & self.unsafe()
         while True:
-            if bad != self.diagrams.false:
+            if bad != self.manager.false:
                 good = good & ~self._uncontrollably(bad, good)
-            if initial & good == self.diagrams.false:
-                return SymbolicSolution(self, plant_reach, self.diagrams.false, good, True)
+            if initial & good == self.manager.false:
+                return SymbolicSolution(self, plant_reach, self.manager.false, good, True)
             back = self._coreachable(good)
             if back == good:
                 break
@@ -130,68 +130,68 @@ class SymbolicEngine:
             reach = self._forward(initial, *self._controlled(good))
         return SymbolicSolution(self, plant_reach, reach, good, restricted)
 
-    def unsafe(self) -> Set:
+    def unsafe(self) -> Bdd:
         """The states that break a state requirement or leave a range, reachable or not."""
         found = [
-            event.leaving
+            event.range_violation
             for event in self.events
             if not self.plant.events[event.number].controllable
         ]
         found.extend(~self.encoding.holds(expr) for expr, _ in self.plant.invariants)
-        return self.diagrams.union(found)
+        return self.manager.union(found)
 
-    def successors(self, states: Set) -> Set:
+    def successors(self, states: Bdd) -> Bdd:
         """Where the plant under its requirements leads in one step."""
-        return self.diagrams.union(
-            self._run(lambda m=move: self.relations.image(m, states))  # type: ignore[misc]
-            for moves in self._ruled
-            for move in moves
-            if not move.stays
+        return self.manager.union(
+            self._run(lambda m=disjunct: self.relations.image(m, states))  # type: ignore[misc]
+            for disjuncts in self._required
+            for disjunct in disjuncts
+            if not disjunct.stays
         )
 
-    def required_preimage(self, event: EventRelation, states: Set) -> Set:
+    def required_preimage(self, event: EventRelation, states: Bdd) -> Bdd:
         """From where the event leads into ``states`` in the plant under its requirements."""
-        return self.diagrams.union(
-            self.relations.preimage(move, states) for move in self._ruled[event.number]
+        return self.manager.union(
+            self.relations.preimage(disjunct, states) for disjunct in self._required[event.number]
         )
 
-    def growth(self, states: Set) -> Growth:
+    def iterates(self, states: Bdd) -> Iterates:
         """How the controlled system unfolds from the initial state, ``states`` being all of it."""
-        found: Growth = [(-1, self.encoding.initial)]
-        self._forward(self.encoding.initial, *self._controlled(states), growth=found)
+        found: Iterates = [(-1, self.encoding.initial)]
+        self._forward(self.encoding.initial, *self._controlled(states), iterates=found)
         return found
 
     # --- control
 
-    def _controlled(self, good: Set) -> tuple[list[Sequence[Move]], list[list[int]]]:
-        """The moves that stay in ``good``, and which events can set each other going.
+    def _controlled(self, good: Bdd) -> tuple[list[Sequence[Disjunct]], list[list[int]]]:
+        """The disjuncts that stay in ``good``, and which events can set each other going.
 
         A command's guard is told by as few axes as possible: with all that ``good`` reads, every
         event would have to be tried again after every other.
         """
-        moves: list[Sequence[Move]] = []
+        disjuncts: list[Sequence[Disjunct]] = []
         reads: list[frozenset[int]] = []
         for event in self.events:
-            ruled, axes = self._ruled[event.number], event.reads
+            required, axes = self._required[event.number], event.reads
             if self.plant.events[event.number].controllable:
                 here = good & event.possible & event.required
                 allowed = here & self.required_preimage(event, good)
                 refused = here & ~allowed
-                if refused != self.diagrams.false:
+                if refused != self.manager.false:
                     guard, needed = self._narrow(allowed, refused)
-                    ruled, axes = _guarded(ruled, guard), axes | needed
-            moves.append(ruled)
+                    required, axes = _guarded(required, guard), axes | needed
+            disjuncts.append(required)
             reads.append(axes)
-        return moves, _related(self.events, reads)
+        return disjuncts, _related(self.events, reads)
 
-    def _narrow(self, allowed: Set, refused: Set) -> tuple[Set, frozenset[int]]:
+    def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
         """A condition that tells two sets apart, and the few axes that it reads."""
-        self.diagrams.tidy()
+        self.manager.collect_garbage()
         axes = set(range(len(self.plant.axes)))
         for axis in sorted(axes, key=self.encoding.place):
             cube = self.encoding.now([axis])
-            wider = self.diagrams.exists(allowed, cube), self.diagrams.exists(refused, cube)
-            if wider[0] & wider[1] == self.diagrams.false:
+            wider = self.manager.exists(allowed, cube), self.manager.exists(refused, cube)
+            if wider[0] & wider[1] == self.manager.false:
                 allowed, refused = wider
                 axes.discard(axis)
         return allowed, frozenset(axes)
@@ -200,62 +200,64 @@ class SymbolicEngine:
 
     def _forward(
         self,
-        states: Set,
-        moves: Sequence[Sequence[Move]],
+        states: Bdd,
+        disjuncts: Sequence[Sequence[Disjunct]],
         related: Sequence[Sequence[int]] | None = None,
-        growth: Growth | None = None,
-    ) -> Set:
-        """All that the moves reach."""
+        iterates: Iterates | None = None,
+    ) -> Bdd:
+        """All that the disjuncts reach."""
 
-        def step(move: Move, found: Set) -> Set:
-            return self.relations.image(move, found)
+        def step(disjunct: Disjunct, found: Bdd) -> Bdd:
+            return self.relations.image(disjunct, found)
 
-        return self._closure("reachable states", states, moves, step, related, growth)
+        return self._closure("reachable states", states, disjuncts, step, related, iterates)
 
-    def _uncontrollably(self, bad: Set, good: Set) -> Set:
+    def _uncontrollably(self, bad: Bdd, good: Bdd) -> Bdd:
         """``bad``, and the states of ``good`` from which uncontrollable events lead there."""
-        moves = [
-            () if self.plant.events[event.number].controllable else event.moves
+        disjuncts = [
+            () if self.plant.events[event.number].controllable else event.disjuncts
             for event in self.events
         ]
-        return self._closure("states to be avoided", bad, moves, self._step_back(good))
+        return self._closure("states to be avoided", bad, disjuncts, self._step_back(good))
 
-    def _coreachable(self, good: Set) -> Set:
+    def _coreachable(self, good: Bdd) -> Bdd:
         """The states of ``good`` from which a marked state is reached inside ``good``."""
         marked = self.encoding.marked & good
-        return self._closure("nonblocking states", marked, self._ruled, self._step_back(good))
+        return self._closure("nonblocking states", marked, self._required, self._step_back(good))
 
-    def _step_back(self, within: Set) -> Callable[[Move, Set], Set]:
-        def step(move: Move, found: Set) -> Set:
-            return self.relations.preimage(move, found) & within
+    def _step_back(self, within: Bdd) -> Callable[[Disjunct, Bdd], Bdd]:
+        def step(disjunct: Disjunct, found: Bdd) -> Bdd:
+            return self.relations.preimage(disjunct, found) & within
 
         return step
 
     def _closure(
         self,
         what: str,
-        states: Set,
-        moves: Sequence[Sequence[Move]],
-        step: Callable[[Move, Set], Set],
+        states: Bdd,
+        disjuncts: Sequence[Sequence[Disjunct]],
+        step: Callable[[Disjunct, Bdd], Bdd],
         related: Sequence[Sequence[int]] | None = None,
-        growth: Growth | None = None,
-    ) -> Set:
-        """Add to ``states`` what the steps of all moves give, until they give no more.
+        iterates: Iterates | None = None,
+    ) -> Bdd:
+        """Return the least fixpoint above ``states`` of the steps of all disjuncts.
 
-        That events which share no axis need not be tried again is exact for the moves alone, but a
-        set that steps are confined to may couple them; so a pass over all has the last word.
+        That events which share no axis need not be tried again is exact for the disjuncts alone,
+        but a set that steps are confined to may couple them; so a pass over all has the last word.
         """
-        active = [n for n in range(len(moves)) if any(not move.stays for move in moves[n])]
+        active = [
+            n for n in range(len(disjuncts)) if any(not disjunct.stays for disjunct in disjuncts[n])
+        ]
 
-        def carry(number: int, found: Set) -> Set:
+        def carry(number: int, found: Bdd) -> Bdd:
             while True:
                 before = found
-                for move in moves[number]:
-                    if move.stays:
+                for disjunct in disjuncts[number]:
+                    if disjunct.stays:
                         continue
-                    more = self._run(lambda m=move, f=found: f | step(m, f))  # type: ignore[misc]
-                    if growth is not None and more != found:
-                        growth.append((number, more))
+                    more = self._run(lambda m=disjunct, f=found: f | step(m, f))  # type: ignore[misc]
+                    if iterates is not None and more != found:
+                        iterates.append((number, more))
                     found = more
                 if found == before:
                     return found
@@ -269,11 +271,11 @@ class SymbolicEngine:
     def _saturate(
         self,
         what: str,
-        states: Set,
+        states: Bdd,
         active: Iterable[int],
-        carry: Callable[[int, Set], Set],
+        carry: Callable[[int, Bdd], Bdd],
         related: Sequence[Sequence[int]],
-    ) -> Set:
+    ) -> Bdd:
         waiting = set(active)
         allowed = frozenset(waiting)
         queue = [(self._priority[n], n) for n in waiting]
@@ -286,19 +288,19 @@ class SymbolicEngine:
                 continue
             states = found
             if self._progress is not None:
-                self._progress(what, self.diagrams.nodes, self.diagrams.capacity)
+                self._progress(what, self.manager.nodes, self.manager.capacity)
             for other in related[number]:
                 if other in allowed and other not in waiting:
                     waiting.add(other)
                     heapq.heappush(queue, (self._priority[other], other))
         return states
 
-    def _run(self, operation: Callable[[], Set]) -> Set:
-        return self.diagrams.run(operation)
+    def _run(self, operation: Callable[[], Bdd]) -> Bdd:
+        return self.manager.run(operation)
 
 
-def _guarded(moves: Sequence[Move], guard: Set) -> tuple[Move, ...]:
-    return tuple(replace(move, relation=move.relation & guard) for move in moves)
+def _guarded(disjuncts: Sequence[Disjunct], guard: Bdd) -> tuple[Disjunct, ...]:
+    return tuple(replace(disjunct, relation=disjunct.relation & guard) for disjunct in disjuncts)
 
 
 def _related(events: Sequence[EventRelation], reads: Sequence[frozenset[int]]) -> list[list[int]]:

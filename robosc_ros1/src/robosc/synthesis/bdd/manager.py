@@ -19,12 +19,12 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 
 from robosc.errors import StateSpaceError
 
-__all__ = ["DEFAULT_MEMORY", "Diagrams", "Set", "available", "install_hint"]
+__all__ = ["DEFAULT_MEMORY", "Manager", "Bdd", "available", "install_hint"]
 
 DEFAULT_MEMORY = 2 * 2**30
 """Bytes that the diagrams of one synthesis may take."""
 
-_BYTES_PER_NODE = 36  # measured, with the unique table, at the worst moment of its growth
+_BYTES_PER_NODE = 36  # measured, with the unique table, at the worst moment of its iterates
 _BYTES_PER_CACHE_ENTRY = 24
 _CACHE_ENTRIES = 2**21
 _FEWEST_NODES = 2**16
@@ -32,14 +32,14 @@ _FEWEST_NODES = 2**16
 _Result = TypeVar("_Result")
 
 
-class Set(Protocol):
+class Bdd(Protocol):
     """A set of states: a boolean function. Equal sets are equal objects, and hash alike."""
 
-    def __and__(self, other: Set, /) -> Set: ...
+    def __and__(self, other: Bdd, /) -> Bdd: ...
 
-    def __or__(self, other: Set, /) -> Set: ...
+    def __or__(self, other: Bdd, /) -> Bdd: ...
 
-    def __invert__(self) -> Set: ...
+    def __invert__(self) -> Bdd: ...
 
     def __hash__(self) -> int: ...
 
@@ -47,7 +47,7 @@ class Set(Protocol):
 
 
 Renaming: TypeAlias = Any
-"""A substitution of variables for others, prepared by :meth:`Diagrams.renaming`."""
+"""A substitution of variables for others, prepared by :meth:`Manager.renaming`."""
 
 
 def available() -> bool:
@@ -68,8 +68,8 @@ def install_hint(package: str = "oxidd") -> str:
     return hint
 
 
-class Diagrams:
-    """All diagrams of one synthesis, over ``variables`` boolean variables in their fixed order.
+class Manager:
+    """The decision diagrams of one synthesis, over boolean variables in a fixed order.
 
     Operations raise MemoryError when the nodes that fit into ``memory`` bytes are used up; nothing
     is allocated beyond that.
@@ -91,21 +91,21 @@ class Diagrams:
         self._function = bdd.BDDFunction
         self._manager = bdd.BDDManager(self.capacity, entries, 1)
         self._manager.add_vars(variables)
-        self.true: Set = self._manager.true()
-        self.false: Set = self._manager.false()
+        self.true: Bdd = self._manager.true()
+        self.false: Bdd = self._manager.false()
 
-    def literal(self, variable: int, positive: bool) -> Set:
-        found: Set = self._manager.var(variable) if positive else self._manager.not_var(variable)
+    def literal(self, variable: int, positive: bool) -> Bdd:
+        found: Bdd = self._manager.var(variable) if positive else self._manager.not_var(variable)
         return found
 
-    def cube(self, variables: Iterable[int]) -> Set:
+    def cube(self, variables: Iterable[int]) -> Bdd:
         """The conjunction of variables, which names them as a set to quantify over."""
         result = self.true
         for variable in sorted(variables, reverse=True):
             result = self.literal(variable, True) & result
         return result
 
-    def union(self, sets: Iterable[Set]) -> Set:
+    def union(self, sets: Iterable[Bdd]) -> Bdd:
         """All of them, pairwise, so that intermediate results stay small."""
         level = list(sets)
         while len(level) > 1:
@@ -113,13 +113,13 @@ class Diagrams:
             level = pairs + level[len(pairs) * 2 :]
         return level[0] if level else self.false
 
-    def exists(self, states: Any, cube: Set) -> Set:
-        found: Set = states.exists(cube)
+    def exists(self, states: Any, cube: Bdd) -> Bdd:
+        found: Bdd = states.exists(cube)
         return found
 
-    def conjoin_exists(self, first: Any, second: Set, cube: Set) -> Set:
+    def and_exists(self, first: Any, second: Bdd, cube: Bdd) -> Bdd:
         """The conjunction, with the variables of ``cube`` quantified away on the way."""
-        found: Set = first.apply_exists(self._and, second, cube)
+        found: Bdd = first.apply_exists(self._and, second, cube)
         return found
 
     def renaming(self, pairs: Sequence[tuple[int, int]]) -> Renaming:
@@ -128,8 +128,8 @@ class Diagrams:
             [(old, self.literal(new, True)) for old, new in pairs]
         )
 
-    def rename(self, states: Any, renaming: Renaming) -> Set:
-        found: Set = states.substitute(renaming)
+    def rename(self, states: Any, renaming: Renaming) -> Bdd:
+        found: Bdd = states.substitute(renaming)
         return found
 
     def count(self, states: Any, free: int) -> int:
@@ -157,14 +157,14 @@ class Diagrams:
         found: int = self._manager.approx_num_inner_nodes()
         return found
 
-    def tidy(self) -> None:
+    def collect_garbage(self) -> None:
         """Collect garbage if there may be much."""
         if self.nodes > self.capacity // 2:
             self._manager.gc()
 
     def run(self, operation: Callable[[], _Result]) -> _Result:
         """An operation, a second time after collecting garbage if the nodes ran out."""
-        self.tidy()
+        self.collect_garbage()
         try:
             return operation()
         except MemoryError:

@@ -10,13 +10,13 @@ from robosc.errors import StateSpaceError
 from robosc.ir.expr import evaluate
 from robosc.model.expr import Binary, StateRef
 from robosc.model.types import Value
-from robosc.synthesis.bdd.manager import Diagrams, Set
+from robosc.synthesis.bdd.manager import Bdd, Manager
 
 __all__ = ["Partition", "key_of", "lazily", "negated", "strictly"]
 
 _MOST_PAIRS = 2**22
 
-Partition: TypeAlias = list[tuple[Value | None, Set]]
+Partition: TypeAlias = list[tuple[Value | None, Bdd]]
 """The values that an expression can have, each once, with the states where it has it.
 
 None: it is undefined."""
@@ -27,7 +27,7 @@ def key_of(value: Value | None) -> object:
     return repr(value) if isinstance(value, float) else (type(value), value)
 
 
-def negated(diagrams: Diagrams, op: str, operand: Partition) -> Partition:
+def negated(manager: Manager, op: str, operand: Partition) -> Partition:
     """``!`` or ``-`` of all values."""
     grouped = _Grouping()
     for value, states in operand:
@@ -35,10 +35,10 @@ def negated(diagrams: Diagrams, op: str, operand: Partition) -> Partition:
             grouped.add(None, states)
         else:
             grouped.add((not value) if op == "!" else -value, states)  # type: ignore[operator]
-    return grouped.partition(diagrams)
+    return grouped.partition(manager)
 
 
-def lazily(diagrams: Diagrams, op: str, left: Partition, right: Partition) -> Partition:
+def lazily(manager: Manager, op: str, left: Partition, right: Partition) -> Partition:
     """``and``, ``or``, ``=>``: the right side counts only where the left does not decide."""
     decided_by, decided = (True, True) if op == "or" else (False, op == "=>")
     grouped = _Grouping()
@@ -50,10 +50,10 @@ def lazily(diagrams: Diagrams, op: str, left: Partition, right: Partition) -> Pa
         else:
             for second, others in right:
                 grouped.add(second, states & others)
-    return grouped.partition(diagrams)
+    return grouped.partition(manager)
 
 
-def strictly(diagrams: Diagrams, expr: Binary, left: Partition, right: Partition) -> Partition:
+def strictly(manager: Manager, expr: Binary, left: Partition, right: Partition) -> Partition:
     """All other operators: undefined where a side is.
 
     Raises:
@@ -66,7 +66,7 @@ def strictly(diagrams: Diagrams, expr: Binary, left: Partition, right: Partition
         )
     operate = _operation(expr)
     grouped = _Grouping()
-    ranges = _Ranges(diagrams, [states for _, states in right])
+    ranges = _Ranges(manager, [states for _, states in right])
     for first, states in left:
         # Neighbours often give one result (comparisons: two in all) and are taken together.
         results = [operate(first, second) for second, _ in right]
@@ -75,7 +75,7 @@ def strictly(diagrams: Diagrams, expr: Binary, left: Partition, right: Partition
             end = start + sum(1 for _ in run)
             grouped.add(results[start], states & ranges.union(start, end), result)
             start = end
-    return grouped.partition(diagrams)
+    return grouped.partition(manager)
 
 
 def _operation(expr: Binary) -> Callable[[Value | None, Value | None], Value | None]:
@@ -94,11 +94,11 @@ def _operation(expr: Binary) -> Callable[[Value | None, Value | None], Value | N
 class _Ranges:
     """Unions of neighbouring sets, from unions of 1, 2, 4, 8... that are made once."""
 
-    def __init__(self, diagrams: Diagrams, sets: list[Set]) -> None:
-        self._diagrams = diagrams
+    def __init__(self, manager: Manager, sets: list[Bdd]) -> None:
+        self._manager = manager
         self._levels = [sets]
 
-    def union(self, start: int, end: int) -> Set:
+    def union(self, start: int, end: int) -> Bdd:
         parts = []
         level = 0
         while start < end:
@@ -110,9 +110,9 @@ class _Ranges:
                 end -= 1
                 parts.append(sets[end])
             start, end, level = start // 2, end // 2, level + 1
-        return self._diagrams.union(parts)
+        return self._manager.union(parts)
 
-    def _level(self, number: int) -> list[Set]:
+    def _level(self, number: int) -> list[Bdd]:
         if number == len(self._levels):
             below = self._levels[-1]
             pairs = zip(below[::2], below[1::2], strict=False)
@@ -124,13 +124,13 @@ class _Grouping:
     """States collected by value."""
 
     def __init__(self) -> None:
-        self._found: dict[object, tuple[Value | None, list[Set]]] = {}
+        self._found: dict[object, tuple[Value | None, list[Bdd]]] = {}
 
-    def add(self, value: Value | None, states: Set, key: object = None) -> None:
+    def add(self, value: Value | None, states: Bdd, key: object = None) -> None:
         """``key`` is the value's, if it is known already."""
         found = key_of(value) if key is None else key
         self._found.setdefault(found, (value, []))[1].append(states)
 
-    def partition(self, diagrams: Diagrams) -> Partition:
-        united = [(value, diagrams.union(sets)) for value, sets in self._found.values()]
-        return [(value, states) for value, states in united if states != diagrams.false]
+    def partition(self, manager: Manager) -> Partition:
+        united = [(value, manager.union(sets)) for value, sets in self._found.values()]
+        return [(value, states) for value, states in united if states != manager.false]

@@ -1,10 +1,12 @@
 """The plant's events as partitioned relations over the variables of an encoding.
 
-An event is a set of *moves*. A move that gives axes constant values needs no variables for the
-state afterwards: its image quantifies those axes away and conjoins the new values. Only where that
-would make too many moves (a counter, many participants with a choice each) do a move's axes use the
-variables beside, as a relation between old and new values. Axes that an event does not write do not
-occur, so nothing says that they stay.
+The transition relation of an event is a disjunction, kept as its *disjuncts* (Burch, Clarke & Long,
+"Symbolic model checking with partitioned transition relations", VLSI 1991). A disjunct that gives
+axes constant values needs no variables for the state afterwards: its image quantifies those axes
+away and conjoins the new values. Only where that would make too many disjuncts (a counter, many
+participants with a choice each) do a disjunct's axes use the variables beside, as a relation
+between old and new values. Axes that an event does not write do not occur, so nothing says that
+they stay.
 """
 
 from __future__ import annotations
@@ -16,12 +18,12 @@ from robosc.ir.automaton import Edge, Participant
 from robosc.ir.step import missing_together
 from robosc.model.expr import TRUE
 from robosc.synthesis.bdd.encoding import Encoding, axes_read
-from robosc.synthesis.bdd.manager import Renaming, Set
+from robosc.synthesis.bdd.manager import Bdd, Renaming
 from robosc.synthesis.bdd.partition import Partition
 
-__all__ = ["EventRelation", "Move", "Relations"]
+__all__ = ["EventRelation", "Disjunct", "Relations"]
 
-MOST_MOVES = 3
+MOST_DISJUNCTS = 3
 """Moves of one event with constant new values; where it would be more, a relation does it.
 
 Measured: a counter is seven times faster as a relation, a choice of two or three slower.
@@ -29,7 +31,7 @@ Measured: a counter is seven times faster as a relation, a choice of two or thre
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Move:
+class Disjunct:
     """``relation`` is over the state before and over the values afterwards of ``moved``.
 
     ``target`` are the values afterwards of the other axes that are written. ``written`` and
@@ -37,11 +39,11 @@ class Move:
     it writes nothing.
     """
 
-    relation: Set
-    target: Set
-    written: Set
-    fixed: Set
-    after: Set
+    relation: Bdd
+    target: Bdd
+    written: Bdd
+    fixed: Bdd
+    after: Bdd
     forward: Renaming | None
     backward: Renaming | None
     stays: bool
@@ -51,17 +53,17 @@ class Move:
 class EventRelation:
     """One event of the plant; ``number`` is its place in ``Plant.events``.
 
-    ``possible`` is where the plant can do it with at least one value; ``leaving`` where a range is
-    left with at least one; ``occurring`` the same as ``possible`` with the parameters as further
-    variables. ``reads`` and ``writes`` are axes.
+    ``possible`` is where the plant can do it with at least one value; ``range_violation`` where a
+    range is left with at least one; ``occurring`` the same as ``possible`` with the parameters as
+    further variables. ``reads`` and ``writes`` are axes.
     """
 
     number: int
-    moves: tuple[Move, ...]
-    possible: Set
-    leaving: Set
-    occurring: Set
-    required: Set
+    disjuncts: tuple[Disjunct, ...]
+    possible: Bdd
+    range_violation: Bdd
+    occurring: Bdd
+    required: Bdd
     reads: frozenset[int]
     writes: frozenset[int]
 
@@ -70,52 +72,52 @@ class EventRelation:
 class _Case:
     """One way to take part, over state and parameters: ``constants`` are new values by axis."""
 
-    relation: Set
+    relation: Bdd
     constants: tuple[tuple[int, int], ...]
     moved: frozenset[int]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Part:
+class _LocalRelation:
     """A component's part in an event: the cases, where it consents, where no range is left."""
 
     cases: list[_Case]
-    consent: Set
-    inside: Set
+    enabled: Bdd
+    inside: Bdd
 
 
 class Relations:
     """Builds the relations of a plant's events and computes with them."""
 
-    def __init__(self, encoding: Encoding, most_moves: int = MOST_MOVES) -> None:
+    def __init__(self, encoding: Encoding, most_disjuncts: int = MOST_DISJUNCTS) -> None:
         self.encoding = encoding
-        self.diagrams = encoding.diagrams
-        self.most_moves = most_moves
+        self.manager = encoding.manager
+        self.most_disjuncts = most_disjuncts
         self.events = tuple(self._event(n) for n in range(len(encoding.plant.events)))
 
     # --- computing
 
-    def image(self, move: Move, states: Set) -> Set:
-        """Where a move leads from ``states``."""
-        diagrams = self.diagrams
-        found = diagrams.conjoin_exists(states, move.relation, move.written)
-        if move.forward is not None:
-            found = diagrams.rename(found, move.forward)
-        return found & move.target
+    def image(self, disjunct: Disjunct, states: Bdd) -> Bdd:
+        """Where a disjunct leads from ``states``."""
+        manager = self.manager
+        found = manager.and_exists(states, disjunct.relation, disjunct.written)
+        if disjunct.forward is not None:
+            found = manager.rename(found, disjunct.forward)
+        return found & disjunct.target
 
-    def preimage(self, move: Move, states: Set) -> Set:
-        """From where a move leads into ``states``."""
-        diagrams = self.diagrams
-        found = diagrams.conjoin_exists(states, move.target, move.fixed)
-        if move.backward is None:
-            return found & move.relation
-        found = diagrams.rename(found, move.backward)
-        return diagrams.conjoin_exists(found, move.relation, move.after)
+    def preimage(self, disjunct: Disjunct, states: Bdd) -> Bdd:
+        """From where a disjunct leads into ``states``."""
+        manager = self.manager
+        found = manager.and_exists(states, disjunct.target, disjunct.fixed)
+        if disjunct.backward is None:
+            return found & disjunct.relation
+        found = manager.rename(found, disjunct.backward)
+        return manager.and_exists(found, disjunct.relation, disjunct.after)
 
     # --- building
 
     def _event(self, number: int) -> EventRelation:
-        encoding, diagrams = self.encoding, self.diagrams
+        encoding, manager = self.encoding, self.manager
         event = encoding.plant.events[number]
         parameters = encoding.parameters(number)
         start = encoding.valuations(number)
@@ -131,19 +133,19 @@ class Relations:
             if event.phase.source != event.phase.target:
                 constants = ((event.phase.axis, event.phase.target),)
         cases = [_Case(start, constants, frozenset())]
-        consent = inside = start
+        enabled = inside = start
         for participant in event.participants:
-            part = self._part(participant, number)
-            consent, inside = consent & part.consent, inside & part.inside
+            part = self._local_relation(participant, number)
+            enabled, inside = enabled & part.enabled, inside & part.inside
             cases = self._product(cases, part.cases)
-        moves = self._moves(cases, encoding.now(parameters))
+        disjuncts = self._disjuncts(cases, encoding.now(parameters))
         reads, writes = self._touched(number)
-        occurring = consent & inside
+        occurring = enabled & inside
         return EventRelation(
             number=number,
-            moves=tuple(moves),
-            possible=diagrams.exists(occurring, encoding.now(parameters)),
-            leaving=diagrams.exists(consent & ~inside, encoding.now(parameters)),
+            disjuncts=tuple(disjuncts),
+            possible=manager.exists(occurring, encoding.now(parameters)),
+            range_violation=manager.exists(enabled & ~inside, encoding.now(parameters)),
             occurring=occurring,
             required=encoding.holds(TRUE if event.requirement is None else event.requirement),
             reads=reads,
@@ -151,23 +153,23 @@ class Relations:
         )
 
     def _product(self, first: Sequence[_Case], second: Sequence[_Case]) -> list[_Case]:
-        if len(first) * len(second) > self.most_moves and len(second) > 1:
+        if len(first) * len(second) > self.most_disjuncts and len(second) > 1:
             second = [self._as_relation(second)]
         return [
             _Case(relation, one.constants + other.constants, one.moved | other.moved)
             for one in first
             for other in second
-            if (relation := one.relation & other.relation) != self.diagrams.false
+            if (relation := one.relation & other.relation) != self.manager.false
         ]
 
-    def _part(self, participant: Participant, event: int) -> _Part:
-        encoding, diagrams = self.encoding, self.diagrams
+    def _local_relation(self, participant: Participant, event: int) -> _LocalRelation:
+        encoding, manager = self.encoding, self.manager
         edges: dict[int, list[Edge]] = {}
         for edge in participant.edges:
             edges.setdefault(edge.source, []).append(edge)
         cases: list[_Case] = []
-        consent: list[Set] = []
-        outside: list[Set] = []
+        enabled: list[Bdd] = []
+        outside: list[Bdd] = []
         for location in range(encoding.plant.axes[participant.axis].size):
             left = encoding.value(participant.axis, location)
             for edge in edges.get(location, ()):
@@ -175,16 +177,16 @@ class Relations:
                 if edge.guard is not None:
                     here = left & encoding.holds(edge.guard, event)
                 left = left & ~here
-                consent.append(here)
+                enabled.append(here)
                 cases.extend(self._edge(edge, participant.axis, here, event, outside))
             if not participant.blocking:
-                consent.append(left)
+                enabled.append(left)
                 cases.append(_Case(left, (), frozenset()))
-        everywhere = diagrams.union(consent)
-        return _Part(self._merge(cases), everywhere, everywhere & ~diagrams.union(outside))
+        everywhere = manager.union(enabled)
+        return _LocalRelation(self._merge(cases), everywhere, everywhere & ~manager.union(outside))
 
     def _edge(
-        self, edge: Edge, axis: int, here: Set, event: int, outside: list[Set]
+        self, edge: Edge, axis: int, here: Bdd, event: int, outside: list[Bdd]
     ) -> list[_Case]:
         """The cases of an edge where it is taken; ``outside`` gets where it leaves a range."""
         constants = ((axis, edge.target),) if edge.target != edge.source else ()
@@ -218,7 +220,7 @@ class Relations:
                     (first if keep else second, both)
                     for first, states in found[axis]
                     for second, others in partition
-                    if (both := states & others) != self.diagrams.false
+                    if (both := states & others) != self.manager.false
                     for keep in [second is None or (first is not None and first not in values)]
                 ]
             found[axis] = partition
@@ -226,16 +228,16 @@ class Relations:
 
     def _merge(self, cases: Iterable[_Case]) -> list[_Case]:
         """Cases with the same effect in one; those that never happen left out."""
-        found: dict[tuple[frozenset[tuple[int, int]], frozenset[int]], list[Set]] = {}
+        found: dict[tuple[frozenset[tuple[int, int]], frozenset[int]], list[Bdd]] = {}
         for case in cases:
             # Of two assignments to one axis the later one counts.
             constants = frozenset(dict(case.constants).items())
             found.setdefault((constants, case.moved), []).append(case.relation)
-        united = [(effect, self.diagrams.union(sets)) for effect, sets in found.items()]
+        united = [(effect, self.manager.union(sets)) for effect, sets in found.items()]
         return [
             _Case(states, tuple(sorted(constants)), moved)
             for (constants, moved), states in united
-            if states != self.diagrams.false
+            if states != self.manager.false
         ]
 
     def _as_relation(self, cases: Sequence[_Case]) -> _Case:
@@ -252,39 +254,39 @@ class Relations:
                 else:
                     relation = relation & self.encoding.unchanged(axis)
             relations.append(relation)
-        return _Case(self.diagrams.union(relations), (), frozenset(moved))
+        return _Case(self.manager.union(relations), (), frozenset(moved))
 
-    def _moves(self, cases: Sequence[_Case], parameters: Set) -> list[Move]:
+    def _disjuncts(self, cases: Sequence[_Case], parameters: Bdd) -> list[Disjunct]:
         """Moves over the state alone; those that differ only in the new values become one."""
         bare = [
-            _Case(self.diagrams.exists(case.relation, parameters), case.constants, case.moved)
+            _Case(self.manager.exists(case.relation, parameters), case.constants, case.moved)
             for case in cases
         ]
-        targets: dict[tuple[Set, tuple[int, ...], frozenset[int]], list[Set]] = {}
+        targets: dict[tuple[Bdd, tuple[int, ...], frozenset[int]], list[Bdd]] = {}
         for case in self._merge(bare):
-            target = self.diagrams.true
+            target = self.manager.true
             for axis, index in case.constants:
                 target = target & self.encoding.value(axis, index)
             fixed = tuple(axis for axis, _ in case.constants)
             targets.setdefault((case.relation, fixed, case.moved), []).append(target)
         return [
-            self._move(relation, fixed, moved, self.diagrams.union(several))
+            self._disjunct(relation, fixed, moved, self.manager.union(several))
             for (relation, fixed, moved), several in targets.items()
         ]
 
-    def _move(
-        self, relation: Set, fixed: Sequence[int], moved: frozenset[int], target: Set
-    ) -> Move:
-        encoding, diagrams = self.encoding, self.diagrams
+    def _disjunct(
+        self, relation: Bdd, fixed: Sequence[int], moved: frozenset[int], target: Bdd
+    ) -> Disjunct:
+        encoding, manager = self.encoding, self.manager
         pairs = encoding.pairs(sorted(moved))
-        return Move(
+        return Disjunct(
             relation=relation,
             target=target,
             written=encoding.now([*fixed, *moved]),
             fixed=encoding.now(fixed),
             after=encoding.after(moved),
-            forward=diagrams.renaming([(new, old) for old, new in pairs]) if pairs else None,
-            backward=diagrams.renaming(pairs) if pairs else None,
+            forward=manager.renaming([(new, old) for old, new in pairs]) if pairs else None,
+            backward=manager.renaming(pairs) if pairs else None,
             stays=not fixed and not moved,
         )
 

@@ -1,7 +1,7 @@
 """Short paths in a symbolic solution.
 
-Breadth first, one diagram per distance, as long as the diagrams stay small: then a path is a
-shortest one. States at one exact distance can take far larger diagrams than all states together, so
+Breadth first, one diagram per distance, as long as the manager stay small: then a path is a
+shortest one. States at one exact distance can take far larger manager than all states together, so
 in a large system a path goes back through the sets that the fixpoint passed through, always from
 the first set that holds a state to the one before. Every step is one of the controlled system, and
 the path is short, as a rule the shortest.
@@ -15,8 +15,8 @@ from functools import cached_property
 
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
-from robosc.synthesis.bdd.engine import Growth, SymbolicSolution
-from robosc.synthesis.bdd.manager import Set
+from robosc.synthesis.bdd.engine import Iterates, SymbolicSolution
+from robosc.synthesis.bdd.manager import Bdd
 
 __all__ = ["SymbolicSystem"]
 
@@ -31,8 +31,8 @@ class SymbolicSystem:
         self.solution = solution
         self.engine = solution.engine
         self.encoding = solution.engine.encoding
-        self._false = self.encoding.diagrams.false
-        self._layers: list[Set] = [self.encoding.initial]
+        self._false = self.encoding.manager.false
+        self._layers: list[Bdd] = [self.encoding.initial]
         self._seen = self.encoding.initial
         self._nodes_left = most_nodes
 
@@ -48,7 +48,7 @@ class SymbolicSystem:
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         """A path to a state where the condition holds: a shortest one unless that is too costly."""
-        self.encoding.diagrams.tidy()
+        self.encoding.manager.collect_garbage()
         wanted = self.encoding.holds(condition) & self.solution.states
         if wanted == self._false:
             return None
@@ -57,16 +57,16 @@ class SymbolicSystem:
             if layer & wanted != self._false:
                 return self._back(number, self.encoding.least(layer & wanted))
             number += 1
-        return self._through_growth(wanted)
+        return self._through_iterates(wanted)
 
     # --- breadth first
 
-    def _layer(self, number: int) -> Set | None:
+    def _layer(self, number: int) -> Bdd | None:
         """The states at a distance from the initial one; kept, since several questions use them."""
         while len(self._layers) <= number:
             if self._nodes_left <= 0:
                 return None
-            self.encoding.diagrams.tidy()
+            self.encoding.manager.collect_garbage()
             try:
                 new = self.engine.successors(self._layers[-1]) & self.solution.states & ~self._seen
                 self._seen = self._seen | new
@@ -74,7 +74,7 @@ class SymbolicSystem:
                 self._nodes_left = 0
                 return None
             self._layers.append(new)
-            self._nodes_left -= self.encoding.diagrams.size(new)
+            self._nodes_left -= self.encoding.manager.size(new)
         return self._layers[number]
 
     def _back(self, number: int, target: PlantState) -> tuple[PlantState, ...]:
@@ -83,7 +83,7 @@ class SymbolicSystem:
             states.append(self._predecessor(layer, states[-1]))
         return tuple(reversed(states))
 
-    def _predecessor(self, layer: Set, target: PlantState) -> PlantState:
+    def _predecessor(self, layer: Bdd, target: PlantState) -> PlantState:
         after = self.encoding.state(target)
         initial = self.plant.initial
         moved = {axis for axis, value in enumerate(target) if value != initial[axis]}
@@ -97,18 +97,18 @@ class SymbolicSystem:
     # --- through the sets of the fixpoint
 
     @cached_property
-    def _growth(self) -> Growth:
-        return self.engine.growth(self.solution.states)
+    def _iterates(self) -> Iterates:
+        return self.engine.iterates(self.solution.states)
 
-    def _through_growth(self, wanted: Set) -> tuple[PlantState, ...]:
-        growth = self._growth
-        number = bisect_left(growth, True, key=lambda item: item[1] & wanted != self._false)
-        states = [self.encoding.pick(growth[number][1] & wanted)]
+    def _through_iterates(self, wanted: Bdd) -> tuple[PlantState, ...]:
+        iterates = self._iterates
+        number = bisect_left(iterates, True, key=lambda item: item[1] & wanted != self._false)
+        states = [self.encoding.pick(iterates[number][1] & wanted)]
         while number > 0:
-            event = self.engine.events[growth[number][0]]
+            event = self.engine.events[iterates[number][0]]
             after = self.encoding.state(states[-1])
             before = self.encoding.pick(
-                self.engine.required_preimage(event, after) & growth[number - 1][1]
+                self.engine.required_preimage(event, after) & iterates[number - 1][1]
             )
             states.append(before)
             number = self._first(self.encoding.assignment(before), number)
@@ -116,7 +116,7 @@ class SymbolicSystem:
 
     def _first(self, assignment: Sequence[tuple[int, bool]], before: int) -> int:
         """The first of the sets before a place that holds a state."""
-        contains = self.encoding.diagrams.contains
+        contains = self.encoding.manager.contains
         return bisect_left(
-            self._growth, True, hi=before, key=lambda item: contains(item[1], assignment)
+            self._iterates, True, hi=before, key=lambda item: contains(item[1], assignment)
         )

@@ -10,14 +10,14 @@ from robosc.ir.automaton import Event, Plant
 from robosc.ir.expr import conjunction
 from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.bdd.care_set import SymbolicCases, TooWide, wide_condition
+from robosc.synthesis.bdd.care_set import BddCareSet, TooWide, wide_condition
 from robosc.synthesis.bdd.engine import Progress, SymbolicEngine, SymbolicSolution
 from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, available, install_hint
 from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.formatting import contributors
-from robosc.synthesis.guards import Facts, make_guard
-from robosc.synthesis.result import Sizes, conclude
+from robosc.synthesis.guards import GuardInputs, make_guard
+from robosc.synthesis.result import Sizes, make_supervisor
 
 __all__ = ["available", "install_hint", "synthesize_bdd"]
 
@@ -42,7 +42,7 @@ def synthesize_bdd(
         seconds = time.perf_counter() - start
         states = solution.controlled_states
         sizes = Sizes(solution.plant_states, states, transitions)
-        return conclude(SymbolicSystem(solution), "bdd", seconds, sizes, guards)
+        return make_supervisor(SymbolicSystem(solution), "bdd", seconds, sizes, guards)
     except MemoryError:
         raise _too_large(plant, memory) from None
 
@@ -53,20 +53,20 @@ def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
     if solution.empty:
         return Guard(event, FALSE, _required(event), "never")
     encoding = solution.engine.encoding
-    encoding.diagrams.tidy()
+    encoding.manager.collect_garbage()
     enabled = solution.enabled(relation)
     possible = solution.possible(relation)
     required = possible & relation.required
     axes = tuple(range(len(plant.axes)))
-    cases = partial(SymbolicCases, encoding, axes, enabled)
-    facts = Facts(
+    cases = partial(BddCareSet, encoding, axes, enabled)
+    inputs = GuardInputs(
         required=encoding.count(required),
         enabled=encoding.count(enabled),
         within_requirement=lambda: cases(required & ~enabled),
         within_plant=lambda: cases(possible & ~enabled),
     )
     try:
-        return make_guard(plant, event, facts)
+        return make_guard(plant, event, inputs)
     except TooWide:
         extra = wide_condition(cases(required & ~enabled))
         return Guard(event, conjunction([_required(event), extra]), _required(event), "restricted")

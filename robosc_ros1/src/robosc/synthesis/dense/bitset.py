@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from robosc.synthesis.vectorised import Bools, Indexes
 
-__all__ = ["BITS", "WORD", "Words", "add", "count", "members", "pack", "places", "unpack"]
+__all__ = ["BITS", "WORD", "Bitset", "add", "count", "members", "pack", "places", "unpack"]
 
 BITS = 64
 WORD = np.dtype("<u8")
-Words: TypeAlias = NDArray[np.uint64]
+Bitset: TypeAlias = NDArray[np.uint64]
 
 _CHUNK = 2**15
 _PAIRS = np.uint64(0x5555555555555555)
@@ -23,13 +23,13 @@ _SUM = np.uint64(0x0101010101010101)
 _ONE, _TWO, _FOUR, _TOP = (np.uint64(n) for n in (1, 2, 4, 56))
 
 
-def count(words: Words) -> int:
+def count(words: Bitset) -> int:
     """How many bits are set."""
     flat = np.ascontiguousarray(words).reshape(-1)
     return sum(_count(flat[start : start + _CHUNK]) for start in range(0, flat.size, _CHUNK))
 
 
-def _count(words: Words) -> int:
+def _count(words: Bitset) -> int:
     """Bits added up in parallel, in ever wider fields (Warren, Hacker's Delight, 5-1)."""
     found = words - ((words >> _ONE) & _PAIRS)
     found = (found & _FOURS) + ((found >> _TWO) & _FOURS)
@@ -39,7 +39,7 @@ def _count(words: Words) -> int:
     return int(found.sum())
 
 
-def pack(flags: Bools) -> Words:
+def pack(flags: Bools) -> Bitset:
     """Booleans to words along the last axis, which has at most 64 entries."""
     padded = np.zeros((*flags.shape[:-1], BITS), np.bool_)
     padded[..., : flags.shape[-1]] = flags
@@ -47,26 +47,26 @@ def pack(flags: Bools) -> Words:
     return packed.view(WORD)[..., 0]
 
 
-def unpack(words: Words, bits: int) -> Bools:
+def unpack(words: Bitset, bits: int) -> Bools:
     """The first bits of each word as booleans along a new last axis."""
     flat = np.ascontiguousarray(words).view(np.uint8).reshape(*words.shape, BITS // 8)
     return np.unpackbits(flat, axis=-1, count=bits, bitorder="little").view(np.bool_)
 
 
-def places(words: Words) -> Indexes:
+def places(words: Bitset) -> Indexes:
     """The numbers of the bits that are set, ascending."""
     filled = np.flatnonzero(words)
     rows, bits = np.nonzero(unpack(words[filled], BITS))
     return np.asarray(filled[rows] * BITS + bits, dtype=np.intp)
 
 
-def members(words: Words, numbers: Indexes) -> Bools:
+def members(words: Bitset, numbers: Indexes) -> Bools:
     """Which of the numbered bits are set."""
     shifts = (numbers % BITS).astype(np.uint64)
     return np.asarray((words[numbers // BITS] >> shifts) & _ONE, dtype=np.bool_)
 
 
-def add(words: Words, numbers: Indexes) -> None:
+def add(words: Bitset, numbers: Indexes) -> None:
     """Set the numbered bits; the numbers ascend."""
     if not len(numbers):
         return

@@ -9,16 +9,16 @@ from math import prod
 import numpy as np
 
 from robosc.ir.automaton import Plant
-from robosc.synthesis.dense.bitset import Words
+from robosc.synthesis.dense.bitset import Bitset
 from robosc.synthesis.dense.layout import Dim, Layout
 from robosc.synthesis.minimise import Table
 from robosc.synthesis.vectorised import Bools
 
-__all__ = ["DenseCases"]
+__all__ = ["DenseCareSet"]
 
 
 @dataclass(frozen=True, eq=False)
-class DenseCases:
+class DenseCareSet:
     """Two disjoint sets over dimensions, as flat arrays. See ``guards.Cases``."""
 
     plant: Plant
@@ -27,20 +27,22 @@ class DenseCases:
     refused: Bools
 
     @classmethod
-    def of(cls, layout: Layout, allowed: Words, refused: Words) -> DenseCases:
+    def of(cls, layout: Layout, allowed: Bitset, refused: Bitset) -> DenseCareSet:
         return cls(layout.plant, layout.order, layout.flags(allowed), layout.flags(refused))
 
     @property
     def parts(self) -> tuple[tuple[int, ...], ...]:
         return tuple(dim.axes for dim in self.dims)
 
-    def without(self, part: tuple[int, ...]) -> DenseCases | None:
+    def without(self, part: tuple[int, ...]) -> DenseCareSet | None:
         place = self.parts.index(part)
         allowed = _forget(self.allowed, self.dims, place)
         refused = _forget(self.refused, self.dims, place)
         if np.logical_and(allowed, refused).any():
             return None
-        return DenseCases(self.plant, self.dims[:place] + self.dims[place + 1 :], allowed, refused)
+        return DenseCareSet(
+            self.plant, self.dims[:place] + self.dims[place + 1 :], allowed, refused
+        )
 
     def table(self) -> Table:
         axes = tuple(sorted(axis for dim in self.dims for axis in dim.axes))

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robosc.ir.automaton import Event
-from robosc.synthesis.dense.bitset import Words, add, count, members
-from robosc.synthesis.dense.care_set import DenseCases
+from robosc.synthesis.dense.bitset import Bitset, add, count, members
+from robosc.synthesis.dense.care_set import DenseCareSet
 from robosc.synthesis.dense.images import (
     Stages,
     backward,
@@ -29,7 +29,7 @@ from robosc.synthesis.dense.images import (
 )
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.operations import Operation
-from robosc.synthesis.dense.transitions import Compiler, Condition, EventMoves
+from robosc.synthesis.dense.transitions import Compiler, Condition, EventRules
 from robosc.synthesis.vectorised import Bools
 
 __all__ = ["DenseEngine", "DenseSolution", "Progress"]
@@ -39,20 +39,20 @@ Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
-class _Steps:
+class _EventOperations:
     """The operations of an event in the plant, and where its requirement also holds.
 
     Each is a sequence of stages; one stage is the rule. ``possible`` is where the plant allows the
     event as far as that is told by states alone (ranges left aside).
     """
 
-    moves: EventMoves
+    rules: EventRules
     plant: tuple[tuple[Operation, ...], ...]
     required: tuple[tuple[Operation, ...], ...]
 
     @property
     def event(self) -> Event:
-        return self.moves.event
+        return self.rules.event
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +65,8 @@ class DenseSolution:
     """
 
     engine: DenseEngine
-    states: Words
-    good: Words
+    states: Bitset
+    good: Bitset
     restricted: bool
     empty: bool
 
@@ -77,7 +77,7 @@ class DenseEngine:
     def __init__(
         self,
         compiler: Compiler,
-        moves: Iterable[EventMoves],
+        rules: Iterable[EventRules],
         layout: Layout,
         progress: Progress | None = None,
     ) -> None:
@@ -86,22 +86,22 @@ class DenseEngine:
         self.compiler = compiler
         self._progress = progress
         self.plant_states = 0
-        self.steps = tuple(self._compile(event) for event in moves)
+        self.steps = tuple(self._compile(event) for event in rules)
 
-    def _compile(self, moves: EventMoves) -> _Steps:
+    def _compile(self, rules: EventRules) -> _EventOperations:
         plant = tuple(
-            tuple(op for move in stage for op in self.layout.operations(move))
-            for stage in moves.stages
+            tuple(op for rule in stage for op in self.layout.operations(rule))
+            for stage in rules.stages
         )
-        if moves.event.requirement is None:
-            return _Steps(moves, plant, plant)
+        if rules.event.requirement is None:
+            return _EventOperations(rules, plant, plant)
         first = tuple(
             op
-            for move in moves.stages[0]
-            for condition in moves.required
-            for op in self.layout.operations(move, condition)
+            for rule in rules.stages[0]
+            for condition in rules.required
+            for op in self.layout.operations(rule, condition)
         )
-        return _Steps(moves, plant, (first, *plant[1:]))
+        return _EventOperations(rules, plant, (first, *plant[1:]))
 
     # --- synthesis
 
@@ -138,7 +138,7 @@ class DenseEngine:
             self._forward(states, required_stages, good)
         return DenseSolution(self, states, good, restricted, False)
 
-    def plant_reach(self) -> Words:
+    def plant_reach(self) -> Bitset:
         """The states that the plant reaches, requirements apart."""
         initial = self.layout.index(self.plant.initial)
         assert initial is not None
@@ -146,16 +146,16 @@ class DenseEngine:
         self._forward(states, [step.plant for step in self.steps])
         return states
 
-    def _only(self, index: int) -> Words:
+    def _only(self, index: int) -> Bitset:
         states = self.layout.nothing()
         add(states, np.array([index]))
         return states
 
     def _forward(
         self,
-        states: Words,
+        states: Bitset,
         events: Sequence[Stages],
-        within: Words | None = None,
+        within: Bitset | None = None,
     ) -> None:
         """Add all that is reached from ``states``, inside ``within`` if given."""
         most = self.layout.size if within is None else count(within)
@@ -173,22 +173,22 @@ class DenseEngine:
 
         self._fixpoint("reachable states", states, sweep, most)
 
-    def _remove_bad(self, good: Words) -> bool:
+    def _remove_bad(self, good: Bitset) -> bool:
         """Take out the states that break an invariant or leave a range; whether there are any."""
         before = count(good)
         for step in self.steps:
             if not step.event.controllable:
-                self._clear(good, step.moves.leaving)
+                self._clear(good, step.rules.range_violations)
         for expr, _ in self.plant.invariants:
             self._clear(good, self.compiler.condition(expr, False))
         return count(good) != before
 
-    def _clear(self, states: Words, conditions: Iterable[Condition]) -> None:
+    def _clear(self, states: Bitset, conditions: Iterable[Condition]) -> None:
         for condition in conditions:
             for op in self.layout.regions(condition):
                 clear(op, states)
 
-    def _close_bad(self, good: Words) -> None:
+    def _close_bad(self, good: Bitset) -> None:
         """Take out the states from which uncontrollable events lead out of ``good``."""
         events = [step.plant for step in self.steps if not step.event.controllable]
 
@@ -203,7 +203,7 @@ class DenseEngine:
 
         self._fixpoint("states to be avoided", good, sweep, 0)
 
-    def _coreachable(self, good: Words, restricted: bool) -> Words:
+    def _coreachable(self, good: Bitset, restricted: bool) -> Bitset:
         """The states of ``good`` from which a marked state is reached inside ``good``.
 
         Unless something is forbidden already, all that ``good`` leads to is in ``good``; then
@@ -241,7 +241,7 @@ class DenseEngine:
                 allowed[number] = values
         return Condition(allowed)
 
-    def _fixpoint(self, what: str, states: Words, sweep: Callable[[], None], most: int) -> None:
+    def _fixpoint(self, what: str, states: Bitset, sweep: Callable[[], None], most: int) -> None:
         """Sweep until nothing changes, or until nothing can change any more."""
         before = -1
         now = count(states)
@@ -253,39 +253,39 @@ class DenseEngine:
 
     # --- counting
 
-    def count(self, states: Words, conditions: Iterable[Condition]) -> int:
+    def count(self, states: Bitset, conditions: Iterable[Condition]) -> int:
         """How many of ``states`` meet one of the conditions, which exclude each other."""
         return sum(
             measure(op, states) for condition in conditions for op in self.layout.regions(condition)
         )
 
-    def enabled(self, step: _Steps, states: Words) -> int:
+    def enabled(self, step: _EventOperations, states: Bitset) -> int:
         """How many of ``states`` allow a controllable event that stays inside ``states``."""
         return self._count_steps(step.required, states, states)
 
-    def required(self, step: _Steps, states: Words) -> int:
+    def required(self, step: _EventOperations, states: Bitset) -> int:
         """How many of ``states`` allow a controllable event in the plant under requirements."""
         return self._count_steps(step.required, states, None)
 
-    def possible(self, step: _Steps, states: Words) -> int:
+    def possible(self, step: _EventOperations, states: Bitset) -> int:
         """How many of ``states`` allow an event in the plant."""
         return self._count_steps(step.plant, states, None)
 
-    def _count_steps(self, stages: Stages, states: Words, within: Words | None) -> int:
+    def _count_steps(self, stages: Stages, states: Bitset, within: Bitset | None) -> int:
         if len(stages) > 1:
             everything = self.layout.everything() if within is None else within
             before = preimage(stages, everything)
             return int(count(np.bitwise_and(before, states, out=before)))
         return sum(measure(op, states, within) for op in stages[0])
 
-    def cases(self, step: _Steps, states: Words, required: bool) -> DenseCases:
+    def cases(self, step: _EventOperations, states: Bitset, required: bool) -> DenseCareSet:
         """Where a controllable event is allowed, and where refused though the plant could."""
         allowed = self._sources_of(step.required, states, states)
         refused = self._sources_of(step.required if required else step.plant, states, None)
         np.bitwise_and(refused, np.bitwise_not(allowed), out=refused)
-        return DenseCases.of(self.layout, allowed, refused)
+        return DenseCareSet.of(self.layout, allowed, refused)
 
-    def _sources_of(self, stages: Stages, states: Words, within: Words | None) -> Words:
+    def _sources_of(self, stages: Stages, states: Bitset, within: Bitset | None) -> Bitset:
         """The states that allow a controllable event, and lead inside ``within`` if given."""
         if len(stages) > 1:
             everything = self.layout.everything() if within is None else within
@@ -298,11 +298,11 @@ class DenseEngine:
                 np.bitwise_or(into, origins(op, source, states, within), out=into)
         return found
 
-    def occurrences(self, step: _Steps, states: Words) -> int:
+    def occurrences(self, step: _EventOperations, states: Bitset) -> int:
         """State-event-value triples of an uncontrollable event, which is never blocked."""
         phase = step.event.phase
         if phase is None:
-            return count(states) * step.moves.weight
+            return count(states) * step.rules.weight
         values = np.zeros(self.plant.axes[phase.axis].size, np.bool_)
         values[phase.source] = True
-        return self.count(states, [Condition({phase.axis: values})]) * step.moves.weight
+        return self.count(states, [Condition({phase.axis: values})]) * step.rules.weight

@@ -7,8 +7,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from robosc.synthesis.dense.bitset import Words, count
-from robosc.synthesis.dense.operations import Operation, Source
+from robosc.synthesis.dense.bitset import Bitset, count
+from robosc.synthesis.dense.operations import Operation, SourceSlice
 
 __all__ = [
     "Stages", "backward", "clear", "fill", "forward", "image", "measure", "origins", "preimage",
@@ -19,7 +19,7 @@ Stages: TypeAlias = Sequence[Sequence[Operation]]
 """An event: its operations in stages that follow one another; one stage is the rule."""
 
 
-def image(stages: Stages, states: Words) -> Words:
+def image(stages: Stages, states: Bitset) -> Bitset:
     """The states after an event, as an array of its own."""
     for stage in stages:
         after = np.zeros_like(states)
@@ -29,7 +29,7 @@ def image(stages: Stages, states: Words) -> Words:
     return states
 
 
-def preimage(stages: Stages, states: Words) -> Words:
+def preimage(stages: Stages, states: Bitset) -> Bitset:
     """The states before an event, as an array of its own."""
     for stage in reversed(stages):
         before = np.zeros_like(states)
@@ -42,12 +42,12 @@ def preimage(stages: Stages, states: Words) -> Words:
     return states
 
 
-def forward(op: Operation, states: Words, after: Words, within: Words | None) -> None:
+def forward(op: Operation, states: Bitset, after: Bitset, within: Bitset | None) -> None:
     """Add to ``after`` what an operation makes of ``states``, inside ``within`` if given.
 
     Both may be one array.
     """
-    sources = op.leaving if states is after else op.sources
+    sources = op.changing if states is after else op.sources
     if not sources:
         return
     found = op.moved(_sources(op, states, sources))
@@ -57,9 +57,9 @@ def forward(op: Operation, states: Words, after: Words, within: Words | None) ->
         np.bitwise_or(here, new, out=here)
 
 
-def backward(op: Operation, states: Words, within: Words | None) -> None:
+def backward(op: Operation, states: Bitset, within: Bitset | None) -> None:
     """Add to ``states`` what leads to them by an operation, inside ``within`` if given."""
-    sources = op.leaving
+    sources = op.changing
     if not sources:
         return
     found = op.moved_back(_targets(op, states))
@@ -71,9 +71,9 @@ def backward(op: Operation, states: Words, within: Words | None) -> None:
         np.bitwise_or(here, new, out=here)
 
 
-def uncontrolled(op: Operation, good: Words) -> None:
+def uncontrolled(op: Operation, good: Bitset) -> None:
     """Take out of ``good`` what an operation can lead out of it."""
-    sources = op.leaving
+    sources = op.changing
     if not sources:
         return
     safe = op.at(good, op.targets[0])
@@ -85,8 +85,8 @@ def uncontrolled(op: Operation, good: Words) -> None:
         np.bitwise_and(here, np.bitwise_not(op.masked(source, lost)), out=here)
 
 
-def origins(op: Operation, source: Source, states: Words, within: Words | None) -> Words:
-    """The states of a source that an operation moves, into ``within`` if given.
+def origins(op: Operation, source: SourceSlice, states: Bitset, within: Bitset | None) -> Bitset:
+    """The states of a source that an operation rules, into ``within`` if given.
 
     An operation without targets moves nothing, but the states that it speaks of are told.
     """
@@ -96,12 +96,12 @@ def origins(op: Operation, source: Source, states: Words, within: Words | None) 
     return found
 
 
-def measure(op: Operation, states: Words, within: Words | None = None) -> int:
+def measure(op: Operation, states: Bitset, within: Bitset | None = None) -> int:
     """How many states :func:`origins` tells, of all sources."""
     return sum(count(origins(op, source, states, within)) for source in op.sources)
 
 
-def clear(op: Operation, states: Words) -> None:
+def clear(op: Operation, states: Bitset) -> None:
     """Take the states that an operation speaks of out of ``states``."""
     for source in op.sources:
         here = op.at(states, source.offset)
@@ -109,7 +109,7 @@ def clear(op: Operation, states: Words) -> None:
         np.bitwise_and(here, np.bitwise_not(there), out=here)
 
 
-def fill(op: Operation, states: Words) -> None:
+def fill(op: Operation, states: Bitset) -> None:
     """Add the states that an operation speaks of to ``states``."""
     for source in op.sources:
         here = op.at(states, source.offset)
@@ -117,7 +117,7 @@ def fill(op: Operation, states: Words) -> None:
         np.bitwise_or(here, there, out=here)
 
 
-def _sources(op: Operation, states: Words, sources: Sequence[Source]) -> Words:
+def _sources(op: Operation, states: Bitset, sources: Sequence[SourceSlice]) -> Bitset:
     """Some sources of an operation in one."""
     found = op.masked(sources[0], op.at(states, sources[0].offset))
     for source in sources[1:]:
@@ -125,7 +125,7 @@ def _sources(op: Operation, states: Words, sources: Sequence[Source]) -> Words:
     return found
 
 
-def _targets(op: Operation, states: Words) -> Words:
+def _targets(op: Operation, states: Bitset) -> Bitset:
     """All targets of an operation in one."""
     found = op.at(states, op.targets[0])
     for target in op.targets[1:]:

@@ -1,4 +1,4 @@
-"""States as bits of one array, and the moves of a plant as operations on it.
+"""States as bits of one array, and the rules of a plant as operations on it.
 
 The array has one dimension (:class:`Dim`) per axis, or per group of axes that depend on each other:
 such a group is *folded* into one dimension that has only the combinations that can occur. Some
@@ -20,9 +20,16 @@ from math import prod
 import numpy as np
 
 from robosc.ir.automaton import Plant, PlantState
-from robosc.synthesis.dense.bitset import BITS, WORD, Words, pack, unpack
-from robosc.synthesis.dense.operations import Lane, Operation, Shape, Source, View, operations
-from robosc.synthesis.dense.transitions import Condition, Factor, Move, Writes
+from robosc.synthesis.dense.bitset import BITS, WORD, Bitset, pack, unpack
+from robosc.synthesis.dense.operations import (
+    MaskView,
+    Operation,
+    Shape,
+    ShiftMask,
+    SourceSlice,
+    operations,
+)
+from robosc.synthesis.dense.transitions import Condition, Factor, TransitionRule, Writes
 from robosc.synthesis.vectorised import Bools, Indexes
 
 __all__ = ["Dim", "Layout"]
@@ -92,7 +99,7 @@ class _Grid:
     """A factor as words, one dimension of ``memory`` per dimension of the array that it reads."""
 
     dims: tuple[int, ...]
-    memory: Words
+    memory: Bitset
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -105,7 +112,7 @@ class _Where:
 
 
 class Layout:
-    """Where each state of a plant lies, and operations for its moves.
+    """Where each state of a plant lies, and operations for its rules.
 
     ``size`` is the number of combinations, ``words`` that of words for a set of states.
     """
@@ -151,11 +158,11 @@ class Layout:
 
     # --- states
 
-    def nothing(self) -> Words:
+    def nothing(self) -> Bitset:
         """The empty set."""
         return np.zeros(self.words, WORD)
 
-    def everything(self) -> Words:
+    def everything(self) -> Bitset:
         """All combinations, whether they are ever reached or not."""
         return np.full(self.words, self._every_bit, WORD)
 
@@ -191,7 +198,7 @@ class Layout:
         """The dimensions in the order in which the array has them, packed ones last."""
         return tuple(self.dims[number] for number in (*self._outer, *self._packed))
 
-    def flags(self, states: Words) -> Bools:
+    def flags(self, states: Bitset) -> Bools:
         """A set as booleans, flat, with the dimensions in ``order``."""
         return unpack(states, self.bits).reshape(-1)
 
@@ -207,8 +214,8 @@ class Layout:
         where = self._where(condition)
         if where is None:
             return []
-        lanes = [Lane(np.uint64(pack(where.bits)), 0)]
-        return self._operations(where, {}, lanes, lead=False)
+        shift_masks = [ShiftMask(np.uint64(pack(where.bits)), 0)]
+        return self._operations(where, {}, shift_masks, lead=False)
 
     def _where(self, condition: Condition) -> _Where | None:
         found = _Where({}, np.ones(self.bits, np.bool_), [])
@@ -264,19 +271,21 @@ class Layout:
 
     def _masks(
         self, factor: Factor, columns: Mapping[int, Indexes], shape: tuple[int, ...]
-    ) -> Words:
+    ) -> Bitset:
         return pack(np.broadcast_to(factor.test(columns), (*shape, self.bits)))
 
-    # --- moves
+    # --- rules
 
-    def operations(self, move: Move, required: Condition | None = None) -> list[Operation]:
-        """The operations of a move, under a further condition if given."""
-        condition = move.condition if required is None else move.condition.both(required)
+    def operations(
+        self, rule: TransitionRule, required: Condition | None = None
+    ) -> list[Operation]:
+        """The operations of a rule, under a further condition if given."""
+        condition = rule.condition if required is None else rule.condition.both(required)
         where = None if condition is None else self._where(condition)
         if where is None:
             return []
         by_dim: dict[int, dict[int, Writes]] = {}
-        for axis, writes in move.writes.items():
+        for axis, writes in rule.writes.items():
             by_dim.setdefault(self.home[axis][0], {})[axis] = writes
         images = {dim: self.dims[dim].images(writes) for dim, writes in by_dim.items()}
         rectangles = {
@@ -284,28 +293,30 @@ class Layout:
             for dim, found in images.items()
             if dim not in self._positions
         }
-        lanes = self._lanes(
+        shift_masks = self._shift_masks(
             where.bits, {dim: found for dim, found in images.items() if dim in self._positions}
         )
-        return self._operations(where, rectangles, lanes, lead=True) if lanes else []
+        return self._operations(where, rectangles, shift_masks, lead=True) if shift_masks else []
 
-    def _lanes(self, bits: Bools, images: dict[int, list[tuple[int, ...]]]) -> list[Lane]:
+    def _shift_masks(
+        self, bits: Bools, images: dict[int, list[tuple[int, ...]]]
+    ) -> list[ShiftMask]:
         """How the bits of a word move when packed dimensions are written."""
         masks: dict[int, int] = {}
         for bit in np.flatnonzero(bits).tolist():
-            moves = []
+            rules = []
             for dim, found in images.items():
                 old = int(self._positions[dim][bit])
-                moves.append([(new - old) * self.strides[dim] for new in found[old]])
-            for shifts in product(*moves):
+                rules.append([(new - old) * self.strides[dim] for new in found[old]])
+            for shifts in product(*rules):
                 masks[sum(shifts)] = masks.get(sum(shifts), 0) | 1 << bit
-        return [Lane(np.uint64(mask), shift) for shift, mask in sorted(masks.items())]
+        return [ShiftMask(np.uint64(mask), shift) for shift, mask in sorted(masks.items())]
 
     def _operations(
         self,
         where: _Where,
         rectangles: dict[int, list[tuple[list[int], list[int]]]],
-        lanes: Sequence[Lane],
+        shift_masks: Sequence[ShiftMask],
         lead: bool,
     ) -> list[Operation]:
         found: list[Operation] = []
@@ -317,7 +328,9 @@ class Layout:
         written = [[(dim, one) for one in each] for dim, each in rectangles.items()]
         for runs in product(*read):
             for ones in product(*written):
-                found.extend(self._operation(dict(runs), dict(ones), where.grids, lanes, lead))
+                found.extend(
+                    self._operation(dict(runs), dict(ones), where.grids, shift_masks, lead)
+                )
         return found
 
     def _operation(
@@ -325,7 +338,7 @@ class Layout:
         runs: dict[int, tuple[int, int, int]],
         ones: dict[int, tuple[list[int], list[int]]],
         grids: Iterable[_Grid],
-        lanes: Sequence[Lane],
+        shift_masks: Sequence[ShiftMask],
         lead: bool,
     ) -> Iterator[Operation]:
         """One rectangle of each written dimension, one run of each that is only read."""
@@ -341,13 +354,13 @@ class Layout:
         for positions in product(*(ones[dim][0] for dim in written)):
             at = dict(zip(written, positions, strict=True))
             masks = tuple(_view(grid, runs, at, list(kept)) for grid in grids)
-            sources.append(Source(offset + self._shift(at), masks))
+            sources.append(SourceSlice(offset + self._shift(at), masks))
         targets = [
             offset + self._shift(dict(zip(written, positions, strict=True)))
             for positions in product(*(ones[dim][1] for dim in written))
         ]
         shape = Shape([n for n, _ in kept.values()], [s for _, s in kept.values()])
-        return operations(shape, sources, targets if lead else [], lanes, self._every_bit)
+        return operations(shape, sources, targets if lead else [], shift_masks, self._every_bit)
 
     def _shift(self, at: dict[int, int]) -> int:
         """How far into the array some positions lead, in bytes."""
@@ -396,7 +409,7 @@ def _runs(positions: Indexes) -> list[tuple[int, int, int]]:
 
 def _view(
     grid: _Grid, runs: dict[int, tuple[int, int, int]], at: dict[int, int], kept: Sequence[int]
-) -> View:
+) -> MaskView:
     offset = 0
     strides = dict.fromkeys(kept, 0)
     for dim, stride in zip(grid.dims, grid.memory.strides, strict=True):
@@ -406,4 +419,4 @@ def _view(
         start, _, step = runs.get(dim, (0, 0, 1))
         offset += start * stride
         strides[dim] = step * stride
-    return View(grid.memory, offset, tuple(strides.values()))
+    return MaskView(grid.memory, offset, tuple(strides.values()))

@@ -1,8 +1,8 @@
 """Operations: what an event does to whole slices of states at once.
 
 States lie in words of 64 bits (:mod:`robosc.synthesis.dense.layout`). An operation takes slices of
-words to slices of words of the same shape, and within each word some bits to others: its *lanes*,
-each a mask of the bits that move and how far they do.
+words to slices of words of the same shape, and within each word some bits to others, told by pairs
+of a shift and a mask of the bits that it moves.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from math import prod
 
 import numpy as np
 
-from robosc.synthesis.dense.bitset import WORD, Words
+from robosc.synthesis.dense.bitset import WORD, Bitset
 
-__all__ = ["Lane", "Operation", "Shape", "Source", "View", "operations"]
+__all__ = ["ShiftMask", "Operation", "Shape", "SourceSlice", "MaskView", "operations"]
 
 _LARGEST_STEP = 2**16
 """Words at once, where intermediate results are made: they should stay in the cache."""
@@ -26,93 +26,97 @@ _WORTH_UNROLLING = 2**9
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Lane:
-    """The bits of ``mask`` move up by ``shift`` places, or down if it is negative."""
+class ShiftMask:
+    """The bits of ``mask`` rule up by ``shift`` places, or down if it is negative."""
 
     mask: np.uint64
     shift: int
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class View:
+class MaskView:
     """Masks beside the states, one per word: their memory, where they start, their strides."""
 
-    memory: Words
+    memory: Bitset
     offset: int
     strides: tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Source:
+class SourceSlice:
     """Where a slice begins, and the masks that its words must pass."""
 
     offset: int
-    masks: tuple[View, ...]
+    masks: tuple[MaskView, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Operation:
-    """All states at each source, where its masks let them, lead by lanes to each of the targets.
+    """All states at each source, where its masks let them, lead by shifts to each of the targets.
 
-    Offsets and strides are in bytes. ``whole``: the only lane moves nothing and stops nothing.
+    Offsets and strides are in bytes. ``whole``: the only shift is 0 and its mask is full.
     Without targets an operation is no more than a set of states.
     """
 
     shape: tuple[int, ...]
     strides: tuple[int, ...]
-    sources: tuple[Source, ...]
+    sources: tuple[SourceSlice, ...]
     targets: tuple[int, ...]
-    lanes: tuple[Lane, ...]
+    shift_masks: tuple[ShiftMask, ...]
     whole: bool
 
     @property
     def held(self) -> np.uint64:
-        """The bits that some lane moves."""
+        """The bits that some shift moves."""
         found = np.uint64(0)
-        for lane in self.lanes:
-            found |= lane.mask
+        for shift_mask in self.shift_masks:
+            found |= shift_mask.mask
         return found
 
-    def at(self, states: Words, offset: int) -> Words:
+    def at(self, states: Bitset, offset: int) -> Bitset:
         """The slice that begins there, a view."""
         return np.ndarray(self.shape, WORD, states, offset, self.strides)
 
-    def mask(self, view: View) -> Words:
+    def mask(self, view: MaskView) -> Bitset:
         return np.ndarray(self.shape, WORD, view.memory, view.offset, view.strides)
 
-    def masked(self, source: Source, words: Words) -> Words:
+    def masked(self, source: SourceSlice, words: Bitset) -> Bitset:
         """What the masks of a source leave of words of its shape; the words if it has none."""
         for view in source.masks:
             words = words & self.mask(view)
         return words
 
-    def moved(self, words: Words) -> Words:
-        """Words after their lanes; the words themselves if nothing changes."""
+    def moved(self, words: Bitset) -> Bitset:
+        """Bitset after their shift_masks; the words themselves if nothing changes."""
         if self.whole:
             return words
-        return _joined(_shifted(words & lane.mask, lane.shift) for lane in self.lanes)
+        return _joined(
+            _shifted(words & shift_mask.mask, shift_mask.shift) for shift_mask in self.shift_masks
+        )
 
-    def moved_back(self, words: Words) -> Words:
-        """Words before their lanes; the words themselves if nothing changes."""
+    def moved_back(self, words: Bitset) -> Bitset:
+        """Bitset before their shift_masks; the words themselves if nothing changes."""
         if self.whole:
             return words
-        return _joined(_shifted(words, -lane.shift) & lane.mask for lane in self.lanes)
+        return _joined(
+            _shifted(words, -shift_mask.shift) & shift_mask.mask for shift_mask in self.shift_masks
+        )
 
     @property
-    def leaving(self) -> tuple[Source, ...]:
+    def changing(self) -> tuple[SourceSlice, ...]:
         """The sources that do not merely lead to themselves."""
-        if any(lane.shift for lane in self.lanes):
+        if any(shift_mask.shift for shift_mask in self.shift_masks):
             return self.sources
         return tuple(source for source in self.sources if self.targets != (source.offset,))
 
 
-def _shifted(words: Words, shift: int) -> Words:
+def _shifted(words: Bitset, shift: int) -> Bitset:
     if shift > 0:
         return np.left_shift(words, np.uint64(shift))
     return np.right_shift(words, np.uint64(-shift)) if shift else words
 
 
-def _joined(parts: Iterator[Words]) -> Words:
+def _joined(parts: Iterator[Bitset]) -> Bitset:
     found = next(parts)
     for part in parts:
         found = found | part
@@ -129,24 +133,26 @@ class Shape:
 
 def operations(
     shape: Shape,
-    sources: Sequence[Source],
+    sources: Sequence[SourceSlice],
     targets: Sequence[int],
-    lanes: Sequence[Lane],
+    shift_masks: Sequence[ShiftMask],
     every_bit: int,
 ) -> Iterator[Operation]:
     """One operation, or several where that is faster or there are too many dimensions.
 
     ``every_bit`` is the mask of the bits that stand for states.
     """
-    whole = len(lanes) == 1 and not lanes[0].shift and int(lanes[0].mask) == every_bit
-    yield from _split(shape, sources, targets, tuple(lanes), whole)
+    whole = (
+        len(shift_masks) == 1 and not shift_masks[0].shift and int(shift_masks[0].mask) == every_bit
+    )
+    yield from _split(shape, sources, targets, tuple(shift_masks), whole)
 
 
 def _split(
     shape: Shape,
-    sources: Sequence[Source],
+    sources: Sequence[SourceSlice],
     targets: Sequence[int],
-    lanes: tuple[Lane, ...],
+    shift_masks: tuple[ShiftMask, ...],
     whole: bool,
 ) -> Iterator[Operation]:
     views = [view for source in sources for view in source.masks]
@@ -158,11 +164,13 @@ def _split(
             tuple(sizes),
             tuple(merged[0]),
             tuple(
-                Source(s.offset, tuple(View(v.memory, v.offset, next(strides)) for v in s.masks))
+                SourceSlice(
+                    s.offset, tuple(MaskView(v.memory, v.offset, next(strides)) for v in s.masks)
+                )
                 for s in sources
             ),
             tuple(targets),
-            lanes,
+            shift_masks,
             whole,
         )
         return
@@ -173,16 +181,18 @@ def _split(
         shift = start * merged[0][dim]
         strides = iter(merged[1:])
         moved = [
-            Source(
+            SourceSlice(
                 source.offset + shift,
                 tuple(
-                    View(v.memory, v.offset + start * own[dim], own)
+                    MaskView(v.memory, v.offset + start * own[dim], own)
                     for v, own in zip(source.masks, strides, strict=False)
                 ),
             )
             for source in sources
         ]
-        yield from _split(Shape(part, merged[0]), moved, [t + shift for t in targets], lanes, whole)
+        yield from _split(
+            Shape(part, merged[0]), moved, [t + shift for t in targets], shift_masks, whole
+        )
 
 
 def _cut(sizes: Sequence[int], intermediate: bool) -> tuple[int, int] | None:

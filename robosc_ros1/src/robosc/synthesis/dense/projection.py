@@ -1,4 +1,4 @@
-"""Axes that depend on each other, folded into one dimension before anything is allocated.
+"""Axes that depend on each other, projected to one dimension before anything is allocated.
 
 A component often mirrors the phase of its service, and then half of the combinations of the two
 never occur. For a group of axes, the combinations that the plant can reach are over-approximated
@@ -14,12 +14,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from robosc.ir.automaton import Plant
-from robosc.synthesis.dense.bitset import Words, add, count, places
+from robosc.synthesis.dense.bitset import Bitset, add, count, places
 from robosc.synthesis.dense.images import Stages, forward, image
 from robosc.synthesis.dense.layout import Dim, Layout
-from robosc.synthesis.dense.transitions import Condition, EventMoves, Move
+from robosc.synthesis.dense.transitions import Condition, EventRules, TransitionRule
 
-__all__ = ["fold"]
+__all__ = ["projected_layout"]
 
 _LARGEST_LOOK = 2**14
 """Groups with more combinations than this are not looked at."""
@@ -27,27 +27,27 @@ _LARGEST_DIM = 256
 _MOST_PAIRS = 20_000
 """More pairs of axes than this would take minutes to look at."""
 _WORTH = 0.75
-"""A fold must leave at most this part of the combinations: long dimensions make more operations."""
+"""At most this part of the combinations may be left: long dimensions make more operations."""
 
 
-def fold(plant: Plant, moves: Sequence[EventMoves]) -> Layout:
+def projected_layout(plant: Plant, rules: Sequence[EventRules]) -> Layout:
     """The layout of a plant with dependent axes in common dimensions.
 
     The size of the layout bounds the memory of the engine and is what ``max_states`` speaks of.
     """
-    folder = _Folder(plant, moves)
-    folder.reduce_axes()
-    folder.merge()
-    return Layout(plant, sorted(folder.dims(), key=lambda dim: dim.axes[0]))
+    projector = _Projector(plant, rules)
+    projector.reduce_axes()
+    projector.merge()
+    return Layout(plant, sorted(projector.dims(), key=lambda dim: dim.axes[0]))
 
 
-class _Folder:
-    def __init__(self, plant: Plant, moves: Sequence[EventMoves]) -> None:
+class _Projector:
+    def __init__(self, plant: Plant, rules: Sequence[EventRules]) -> None:
         self.plant = plant
-        self.moves = moves
-        self.written = [_written(event) for event in moves]
+        self.rules = rules
+        self.written = [_written(event) for event in rules]
         self.touched = [
-            written | _read(event) for event, written in zip(moves, self.written, strict=True)
+            written | _read(event) for event, written in zip(rules, self.written, strict=True)
         ]
         # Groups are many and events too: which events write an axis is found once for all.
         self.writers: dict[int, list[int]] = {}
@@ -69,7 +69,7 @@ class _Folder:
                 self.dim_of[axis] = self._reached([dim])
 
     def merge(self) -> None:
-        """Fold groups, the most dependent first, as long as it pays."""
+        """Project groups, the most dependent first, as long as it pays."""
         ranked = []
         for first, second in sorted(self._related()):
             one, other = self.dim_of[first], self.dim_of[second]
@@ -104,7 +104,7 @@ class _Folder:
         axes = tuple(axis for dim in dims for axis in dim.axes)
         layout = Layout(self.plant, dims)
         numbers = sorted({number for axis in axes for number in self.writers.get(axis, ())})
-        events = [self._projected(self.moves[number], layout, set(axes)) for number in numbers]
+        events = [self._projected(self.rules[number], layout, set(axes)) for number in numbers]
         states = layout.nothing()
         add(states, np.array([_place(layout, self.plant)]))
         between = layout.nothing()
@@ -121,14 +121,14 @@ class _Folder:
         order = np.argsort(axes)
         return Dim(tuple(sorted(axes)), table[:, order])
 
-    def _projected(self, event: EventMoves, layout: Layout, axes: set[int]) -> Stages:
+    def _projected(self, event: EventRules, layout: Layout, axes: set[int]) -> Stages:
         return tuple(
-            tuple(op for move in _distinct(stage, axes) for op in layout.operations(move))
+            tuple(op for rule in _distinct(stage, axes) for op in layout.operations(rule))
             for stage in event.stages
         )
 
 
-def _apply(stages: Stages, states: Words, between: Words) -> None:
+def _apply(stages: Stages, states: Bitset, between: Bitset) -> None:
     """Add what an event leads to; what it passes through on the way needs a place as well."""
     if len(stages) == 1:
         for op in stages[0]:
@@ -147,25 +147,25 @@ def _place(layout: Layout, plant: Plant) -> int:
     return place
 
 
-def _distinct(stage: Iterable[Move], axes: set[int]) -> list[Move]:
-    """The moves as far as they concern some axes, each once."""
-    found: dict[tuple[object, ...], Move] = {}
-    for move in stage:
+def _distinct(stage: Iterable[TransitionRule], axes: set[int]) -> list[TransitionRule]:
+    """The rules as far as they concern some axes, each once."""
+    found: dict[tuple[object, ...], TransitionRule] = {}
+    for rule in stage:
         condition = Condition(
-            {axis: values for axis, values in move.condition.allowed.items() if axis in axes},
-            tuple(factor for factor in move.condition.factors if axes.issuperset(factor.axes)),
+            {axis: values for axis, values in rule.condition.allowed.items() if axis in axes},
+            tuple(factor for factor in rule.condition.factors if axes.issuperset(factor.axes)),
         )
-        writes = {axis: write for axis, write in move.writes.items() if axis in axes}
-        found[condition.key(), tuple(sorted(writes.items()))] = Move(condition, writes)
+        writes = {axis: write for axis, write in rule.writes.items() if axis in axes}
+        found[condition.key(), tuple(sorted(writes.items()))] = TransitionRule(condition, writes)
     return list(found.values())
 
 
-def _written(event: EventMoves) -> set[int]:
-    return {axis for stage in event.stages for move in stage for axis in move.writes}
+def _written(event: EventRules) -> set[int]:
+    return {axis for stage in event.stages for rule in stage for axis in rule.writes}
 
 
-def _read(event: EventMoves) -> set[int]:
-    conditions = [move.condition for stage in event.stages for move in stage]
+def _read(event: EventRules) -> set[int]:
+    conditions = [rule.condition for stage in event.stages for rule in stage]
     return {axis for condition in conditions for axis in condition.allowed} | {
         axis for condition in conditions for factor in condition.factors for axis in factor.axes
     }

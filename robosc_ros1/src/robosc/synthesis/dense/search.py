@@ -1,7 +1,7 @@
 """Shortest paths in a dense solution: breadth first over arrays of states.
 
 A frontier is an array of places in the layout; its states are decoded to one column per axis, and
-each move is evaluated on all of them at once. Only the layers are kept: a path is found backwards,
+each rule is evaluated on all of them at once. Only the layers are kept: a path is found backwards,
 by expanding each layer once more.
 """
 
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
-from robosc.synthesis.dense.bitset import WORD, Words, add, members, places
+from robosc.synthesis.dense.bitset import WORD, Bitset, add, members, places
 from robosc.synthesis.dense.engine import DenseSolution
 from robosc.synthesis.dense.layout import Layout
-from robosc.synthesis.dense.transitions import Condition, Move
-from robosc.synthesis.vectorised import Bools, Indexes, evaluate_columns
+from robosc.synthesis.dense.transitions import Condition, TransitionRule
+from robosc.synthesis.vectorised import Bools, Indexes, evaluate_vectorised
 
 __all__ = ["DenseSystem"]
 
@@ -35,8 +35,8 @@ class DenseSystem:
         self.solution = solution
         self.layout: Layout = solution.engine.layout
         self._layers: list[NDArray[Any]] = []
-        self._seen: Words | None = None
-        self._plant: Words | None = None
+        self._seen: Bitset | None = None
+        self._plant: Bitset | None = None
 
     @property
     def plant(self) -> Plant:
@@ -63,7 +63,7 @@ class DenseSystem:
             assert len(layer), "a controlled state is not reached"
             hits = np.flatnonzero(
                 np.broadcast_to(
-                    evaluate_columns(self.plant, condition, self._columns(layer)), layer.shape
+                    evaluate_vectorised(self.plant, condition, self._columns(layer)), layer.shape
                 )
             )
             if len(hits):
@@ -123,10 +123,10 @@ class DenseSystem:
         for step in self.solution.engine.steps:
             batches = [start]
             if step.event.requirement is not None:
-                batches = [start.where(condition) for condition in step.moves.required]
-            for stage in step.moves.stages:
+                batches = [start.where(condition) for condition in step.rules.required]
+            for stage in step.rules.stages:
                 batches = [
-                    moved for batch in batches for move in stage for moved in batch.moved(move)
+                    moved for batch in batches for rule in stage for moved in batch.moved(rule)
                 ]
             for batch in batches:
                 if len(batch.places):
@@ -169,10 +169,10 @@ class _Batch:
             kept &= factor.test(self.columns)
         return self._only(kept)
 
-    def moved(self, move: Move) -> Iterator[_Batch]:
-        """Where a move leads those in which it holds, once per combination of new values."""
-        batches = [self.where(move.condition)]
-        for axis, rectangles in move.writes.items():
+    def moved(self, rule: TransitionRule) -> Iterator[_Batch]:
+        """Where a rule leads those in which it holds, once per combination of new values."""
+        batches = [self.where(rule.condition)]
+        for axis, rectangles in rule.writes.items():
             batches = [
                 written
                 for batch in batches

@@ -1,12 +1,12 @@
 """The plant's events as conditions and writes over axes: what engines compile further.
 
-An event in all states is a set of *moves*. A move has a condition, a conjunction of sets of values
+An event in all states is a set of *rules*. A rule has a condition, a conjunction of sets of values
 per axis and of tests over several axes, and what it writes: per axis, which old values lead to
-which new ones. For one combination of parameter values the conditions of an event's moves exclude
-each other; combinations that behave alike share one move, whose writes are then sets.
+which new ones. For one combination of parameter values the conditions of an event's rules exclude
+each other; combinations that behave alike share one rule, whose writes are then sets.
 
-Events with many participants are cut into *stages*, sets of moves that follow one another. No stage
-writes what a later one reads, so the result is that of all at once; within a stage exactly one move
+Events with many participants are cut into *stages*, sets of rules that follow one another. No stage
+writes what a later one reads, so the result is that of all at once; within a stage exactly one rule
 holds in every state in which the event is possible.
 """
 
@@ -26,9 +26,9 @@ from robosc.model.expr import Binary, Expr, Unary
 from robosc.model.types import BooleanType, EnumType
 from robosc.synthesis.dense.stages import stages_of
 from robosc.synthesis.parameters import Chosen, choices, defined_update, specialise, weight
-from robosc.synthesis.vectorised import Bools, Columns, evaluate_columns, support
+from robosc.synthesis.vectorised import Bools, IndexArrays, evaluate_vectorised, support
 
-__all__ = ["ALWAYS", "Compiler", "Condition", "EventMoves", "Factor", "Move", "Writes"]
+__all__ = ["ALWAYS", "Compiler", "Condition", "EventRules", "Factor", "TransitionRule", "Writes"]
 
 _WIDE = 2**16
 
@@ -41,7 +41,7 @@ class Factor:
     """A test over several axes: a boolean array for any columns of them."""
 
     axes: tuple[int, ...]
-    test: Callable[[Columns], Bools]
+    test: Callable[[IndexArrays], Bools]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,23 +73,23 @@ ALWAYS = Condition({})
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Move:
+class TransitionRule:
     condition: Condition
     writes: dict[int, Writes]
 
 
 @dataclass(frozen=True, eq=False)
-class EventMoves:
+class EventRules:
     """One event of the plant.
 
-    ``leaving`` tells where an update would leave its range, for some parameter values. ``required``
-    are conditions that exclude each other; the requirement is their disjunction. ``weight`` is the
-    number of combinations of parameter values.
+    ``range_violations`` tells where an update would leave its range, for some parameter values.
+    ``required`` are conditions that exclude each other; the requirement is their disjunction.
+    ``weight`` is the number of combinations of parameter values.
     """
 
     event: Event
-    stages: tuple[tuple[Move, ...], ...]
-    leaving: tuple[Condition, ...]
+    stages: tuple[tuple[TransitionRule, ...], ...]
+    range_violations: tuple[Condition, ...]
     required: tuple[Condition, ...]
     weight: int
 
@@ -127,7 +127,7 @@ class Compiler:
         """Conditions that exclude each other and together say that ``expr`` is ``polarity``."""
         return self._all_of([(expr, polarity)])
 
-    def event(self, event: Event) -> EventMoves:
+    def event(self, event: Event) -> EventRules:
         entry = ALWAYS
         writes: dict[int, Writes] = {}
         if event.phase is not None:
@@ -135,15 +135,15 @@ class Compiler:
             entry = Condition({phase.axis: self._values(phase.axis, [phase.source])})
             if phase.target != phase.source:
                 writes[phase.axis] = (((phase.source,), (phase.target,)),)
-        stages: list[tuple[Move, ...]] = []
-        leaving: list[Condition] = []
+        stages: list[tuple[TransitionRule, ...]] = []
+        range_violations: list[Condition] = []
         for number, group in enumerate(stages_of(self.plant, event)):
             start, written = (ALWAYS, {}) if number else (entry, writes)
-            moves, out = self._stage(event, group, start, written)
-            stages.append(moves)
-            leaving.extend(both for one in out if (both := one.both(entry)) is not None)
+            rules, out = self._stage(event, group, start, written)
+            stages.append(rules)
+            range_violations.extend(both for one in out if (both := one.both(entry)) is not None)
         required = (ALWAYS,) if event.requirement is None else self.condition(event.requirement)
-        return EventMoves(event, tuple(stages), tuple(leaving), required, weight(event))
+        return EventRules(event, tuple(stages), tuple(range_violations), required, weight(event))
 
     # --- conditions
 
@@ -173,8 +173,8 @@ class Compiler:
                 case Binary(operator="=>", left=left, right=right):
                     return self._either((left, False), (right, True))
 
-        def test(columns: Columns) -> Bools:
-            outcome = evaluate_columns(self.plant, expr, columns).astype(np.bool_)
+        def test(columns: IndexArrays) -> Bools:
+            outcome = evaluate_vectorised(self.plant, expr, columns).astype(np.bool_)
             return outcome if polarity else np.logical_not(outcome)
 
         return self._test((expr, polarity), support(self.plant, expr), test)
@@ -184,7 +184,7 @@ class Compiler:
         return (*self._all_of([first]), *self._all_of([(expr, not polarity), second]))
 
     def _test(
-        self, key: tuple[object, ...], axes: tuple[int, ...], test: Callable[[Columns], Bools]
+        self, key: tuple[object, ...], axes: tuple[int, ...], test: Callable[[IndexArrays], Bools]
     ) -> tuple[Condition, ...]:
         """The condition that a test holds; none if it never does. ``key`` names the test."""
         if key not in self._tests:
@@ -193,7 +193,7 @@ class Compiler:
         return () if found is None else (found,)
 
     def _new_test(
-        self, axes: tuple[int, ...], test: Callable[[Columns], Bools]
+        self, axes: tuple[int, ...], test: Callable[[IndexArrays], Bools]
     ) -> Condition | None:
         if not axes:
             return ALWAYS if test({}) else None
@@ -220,9 +220,9 @@ class Compiler:
         participants: Sequence[Participant],
         entry: Condition,
         writes: dict[int, Writes],
-    ) -> tuple[tuple[Move, ...], list[Condition]]:
+    ) -> tuple[tuple[TransitionRule, ...], list[Condition]]:
         merger = _Merger()
-        leaving: dict[tuple[object, ...], Condition] = {}
+        range_violations: dict[tuple[object, ...], Condition] = {}
         for options in product(*(self._options(participant) for participant in participants)):
             condition: Condition | None = entry
             written = dict(writes)
@@ -236,8 +236,8 @@ class Compiler:
                     )
             if condition is not None:
                 out = self._choice(event, options, condition, written, merger)
-                leaving.update((one.key(), one) for one in out)
-        return merger.moves(), list(leaving.values())
+                range_violations.update((one.key(), one) for one in out)
+        return merger.rules(), list(range_violations.values())
 
     def _options(self, participant: Participant) -> list[_Option]:
         edges: dict[int, list[Edge]] = {}
@@ -268,7 +268,7 @@ class Compiler:
         writes: dict[int, Writes],
         merger: _Merger,
     ) -> Iterator[Condition]:
-        """Add the moves of one choice of edges to ``merger``; yield where a range is left."""
+        """Add the rules of one choice of edges to ``merger``; yield where a range is left."""
         read = [expr for option in options for expr in option.expressions()]
         for chosen in choices(event, read):
             guards = [(specialise(g, chosen), False) for o in options for g in o.fails]
@@ -322,12 +322,12 @@ class Compiler:
                 cases.extend(({axis: write}, condition) for condition in conditions)
         return cases, self._index_test(axis, expr, indexes, -1)
 
-    def _indexes_of(self, axis: int, expr: Expr) -> Callable[[Columns], NDArray[Any]]:
+    def _indexes_of(self, axis: int, expr: Expr) -> Callable[[IndexArrays], NDArray[Any]]:
         """The index of the value that ``expr`` gives to the axis, -1 outside its range."""
         values = self.plant.axes[axis].values
 
-        def indexes(columns: Columns) -> NDArray[Any]:
-            result = evaluate_columns(self.plant, expr, columns)
+        def indexes(columns: IndexArrays) -> NDArray[Any]:
+            result = evaluate_vectorised(self.plant, expr, columns)
             if isinstance(values, range):
                 outside = (result < values[0]) | (result > values[-1])
                 return np.where(outside, -1, result - values[0]).astype(np.int64)
@@ -343,7 +343,7 @@ class Compiler:
         self,
         axis: int,
         axes: tuple[int, ...],
-        indexes: Callable[[Columns], NDArray[Any]],
+        indexes: Callable[[IndexArrays], NDArray[Any]],
     ) -> list[int]:
         """The indexes that an update can give: exactly if that is cheap to know."""
         if self._size(axes) > _WIDE:
@@ -352,12 +352,12 @@ class Compiler:
         return [int(v) for v in np.unique(indexes(dict(zip(axes, grid, strict=True))))]
 
     def _index_test(
-        self, axis: int, expr: Expr, indexes: Callable[[Columns], NDArray[Any]], value: int
+        self, axis: int, expr: Expr, indexes: Callable[[IndexArrays], NDArray[Any]], value: int
     ) -> tuple[Condition, ...]:
         if isinstance(expr.type, BooleanType) and value >= 0:
             return self.condition(expr, bool(self.plant.axes[axis].values[value]))
 
-        def test(columns: Columns) -> Bools:
+        def test(columns: IndexArrays) -> Bools:
             return np.asarray(indexes(columns) == value, dtype=np.bool_)
 
         return self._test((expr, axis, value), support(self.plant, expr), test)
@@ -395,7 +395,7 @@ def _union(writes: Iterable[Writes]) -> Writes:
 
 
 class _Merger:
-    """Collects moves; those with one condition whose writes form a product become one move."""
+    """Collects rules; those with one condition whose writes form a product become one rule."""
 
     def __init__(self) -> None:
         self._found: dict[tuple[object, ...], tuple[Condition, list[dict[int, Writes]]]] = {}
@@ -403,12 +403,12 @@ class _Merger:
     def add(self, condition: Condition, writes: dict[int, Writes]) -> None:
         self._found.setdefault(condition.key(), (condition, []))[1].append(writes)
 
-    def moves(self) -> tuple[Move, ...]:
-        found: list[Move] = []
+    def rules(self) -> tuple[TransitionRule, ...]:
+        found: list[TransitionRule] = []
         for condition, several in self._found.values():
             distinct = list({tuple(sorted(w.items())): w for w in several}.values())
             merged = _product(distinct) if len(distinct) > 1 else None
-            found.extend(Move(condition, w) for w in ([merged] if merged else distinct))
+            found.extend(TransitionRule(condition, w) for w in ([merged] if merged else distinct))
         return tuple(found)
 
 

@@ -53,14 +53,14 @@ def why_blocked(stepper: Stepper, state: PlantState, steps: Sequence[Step]) -> B
 def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
     """All that the plant under its requirements reaches; None if that is too much."""
     plant = stepper.plant
-    ways = stepper.required()
+    events = stepper.required()
     seen = {start}
     states = [start]
     for state in states:  # grows while it is walked
         if plant.is_marked(state):
             return states
-        for way in ways:
-            for _, target in way.targets(state):
+        for event in events:
+            for _, target in event.targets(state):
                 if target not in seen:
                     seen.add(target)
                     states.append(target)

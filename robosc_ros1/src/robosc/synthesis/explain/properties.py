@@ -5,7 +5,7 @@ of components (taus) in source order until none is possible, after each event, a
 only when that has settled. What is checked follows the controller properties checker of the
 Eclipse ESCET toolset:
 
-- *bounded response*: settling always ends; the bound caps it at run time;
+- *bounded response*: completion always ends; the bound caps it at run time;
 - *confluence*: it ends in the same state whatever the order of the steps;
 - *nonblocking under control*: from each state in which the controller comes to rest, one that is
   marked and at rest can be reached, own steps taken eagerly.
@@ -25,7 +25,7 @@ from robosc.ir.automaton import Plant, PlantState
 from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.formatting import listing, trace_text
-from robosc.synthesis.stepper import Stepper, Way
+from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import make_step
 
 __all__ = ["Properties", "examine"]
@@ -35,7 +35,7 @@ _MOST_STATES = 100_000
 
 @dataclass(frozen=True)
 class Properties:
-    """What holds, by name; ``settle_bound`` is the longest settling, None if unknown or endless."""
+    """What holds, by name; ``settle_bound`` is the longest completion, None: unknown or endless."""
 
     holds: tuple[tuple[str, bool], ...]
     settle_bound: int | None
@@ -53,8 +53,8 @@ def examine(plant: Plant, guards: Sequence[Guard], controlled_states: int) -> Pr
 
 
 @dataclass(frozen=True, slots=True)
-class _Settling:
-    """The states of one settling, its start included; ``ends`` is False if it goes round."""
+class _Completion:
+    """The states of one completion, its start included; ``ends`` is False if it goes round."""
 
     path: tuple[PlantState, ...]
     ends: bool
@@ -65,26 +65,26 @@ class _Settling:
 
 
 class _Controller:
-    """The controller, from rest to rest: one event, then settling."""
+    """The controller, from rest to rest: one event, then run to completion."""
 
     def __init__(self, plant: Plant, guards: Sequence[Guard]) -> None:
         self.plant = plant
         self.stepper = Stepper(plant)
         allowed = {id(guard.event): guard.expr for guard in guards}
-        ways = [self.stepper.ways(n, allowed.get(id(e))) for n, e in enumerate(plant.events)]
-        self.taus = [w for w in ways if plant.events[w.event].kind is EventKind.TAU]
-        self.others = [w for w in ways if plant.events[w.event].kind is not EventKind.TAU]
-        self.settlings: dict[PlantState, _Settling] = {}
+        events = [self.stepper.compiled(n, allowed.get(id(e))) for n, e in enumerate(plant.events)]
+        self.taus = [w for w in events if plant.events[w.number].kind is EventKind.TAU]
+        self.others = [w for w in events if plant.events[w.number].kind is not EventKind.TAU]
+        self.completions: dict[PlantState, _Completion] = {}
         self.came: dict[PlantState, PlantState] = {}
-        """The state in which a settling began, to the one at rest before it."""
+        """The state in which a run to completion began, to the one at rest before it."""
         self.rests: dict[PlantState, PlantState] = {}
-        """Each state at rest, to where the first settling that led to it began."""
+        """Each state at rest, to where the first completion that led to it began."""
         self.edges: list[tuple[PlantState, PlantState]] = []
 
     def examine(self) -> Properties:
         self._run()
         diagnostics: list[Diagnostic] = []
-        endless = next((s for s in self.settlings.values() if not s.ends), None)
+        endless = next((s for s in self.completions.values() if not s.ends), None)
         if endless is not None:
             diagnostics.append(self._endless(endless))
         differing = self._differing()
@@ -98,31 +98,31 @@ class _Controller:
             ("confluence", differing is None),
             ("nonblocking under control", stuck is None and endless is None),
         )
-        bound = max(len(s.path) - 1 for s in self.settlings.values())
+        bound = max(len(s.path) - 1 for s in self.completions.values())
         return Properties(holds, bound if endless is None else None, tuple(diagnostics))
 
     def _run(self) -> None:
-        queue = self._settled(self.plant.initial)
+        queue = self._completed(self.plant.initial)
         for rest in queue:  # grows while it is walked
-            for way in self.others:
-                for _, after in way.targets(rest):
-                    if after not in self.settlings:
+            for event in self.others:
+                for _, after in event.targets(rest):
+                    if after not in self.completions:
                         self.came[after] = rest
-                    queue.extend(self._settled(after))
-                    if self.settlings[after].ends:
-                        self.edges.append((rest, self.settlings[after].rest))
+                    queue.extend(self._completed(after))
+                    if self.completions[after].ends:
+                        self.edges.append((rest, self.completions[after].rest))
 
-    def _settled(self, start: PlantState) -> list[PlantState]:
+    def _completed(self, start: PlantState) -> list[PlantState]:
         """Settle from a state, once; the state at rest if it is a new one."""
-        if start in self.settlings:
+        if start in self.completions:
             return []
-        settling = self.settlings[start] = self._settle(start)
-        if not settling.ends or settling.rest in self.rests:
+        completion = self.completions[start] = self._complete(start)
+        if not completion.ends or completion.rest in self.rests:
             return []
-        self.rests[settling.rest] = start
-        return [settling.rest]
+        self.rests[completion.rest] = start
+        return [completion.rest]
 
-    def _settle(self, state: PlantState) -> _Settling:
+    def _complete(self, state: PlantState) -> _Completion:
         """As the controller does it: all taus in source order, again until none was possible."""
         path = [state]
         seen: set[PlantState] = set()
@@ -134,16 +134,16 @@ class _Controller:
                     state = after
                     path.append(state)
             if len(path) == before:
-                return _Settling(tuple(path), True)
-        return _Settling(tuple(path), False)
+                return _Completion(tuple(path), True)
+        return _Completion(tuple(path), False)
 
     def _differing(self) -> tuple[PlantState, PlantState, PlantState] | None:
-        """A state from which settling ends in two, depending on the order.
+        """A state from which completion ends in two states, depending on the order.
 
         An order that never ends is no other end: bounded response is about that.
         """
         known: dict[PlantState, PlantState] = {}
-        for start in self.settlings:
+        for start in self.completions:
             ends: dict[PlantState, None] = {}
             closing: list[PlantState] = []
             before: dict[PlantState, list[PlantState]] = {start: []}
@@ -180,39 +180,39 @@ class _Controller:
 
     # --- what is said
 
-    def _story(self, start: PlantState) -> tuple[Step, ...]:
-        """The steps from the initial state to where a settling begins."""
+    def _trace_to(self, start: PlantState) -> tuple[Step, ...]:
+        """The steps from the initial state to where a completion begins."""
         steps: list[Step] = []
         while start in self.came:
             rest = self.came[start]
             steps.insert(0, self._step(self.others, rest, start))
             start = self.rests[rest]
-            steps[:0] = self._own(self.settlings[start].path)
+            steps[:0] = self._internal(self.completions[start].path)
         return tuple(steps)
 
-    def _own(self, path: Sequence[PlantState]) -> tuple[Step, ...]:
+    def _internal(self, path: Sequence[PlantState]) -> tuple[Step, ...]:
         return tuple(self._step(self.taus, before, after) for before, after in pairwise(path))
 
-    def _step(self, ways: Sequence[Way], before: PlantState, after: PlantState) -> Step:
-        for way in ways:
-            for values, target in way.targets(before):
+    def _step(self, events: Sequence[CompiledEvent], before: PlantState, after: PlantState) -> Step:
+        for compiled in events:
+            for values, target in compiled.targets(before):
                 if target == after:
-                    event = self.plant.events[way.event]
+                    event = self.plant.events[compiled.number]
                     return make_step(self.plant, event, values, before, after)
         raise AssertionError("the states do not follow each other")
 
     def _after(self, steps: Sequence[Step]) -> str:
         return f"after {trace_text(steps)}" if steps else "at the start"
 
-    def _endless(self, settling: _Settling) -> Diagnostic:
-        path = settling.path
+    def _endless(self, completion: _Completion) -> Diagnostic:
+        path = completion.path
         begin = path.index(path[-1])
-        cycle = self._own(path[begin:])
-        story = self._story(path[0]) + self._own(path[: begin + 1])
+        cycle = self._internal(path[begin:])
+        trace = self._trace_to(path[0]) + self._internal(path[: begin + 1])
         return Diagnostic(
             Severity.WARNING,
             "endless-settling",
-            f"the components' own steps never end: {self._after(story)} they repeat"
+            f"the components' own steps never end: {self._after(trace)} they repeat"
             f" {trace_text(cycle)}",
             cycle[0].event.span,
             "give one of the transitions a guard that fails after the step",
@@ -224,9 +224,9 @@ class _Controller:
             Severity.WARNING,
             "order-matters",
             "where the components' own steps end depends on their order:"
-            f" {self._after(self._story(start))}, in {self._difference(one, other)}; the controller"
-            " takes them in source order",
-            self.plant.events[first.event].span,
+            f" {self._after(self._trace_to(start))}, in {self._difference(one, other)};"
+            " the controller takes them in source order",
+            self.plant.events[first.number].span,
             "let their guards exclude each other, or accept the source order",
         )
 
@@ -243,17 +243,17 @@ class _Controller:
 
     def _blocking(self, rest: PlantState) -> Diagnostic:
         start = self.rests[rest]
-        story = self._story(start) + self._own(self.settlings[start].path)
+        trace = self._trace_to(start) + self._internal(self.completions[start].path)
         return Diagnostic(
             Severity.WARNING,
             "blocking-under-control",
-            f"{self._after(story)} the controller never again comes to rest in a marked state,"
+            f"{self._after(trace)} the controller never again comes to rest in a marked state,"
             " because it takes the components' own steps as soon as it can",
             self.plant.robot.span,
             "mark the states in which it does come to rest, or guard the steps that leave them",
         )
 
 
-def _moves(tau: Way, state: PlantState) -> list[PlantState]:
+def _moves(tau: CompiledEvent, state: PlantState) -> list[PlantState]:
     """Where an own step leads; the controller does not take one that changes nothing."""
     return [target for _, target in tau.targets(state) if target != state]

@@ -1,10 +1,10 @@
 """Reasons: why a command is restricted further than its requirements, or the supervisor is empty.
 
-The story of a refused command: a shortest path under control to a state in which the requirements
+The trace of a refused command: a shortest path under control to a state in which the requirements
 would allow it; the command; then the uncontrollable events that lead on, over states that must all
-be avoided, to the first where the harm is plain: a state requirement fails, a variable leaves its
-range, or no marked state can be reached any more. Told from single steps (:class:`Stepper`), so
-that it does not depend on the engine.
+be avoided, to the first bad state: a state requirement fails, a variable leaves its range, or no
+marked state can be reached any more. It is made from single steps (:class:`Stepper`), so that it
+does not depend on the engine.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ = ["explain_empty", "explain_guards"]
 
 
 @dataclass(frozen=True, slots=True)
-class _Harm:
+class _BadState:
     """A state to be avoided, and the path of uncontrollable events to it: ``states``, ``last``."""
 
     states: tuple[PlantState, ...]
@@ -57,7 +57,7 @@ class _Explainer:
         self.plant: Plant = system.plant
         self.stepper = Stepper(self.plant)
         self.uncontrollable = [
-            self.stepper.ways(number, None)
+            self.stepper.compiled(number, None)
             for number, event in enumerate(self.plant.events)
             if not event.controllable
         ]
@@ -68,14 +68,14 @@ class _Explainer:
 
     def empty(self) -> Explanation:
         robot = self.plant.robot
-        harm = self._harm(self.plant.initial)
-        trace = self._trace(harm.states, harm.last)
+        bad = self._bad_state(self.plant.initial)
+        trace = self._trace(bad.states, bad.last)
         start = f"after {trace_text(trace)}, which no controller can prevent, " if trace else ""
-        message = f"no controller can keep the requirements: {start}{harm.reason}"
+        message = f"no controller can keep the requirements: {start}{bad.reason}"
         diagnostic = Diagnostic(
-            Severity.ERROR, "empty-supervisor", message, robot.span, harm.remedy, _notes(harm)
+            Severity.ERROR, "empty-supervisor", message, robot.span, bad.remedy, _notes(bad)
         )
-        return Explanation(None, message, trace, harm.remedy, diagnostic)
+        return Explanation(None, message, trace, bad.remedy, diagnostic)
 
     def guard(self, guard: Guard) -> Explanation:
         event = guard.event
@@ -87,24 +87,24 @@ class _Explainer:
         target = self.stepper.outcome(number, (), path[-1])
         assert not isinstance(target, Verdict)
         command = make_step(self.plant, event, (), path[-1], target)
-        harm = self._harm(target, (command,))
-        after = self._trace(harm.states, harm.last)
+        bad = self._bad_state(target, (command,))
+        after = self._trace(bad.states, bad.last)
         trace = (*steps_of(self.stepper, path), command, *after)
         name = event_text(event)
         never = guard.status == "never"
         head = f"{name} can never be allowed" if never else f"{name} is restricted further"
         before = trace_text(trace[: len(trace) - len(after)])
         forced = f" the controller cannot prevent {trace_text(after)}; then" if after else ","
-        message = f"{head}: after {before}{forced} {harm.reason}"
+        message = f"{head}: after {before}{forced} {bad.reason}"
         diagnostic = Diagnostic(
             Severity.WARNING,
             "never-allowed" if never else "restricted-command",
             message,
             event.span,
-            harm.remedy,
-            _notes(harm),
+            bad.remedy,
+            _notes(bad),
         )
-        return Explanation(event, message, trace, harm.remedy, diagnostic)
+        return Explanation(event, message, trace, bad.remedy, diagnostic)
 
     def _never_asked(self, guard: Guard) -> Explanation:
         """Never, though synthesis takes nothing away: plant or requirements never allow it."""
@@ -135,10 +135,10 @@ class _Explainer:
         steps = steps_of(self.stepper, states)
         return steps if last is None else (*steps, last)
 
-    # --- the harm
+    # --- the bad state
 
-    def _harm(self, start: PlantState, before: tuple[Step, ...] = ()) -> _Harm:
-        """From a state that must be avoided to the nearest one where the harm is plain.
+    def _bad_state(self, start: PlantState, before: tuple[Step, ...] = ()) -> _BadState:
+        """From a state that must be avoided to the nearest one that plainly breaks a requirement.
 
         ``before`` is the step that led to the state.
         """
@@ -151,8 +151,8 @@ class _Explainer:
         for path in paths:
             blocked = why_blocked(self.stepper, path[-1], (*before, *steps_of(self.stepper, path)))
             if blocked is not None:
-                return _Harm(path, None, blocked.reason, blocked.remedy, blocked.span)
-        return _Harm(
+                return _BadState(path, None, blocked.reason, blocked.remedy, blocked.span)
+        return _BadState(
             (start,),
             None,
             "each way back to a marked state passes through states that must be avoided",
@@ -176,24 +176,24 @@ class _Explainer:
                 return
 
     def _uncontrollable(self, state: PlantState) -> Iterator[tuple[Step, Outcome]]:
-        for way in self.uncontrollable:
-            for values in way.values:
-                target = way.step(state, values)
+        for event in self.uncontrollable:
+            for values in event.values:
+                target = event.step(state, values)
                 if target is not Verdict.IMPOSSIBLE:
-                    yield Step(self.plant.events[way.event], values), target
+                    yield Step(self.plant.events[event.number], values), target
 
-    def _plain(self, path: tuple[PlantState, ...], before: tuple[Step, ...]) -> _Harm | None:
+    def _plain(self, path: tuple[PlantState, ...], before: tuple[Step, ...]) -> _BadState | None:
         state = path[-1]
         for holds, requirement in self.invariants:
             if not holds(state):
                 reason = f"'{requirement.text}' fails"
                 steps = (*before, *steps_of(self.stepper, path))
                 remedy = _avoiding(requirement, steps[-1].event if steps else None)
-                return _Harm(path, None, reason, remedy, requirement.span)
+                return _BadState(path, None, reason, remedy, requirement.span)
         for step, target in self._uncontrollable(state):
             if target is Verdict.OUT_OF_RANGE:
                 found = leaving_remedy(self.stepper, step, state)
-                return _Harm(path, step, found.reason, found.remedy, found.span)
+                return _BadState(path, step, found.reason, found.remedy, found.span)
         return None
 
 
@@ -215,5 +215,5 @@ def _avoiding(requirement: Requirement, event: Event | None) -> str:
     return f"change what {event_text(event)} does to {listing(movers)}, or relax the requirement"
 
 
-def _notes(harm: _Harm) -> tuple[Note, ...]:
-    return () if harm.span is None else (Note("this is where it goes wrong", harm.span),)
+def _notes(bad: _BadState) -> tuple[Note, ...]:
+    return () if bad.span is None else (Note("this is where it goes wrong", bad.span),)

@@ -26,8 +26,15 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import AxisKind, Event, PlantState
 from robosc.model.entities import EventKind
 from robosc.supervisor import Step, Supervisor
-from robosc.synthesis.verify.graph import Backward, Graph, Reached
-from robosc.synthesis.verify.steps import Coding, EventMoves, Grouped, Moves, axes_of, condition
+from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
+from robosc.synthesis.verify.steps import (
+    Coding,
+    EventSteps,
+    Grouped,
+    Successors,
+    axes_of,
+    condition,
+)
 
 __all__ = ["DEFAULT_LIMIT", "Check", "VerifyReport", "verify", "verify_document"]
 
@@ -94,7 +101,7 @@ def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> di
     }
 
 
-_Work: TypeAlias = tuple[int, Moves, bool, bool]
+_Work: TypeAlias = tuple[int, Successors, bool, bool]
 """One event in one state: its first label, its moves, whether its guard allows it and whether the
 requirements permit it."""
 
@@ -110,7 +117,7 @@ class _Verifier:
         self._plant = plant
         self._limit = limit
         self._coding = Coding(plant)
-        self._moves = [EventMoves(plant, self._coding, event) for event in plant.events]
+        self._moves = [EventSteps(plant, self._coding, event) for event in plant.events]
         self._required = [event.requirement for event in plant.events]
         guards = {_identity(guard.event): guard.expr for guard in supervisor.guards}
         self._guards = [guards.get(_identity(event)) for event in plant.events]
@@ -179,10 +186,10 @@ class _Verifier:
         ]
         return VerifyReport(name, tuple(checks), states, transitions, self._supervisor.properties)
 
-    def _search(self) -> Graph:
+    def _search(self) -> CodedGraph:
         """Everything that the requirements permit; unsafe states are not left."""
         initial = self._coding.encode(self._plant.initial)
-        graph = Graph([initial], {initial: 0})
+        graph = CodedGraph([initial], {initial: 0})
         here = 0
         while here < len(graph.codes):
             state = self._coding.decode(graph.codes[here])
@@ -198,7 +205,7 @@ class _Verifier:
             here += 1
         return graph
 
-    def _add_steps(self, graph: Graph, here: int, work: list[_Work]) -> None:
+    def _add_steps(self, graph: CodedGraph, here: int, work: list[_Work]) -> None:
         code, allowed = graph.codes[here], 0
         codes, number = graph.codes, graph.number
         for label, moves, free, permitted in work:
@@ -233,7 +240,7 @@ class _Verifier:
         if found > self._limit:
             raise StateSpaceError(f"verification stops at {self._limit} states; there are more")
 
-    def _keepable(self, graph: Graph, backward: Backward) -> bytearray:
+    def _keepable(self, graph: CodedGraph, backward: Backward) -> bytearray:
         """Which states some supervisor can keep safe and nonblocking: 1, the others 0.
 
         Starting from the unsafe states, lose in turn what uncontrollable events lead to lost ones,
@@ -254,7 +261,7 @@ class _Verifier:
                 return kept
 
     def _blocked(
-        self, graph: Graph, backward: Backward, within: bytearray, forbidden: bool
+        self, graph: CodedGraph, backward: Backward, within: bytearray, forbidden: bool
     ) -> list[int]:
         """States ``within`` that reach no marked one through such states.
 
@@ -289,7 +296,7 @@ class _Verifier:
                 return Check("controllable", False, f"the {_text(event)} cannot be forbidden")
         return Check("controllable", True)
 
-    def _check_safe(self, graph: Graph, reached: Reached) -> Check:
+    def _check_safe(self, graph: CodedGraph, reached: Reached) -> Check:
         for state in reached.order:
             if state in graph.unsafe:
                 trace = self._trace(graph, reached, state)
@@ -302,7 +309,7 @@ class _Verifier:
                 return Check("safe", False, detail, (*self._trace(graph, reached, state), step))
         return Check("safe", True)
 
-    def _check_nonblocking(self, graph: Graph, backward: Backward, reached: Reached) -> Check:
+    def _check_nonblocking(self, graph: CodedGraph, backward: Backward, reached: Reached) -> Check:
         blocked = set(self._blocked(graph, backward, reached.among, forbidden=False))
         for state in reached.order if blocked else ():
             if state in blocked:
@@ -310,7 +317,7 @@ class _Verifier:
                 return Check("nonblocking", False, detail, self._trace(graph, reached, state))
         return Check("nonblocking", True)
 
-    def _check_permissive(self, graph: Graph, reached: Reached, keepable: bytearray) -> Check:
+    def _check_permissive(self, graph: CodedGraph, reached: Reached, keepable: bytearray) -> Check:
         for state in reached.order:
             for target, label in graph.steps(state):
                 if label < 0 and keepable[target]:
@@ -360,7 +367,7 @@ class _Verifier:
 
     # --- traces ----------------------------------------------------------------------------------
 
-    def _trace(self, graph: Graph, reached: Reached, state: int) -> tuple[Step, ...]:
+    def _trace(self, graph: CodedGraph, reached: Reached, state: int) -> tuple[Step, ...]:
         """A shortest way from the initial state."""
         steps = []
         while state:

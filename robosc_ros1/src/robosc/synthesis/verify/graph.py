@@ -6,11 +6,11 @@ from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-__all__ = ["Backward", "Graph", "Reached"]
+__all__ = ["Backward", "CodedGraph", "Reached"]
 
 
 @dataclass
-class Graph:
+class CodedGraph:
     """What the requirements permit, and which of it the guards allow.
 
     States are numbered as they are found; ``codes`` and ``number`` lead from number to state and
@@ -43,7 +43,7 @@ class Backward:
     labels: array[int]
 
     @classmethod
-    def of(cls, graph: Graph) -> Backward:
+    def of(cls, graph: CodedGraph) -> Backward:
         count = len(graph.codes)
         first = array("q", bytes(8 * (count + 2)))
         for target in graph.targets:
@@ -74,7 +74,7 @@ class Reached:
     among: bytearray
 
     @classmethod
-    def of(cls, graph: Graph) -> Reached:
+    def of(cls, graph: CodedGraph) -> Reached:
         order, parents, among = [0], {0: 0}, bytearray(len(graph.codes))
         among[0] = 1
         for state in order:

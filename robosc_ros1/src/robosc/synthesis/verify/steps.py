@@ -27,13 +27,13 @@ from robosc.model.expr import (
 )
 from robosc.model.types import Value
 
-__all__ = ["Coding", "Condition", "EventMoves", "Grouped", "Moves", "axes_of", "condition"]
+__all__ = ["Coding", "Condition", "EventSteps", "Grouped", "Successors", "axes_of", "condition"]
 
 T = TypeVar("T")
 
 Condition: TypeAlias = Callable[[PlantState], bool]
 
-Moves: TypeAlias = tuple[tuple[int, int | None], ...]
+Successors: TypeAlias = tuple[tuple[int, int | None], ...]
 """Per value that the event may carry: its number, and what is added to the state's integer; None
 where an assignment would leave its range."""
 
@@ -166,7 +166,7 @@ class Grouped(Generic[T]):
                 yield result
 
 
-class EventMoves:
+class EventSteps:
     """What one event does."""
 
     def __init__(self, plant: Plant, coding: Coding, event: Event) -> None:
@@ -179,9 +179,9 @@ class EventMoves:
         self._coding = coding
         self._few = _size(plant, self.axes) <= _CHUNK
         self._key = _getter(self.axes)
-        self._known: dict[Any, Moves] = {}
+        self._known: dict[Any, Successors] = {}
 
-    def __call__(self, state: PlantState) -> Moves:
+    def __call__(self, state: PlantState) -> Successors:
         """All that the event can do; nothing where the plant cannot do it."""
         if not self._few:
             return tuple(self._moves(state))
