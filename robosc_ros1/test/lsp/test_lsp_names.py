@@ -12,7 +12,7 @@ from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.definition import definition_of
 from robosc.lsp.hover import hover_text
 from robosc.lsp.rename import RenameError, applied, references, rename
-from robosc.lsp.symbols import Occurrence, SymbolKind
+from robosc.model.occurrences import Occurrence, SymbolKind
 from robosc.model.rosmsg import Interface
 
 LIBRARY = """\

@@ -46,10 +46,12 @@ _INDENT = "    "
 def actions_for(analysis: Analysis, diagnostic: Diagnostic) -> list[Action]:
     """What can be done about a diagnostic of this text, if anything."""
     hint = diagnostic.hint
-    scope = analysis.reading.file.scope
+    contents = analysis.contents
     if hint is None or diagnostic.span.source is not analysis.source:
         return []
-    place = _Place(analysis.source, scope.node if scope is not None else None, diagnostic)
+    place = _Place(
+        analysis.source, contents.scope.node if contents is not None else None, diagnostic
+    )
     return [action for rule in _RULES for action in rule(place, hint)]
 
 

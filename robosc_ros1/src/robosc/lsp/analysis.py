@@ -10,10 +10,12 @@ from itertools import islice
 from pathlib import Path
 
 from robosc.errors import Diagnostic, UsageError
-from robosc.lsp.index import Index, build_index
+from robosc.lsp.carriers import carriers
+from robosc.model.file_resolver import FileContents
 from robosc.model.libraries import LibraryFinder
+from robosc.model.occurrences import NameIndex
 from robosc.model.resolve import Reading, read
-from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.rosmsg import Definition, MessageDefinitions
 from robosc.source import Source
 from robosc.syntax.parser import read_source
 
@@ -38,9 +40,19 @@ class Analysis:
     def path(self) -> str:
         return self.source.path
 
+    @property
+    def contents(self) -> FileContents | None:
+        return self.reading.contents
+
+    @property
+    def index(self) -> NameIndex:
+        """Every name with its meaning; empty if nothing could be read."""
+        return self.contents.scope.names.index if self.contents is not None else NameIndex()
+
     @cached_property
-    def index(self) -> Index:
-        return build_index(self.reading.file, self.definitions)
+    def carriers(self) -> Mapping[str, Definition]:
+        """The real definition behind each object datatype of this file."""
+        return carriers(self.contents, self.definitions) if self.contents is not None else {}
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -115,7 +127,7 @@ class Desk:
             if source is None:
                 return None
             self._analyses[path] = found = self.analyse(source)
-            if found.reading.file.scope is not None and not found.reading.file.scope.faults:
+            if found.contents is not None and not found.contents.scope.faults:
                 self._whole[path] = found
         return self._analyses[path]
 

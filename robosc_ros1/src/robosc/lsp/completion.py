@@ -107,9 +107,9 @@ class _Completer(Offers):
     def _library_components(self, library: str) -> Iterator[Candidate]:
         for file in self._desk.all_files(self._path):
             analysis = self._desk.analysis(file)
-            declared = analysis.index.declared if analysis is not None else None
-            if declared is not None and declared.scope.node.name.text == library:
-                for name in declared.scope.components:
+            contents = analysis.contents if analysis is not None else None
+            if contents is not None and contents.scope.node.name.text == library:
+                for name in contents.scope.components:
                     yield Candidate(name, "component", f"component of {library}", rank=0)
 
     def _requirement(self) -> Iterator[Candidate]:
@@ -287,9 +287,10 @@ class _Completer(Offers):
         if words and len(words) < 3:
             return
         name = self._context.block.name
-        for declared in self._known:
-            definition = declared.carriers.get(name)
-            node = declared.scope.datatypes.get(name)
+        for analysis in self._analyses:
+            definition = analysis.carriers.get(name)
+            contents = analysis.contents
+            node = contents.scope.datatypes.get(name) if contents is not None else None
             present = {p.name.text for p in getattr(node, "properties", ())}
             for field_ in definition.fields if definition is not None else ():
                 if field_.name not in present or field_.name.startswith(
@@ -300,8 +301,8 @@ class _Completer(Offers):
                     yield Candidate(field_.name, "property", detail, text, rank=0)
 
     def _field_type(self, name: str) -> str:
-        for declared in self._known:
-            definition = declared.carriers.get(self._context.block.name)
+        for analysis in self._analyses:
+            definition = analysis.carriers.get(self._context.block.name)
             field = definition.field(name.lstrip("^")) if definition is not None else None
             if field is not None:
                 return model_type(field.type)
@@ -311,8 +312,8 @@ class _Completer(Offers):
         words, last = self._context.words, self._context.last
         name = self._context.block.name
         if last == "->":
-            for declared in self._known:
-                enum = declared.enum(name)
+            for contents in self._known:
+                enum = contents.types.enum(name)
                 for value in enum.values if enum is not None else ():
                     yield Candidate(value, "enum value", f"value of {name}", rank=0)
         elif words == ("default",):

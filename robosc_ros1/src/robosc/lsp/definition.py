@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from robosc.lsp.analysis import Analysis
-from robosc.lsp.declared import Declared
 from robosc.lsp.interfaces import definition_file, field_place
-from robosc.lsp.symbols import Occurrence, SymbolKind
+from robosc.model.file_resolver import FileContents
+from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.source import Span
 
 __all__ = ["definition_of"]
@@ -13,7 +13,7 @@ __all__ = ["definition_of"]
 
 def definition_of(analysis: Analysis, found: Occurrence) -> Span | None:
     """A declaration itself leads on: an import to the library, a property to the real field."""
-    symbol, declared = found.symbol, analysis.index.declared
+    symbol = found.symbol
     if symbol.kind is SymbolKind.ROS_TYPE:
         file = definition_file(analysis.definitions, symbol.owner, symbol.name)
         return field_place(file, 0, "") if file is not None else None
@@ -21,25 +21,24 @@ def definition_of(analysis: Analysis, found: Occurrence) -> Span | None:
         home = analysis.definitions.package(symbol.name)
         manifest = home / "package.xml" if home is not None else None
         return field_place(manifest, 0, "") if manifest and manifest.is_file() else None
-    if found.declaration and declared is not None:
-        further = _further(analysis, found, declared)
+    if found.declaration and analysis.contents is not None:
+        further = _further(analysis, symbol, analysis.contents)
         if further is not None:
             return further
     return symbol.declared
 
 
-def _further(analysis: Analysis, found: Occurrence, declared: Declared) -> Span | None:
-    symbol = found.symbol
+def _further(analysis: Analysis, symbol: Symbol, contents: FileContents) -> Span | None:
     if symbol.kind is SymbolKind.COMPONENT:
-        instance = declared.instances.get(symbol.name)
+        instance = contents.instances.get(symbol.name)
         if instance is not None and instance.imported is not None:
             return instance.node.name.span
     if symbol.kind is SymbolKind.PROPERTY:
-        return _field(analysis, declared, symbol.owner, symbol.name)
+        return _field(analysis, symbol.owner, symbol.name)
     if symbol.kind is SymbolKind.OBJECT:
-        return _field(analysis, declared, symbol.name, "")
+        return _field(analysis, symbol.name, "")
     if symbol.kind is SymbolKind.INTERFACE:
-        node = declared.scope.interfaces.get(symbol.name)
+        node = contents.scope.interfaces.get(symbol.name)
         if node is not None:
             file = definition_file(analysis.definitions, node.package.text, node.type.text)
             return field_place(file, 0, "") if file is not None else None
@@ -49,8 +48,8 @@ def _further(analysis: Analysis, found: Occurrence, declared: Declared) -> Span 
 _PARTS = {"Request": 0, "Goal": 0, "Response": 1, "Result": 1, "Feedback": 2}
 
 
-def _field(analysis: Analysis, declared: Declared, object_: str, name: str) -> Span | None:
-    carrier = declared.carriers.get(object_)
+def _field(analysis: Analysis, object_: str, name: str) -> Span | None:
+    carrier = analysis.carriers.get(object_)
     if carrier is None:
         return None
     package, _, type_ = carrier.name.partition("/")

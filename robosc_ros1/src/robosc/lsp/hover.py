@@ -6,9 +6,10 @@ import textwrap
 from collections.abc import Iterator
 
 from robosc.lsp.analysis import Analysis
+from robosc.lsp.carriers import interface_of
 from robosc.lsp.derived import Derived
 from robosc.lsp.interfaces import definition_file
-from robosc.lsp.symbols import Occurrence, Symbol, SymbolKind
+from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.model.rosmsg import Interface, MessageDefinitions
 from robosc.source import Span
 
@@ -30,8 +31,8 @@ def hover_text(analysis: Analysis, found: Occurrence, derived: Derived | None) -
         parts += _declaration(symbol)
     if symbol.kind is SymbolKind.COMMUNICATION:
         parts += _communication(analysis, symbol, derived)
-    if symbol.kind is SymbolKind.INTERFACE and analysis.index.declared is not None:
-        node = analysis.index.declared.scope.interfaces.get(symbol.name)
+    if symbol.kind is SymbolKind.INTERFACE and analysis.contents is not None:
+        node = analysis.contents.scope.interfaces.get(symbol.name)
         if node is not None:
             parts += _definition(analysis.definitions, node.package.text, node.type.text)
     if symbol.kind in (SymbolKind.OBJECT, SymbolKind.PROPERTY):
@@ -73,10 +74,9 @@ def _fenced(language: str, text: str) -> str:
 
 
 def _datatype(analysis: Analysis, name: str) -> Iterator[str]:
-    declared = analysis.index.declared
-    symbol = declared.datatype(name) if declared is not None else None
-    if symbol is not None:
-        yield from _declaration(symbol)
+    node = analysis.contents.scope.datatypes.get(name) if analysis.contents is not None else None
+    if node is not None:
+        yield _fenced("rscd", _text(node.span))
 
 
 # --- ROS -----------------------------------------------------------------------------------------
@@ -114,16 +114,13 @@ def _interface(interface: Interface) -> str:
 
 def _carrier(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
     """The real fields behind an object or a property."""
-    declared = analysis.index.declared
-    if declared is None:
-        return
     if symbol.kind is SymbolKind.OBJECT:
-        definition = declared.carriers.get(symbol.name)
+        definition = analysis.carriers.get(symbol.name)
         if definition is not None:
             fields = "\n".join(f"{f.type} {f.name}" for f in definition.fields)
             yield f"Carried by `{definition.name}`:\n\n{_fenced('', fields)}"
         return
-    definition = declared.carriers.get(symbol.owner)
+    definition = analysis.carriers.get(symbol.owner)
     field = definition.field(symbol.name) if definition is not None else None
     if definition is not None and field is not None:
         yield f"`{field.type} {field.name}` of `{definition.name}`"
@@ -133,18 +130,18 @@ def _carrier(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
 
 
 def _communication(analysis: Analysis, symbol: Symbol, derived: Derived | None) -> Iterator[str]:
-    declared = analysis.index.declared
-    if declared is None:
+    contents = analysis.contents
+    if contents is None:
         return
-    owner = declared.instances.get(symbol.owner)
+    owner = contents.instances.get(symbol.owner)
     info = owner.communications.get(symbol.name) if owner is not None else None
     if info is None:
         return
-    interface = declared.interface_of(info)
+    interface = interface_of(info, analysis.definitions)
     if interface is not None:
         name = f"{interface.package}/{interface.type}"
         yield f"Carried by `{name}`:\n\n{_fenced('', _interface(interface))}"
-    spans = [span for key, span in analysis.index.uses if key == info.key]
+    spans = [r.span for r in contents.model.requirements if info.key in r.communications]
     if spans:
         texts = (f"{' '.join(s.text.split())}  // line {s.line}" for s in spans)
         yield "Requirements:\n\n" + _fenced("rscd", "\n".join(texts))

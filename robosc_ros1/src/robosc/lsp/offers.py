@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.context import Context
-from robosc.lsp.declared import Declared
 from robosc.model.communications import EVENTS_OF
 from robosc.model.entities import EventKind, Kind
-from robosc.model.tables import CommunicationInfo, Instance
+from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
 
 __all__ = [
@@ -26,7 +25,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """``kind`` is a word of :class:`~robosc.lsp.symbols.SymbolKind`, ``keyword`` or ``snippet``.
+    """``kind`` is a word of ``SymbolKind``, ``keyword`` or ``snippet``.
 
     ``text`` is what is inserted if that is not the label. ``rank`` orders: what fits best is 0.
     """
@@ -62,9 +61,8 @@ class Offers:
         self._desk = desk
         self._path = path
         self._context = context
-        self._known: list[Declared] = [
-            a.index.declared for a in known if a.index.declared is not None
-        ]
+        self._analyses = list(known)
+        self._known = [a.contents for a in self._analyses if a.contents is not None]
         component = context.around("component")
         self._own = component.name if component is not None else ""
 
@@ -75,14 +73,14 @@ class Offers:
     # --- names -----------------------------------------------------------------------------------
 
     def _owners(self, name: str) -> Iterator[Instance]:
-        for declared in self._known:
-            owner = declared.instances.get(name)
+        for contents in self._known:
+            owner = contents.instances.get(name)
             if owner is not None:
                 yield owner
 
     def _infos(self) -> Iterator[CommunicationInfo]:
-        for declared in self._known:
-            for instance in declared.instances.values():
+        for contents in self._known:
+            for instance in contents.instances.values():
                 yield from instance.communications.values()
 
     def _communications(self, events: tuple[EventKind, ...], rank: int = 1) -> Iterator[Candidate]:
@@ -106,17 +104,21 @@ class Offers:
 
     def _communication_of(self, words: tuple[str, ...]) -> CommunicationInfo | None:
         name = [w.lstrip("^") for w in words if w != "."]
-        for declared in self._known:
-            if len(name) in (1, 2):
-                member = name[1] if len(name) == 2 else None
-                info = declared.resolve(name[0], member, declared.instances.get(self._own))
-                if info is not None:
-                    return info
+        for contents in self._known:
+            own = contents.instances.get(self._own)
+            found: CommunicationInfo | None = None
+            if len(name) == 1:
+                known = SymbolTable(contents.component_table, own).communications(name[0])
+                found = known[0] if known else None
+            elif len(name) == 2 and name[0] in contents.instances:
+                found = contents.instances[name[0]].communications.get(name[1])
+            if found is not None:
+                return found
         return None
 
     def _interfaces(self) -> Iterator[Candidate]:
-        for declared in self._known:
-            for name, node in declared.scope.interfaces.items():
+        for contents in self._known:
+            for name, node in contents.scope.interfaces.items():
                 detail = f"{node.package.text}/{node.type.text}"
                 yield Candidate(name, "interface", detail, rank=0)
 
@@ -129,15 +131,15 @@ class Offers:
             ):
                 continue
             yield Candidate(word, "keyword", "built-in type")
-        for declared in self._known:
-            for name in declared.scope.datatypes:
-                is_enum = declared.enum(name) is not None
+        for contents in self._known:
+            for name in contents.scope.datatypes:
+                is_enum = contents.types.enum(name) is not None
                 if not (is_enum if sources else variable and not is_enum):
                     kind = "enum" if is_enum else "object"
                     yield Candidate(name, kind, f"datatype {kind}", rank=0)
 
     def _type_named(self, name: str) -> Type | None:
-        found = (declared.types.known(name.lstrip("^")) for declared in self._known)
+        found = (contents.types.known(name.lstrip("^")) for contents in self._known)
         return next((type_ for type_ in found if type_ is not None), None)
 
     def _variable_type(self, name: str) -> Type | None:
@@ -178,12 +180,12 @@ class Offers:
                     yield Candidate(name, "variable", node.type.span.text)
                 for name in owner.states:
                     yield Candidate(name, "state", f"state of {self._own}")
-        for declared in self._known:
-            for name, owner in declared.instances.items():
+        for contents in self._known:
+            for name, owner in contents.instances.items():
                 if owner.members:
                     yield Candidate(name, "component")
             if expected is None:
-                for value in declared.types.enum_values():
+                for value in contents.types.enum_values():
                     yield Candidate(value, "enum value", rank=2)
 
     def _values(self, type_: Type | None) -> Iterator[Candidate]:
@@ -195,8 +197,8 @@ class Offers:
         """What ``value`` is here."""
         words = self._context.words
         if self._context.block.kind == "enum":
-            for declared in self._known:
-                known = declared.types.known(self._context.block.name)
+            for contents in self._known:
+                known = contents.types.known(self._context.block.name)
                 if isinstance(known, EnumType):
                     return known.source
         if (
@@ -231,8 +233,8 @@ class Offers:
                     yield Candidate(name, "variable", node.type.span.text)
                 for name in owner.states:
                     yield Candidate(name, "state", f"state of {owner.name}")
-        for declared in self._known:
-            enum = declared.enum(chain[0])
+        for contents in self._known:
+            enum = contents.types.enum(chain[0])
             yield from self._values(enum)
 
     def _parts(self, path: list[str]) -> Iterator[Candidate]:

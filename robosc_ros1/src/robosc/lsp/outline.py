@@ -53,10 +53,9 @@ class Fold:
 
 def outline(analysis: Analysis) -> tuple[OutlineItem, ...]:
     """The declarations of a file as a tree; empty if nothing could be read."""
-    scope = analysis.reading.file.scope
-    if scope is None:
+    if analysis.contents is None:
         return ()
-    node: FileNode = scope.node
+    node: FileNode = analysis.contents.scope.node
     children = tuple(_declaration(d) for d in node.declarations)
     return (OutlineItem(node.name.text, node.kind, "", node.span, node.name.span, children),)
 

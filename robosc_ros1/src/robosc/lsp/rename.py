@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from robosc.lsp.actions import Edit
 from robosc.lsp.analysis import Analysis, Desk
-from robosc.lsp.symbols import Occurrence, Symbol, SymbolKind
+from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.names import IDENTIFIER
 from robosc.source import Source
 

@@ -29,7 +29,7 @@ from robosc.lsp.hover import hover_text
 from robosc.lsp.outline import folds, outline
 from robosc.lsp.positions import Encoding, offset_of
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
-from robosc.lsp.symbols import Occurrence
+from robosc.model.occurrences import Occurrence
 from robosc.source import Source, Span
 from robosc.syntax.format import format_text
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.positions import Encoding, position_of
-from robosc.lsp.symbols import SymbolKind
+from robosc.model.occurrences import SymbolKind
 from robosc.source import Source
 from robosc.syntax.scan import scan
 

@@ -224,6 +224,8 @@ class BehaviourResolver:
     def _goto(self, name: Name | None) -> str | None:
         if name is None:
             return None
+        own = self._instance
+        own.types.scope.names.use(name, own.states.get(name.text), own.name)
         if name.text in self._instance.states:
             return name.text
         self.whole = False

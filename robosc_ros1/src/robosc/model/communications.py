@@ -52,6 +52,8 @@ def _bare(
 ) -> CommunicationInfo | None:
     name = access.root.text
     found = symbols.communications(name)
+    if found:
+        scope.names.use(access.root, found[0].node, found[0].instance.name)
     if len(found) == 1:
         return found[0]
     if found:
@@ -84,6 +86,7 @@ def _qualified(
 ) -> CommunicationInfo | None:
     root = access.root.text
     component = symbols.component(root)
+    scope.names.use(access.root, symbols.declaration(root))
     if component is None:
         if not symbols.is_broken(root) and not scope.is_unresolved(root, "component"):
             report.add(
@@ -94,6 +97,8 @@ def _qualified(
             )
         return None
     found = component.communications.get(member.text)
+    if found is not None:
+        scope.names.use(member, found.node, component.name)
     if found is None and not scope.is_unresolved(member.text, *_KEYWORDS):
         report.add(
             "unknown-communication",

@@ -72,14 +72,17 @@ def _head(node: BehaviourNode, keyword: str) -> Span:
 
 
 def _declare_behaviour(instance: Instance, node: BehaviourNode, report: Report) -> None:
+    names = instance.types.scope.names
     for item in node.items:
         match item:
             case StateNode(name=name):
+                names.declare(item, instance.name)
                 if name.text in instance.states:
                     _duplicate("state", item, instance.states[name.text], instance, report)
                 else:
                     instance.states[name.text] = item
             case VariableNode(name=name):
+                names.declare(item, instance.name)
                 if name.text in instance.variables:
                     first = instance.variable_nodes[name.text]
                     _duplicate("variable", item, first, instance, report)
@@ -146,6 +149,7 @@ def _with_article(type_: Type) -> str:
 
 def _declare_communication(instance: Instance, node: CommunicationNode, report: Report) -> None:
     name = node.name.text
+    instance.types.scope.names.declare(node, instance.name)
     if name in instance.communications:
         first = instance.communications[name].node
         _duplicate("communication", node, first, instance, report)
@@ -290,6 +294,7 @@ def _interface(info: CommunicationInfo, report: Report) -> tuple[InterfaceNode |
         return None, not scope.is_cut_short(info.node.span)
     scope.used_interfaces.add(links.text)
     found = scope.interfaces.get(links.text)
+    scope.names.use(links, found)
     if found is None:
         if not scope.is_unresolved(links.text, "interface"):
             hint = report.suggest(links.text, scope.interfaces)

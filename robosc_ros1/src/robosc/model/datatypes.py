@@ -27,10 +27,13 @@ from robosc.model.types import (
 from robosc.names import BASIC_TYPES
 from robosc.source import Span
 from robosc.syntax.nodes import (
+    Access,
     ArrayTypeNode,
     BasicTypeNode,
     EnumNode,
+    EnumRuleNode,
     ExprNode,
+    Name,
     NamedTypeNode,
     ObjectNode,
     PropertyNode,
@@ -70,12 +73,22 @@ class TypeDeclarations:
         is_type = name in BASIC_TYPES or (origin, name) in self.nodes
         return is_type and (origin, type_.name) in self.damaged
 
+    def value_node(self, enum: EnumType, value: str) -> EnumRuleNode | None:
+        """The rule that declares an enum's value: the first one that gives it."""
+        node = self.nodes.get((enum.origin, enum.name))
+        return rule_of(node, value) if isinstance(node, EnumNode) else None
+
     def is_known(self, type_: Type) -> bool:
         """Whether what a type carries is known: an enum's source may not be."""
         return (
             not isinstance(type_, EnumType)
             or (type_.origin, type_.name) not in self.unknown_sources
         )
+
+
+def rule_of(node: EnumNode, value: str) -> EnumRuleNode | None:
+    """The first rule that gives a value."""
+    return next((rule for rule in node.rules if rule.value.text == value), None)
 
 
 # Far beyond any ROS message; keeps whatever walks through types from exhausting the stack.
@@ -148,6 +161,21 @@ class TypeTable:
     def enum_values(self) -> Iterable[str]:
         return self._by_value
 
+    def record_property(self, name: Name, object_: ObjectType) -> None:
+        """Note that a name in this file is a property of an object."""
+        if object_.property(name.text) is not None:
+            node = self.type_declarations.property_node(object_, name.text)
+            self.scope.names.use(name, node, object_.name)
+
+    def record_value(self, access: Access, enum: EnumType) -> None:
+        """Note that ``value`` or ``Enum.value`` in this file is a value of an enum."""
+        value = access.root
+        if access.path and isinstance(access.path[0], Name):
+            value = access.path[0]
+            self.scope.names.use(access.root, self.scope.datatypes.get(access.root.text))
+        node = self.type_declarations.value_node(enum, value.text)
+        self.scope.names.use(value, node, enum.name)
+
     def full(self, shell: EnumType) -> EnumType:
         """The enum with its rules, where they are known already."""
         if shell.origin == self.scope.origin:
@@ -170,6 +198,7 @@ class TypeTable:
                     return None
                 return None if inner is None else ArrayType(inner)
             case NamedTypeNode(name=name):
+                self.scope.names.use(name, self.scope.datatypes.get(name.text))
                 if name.text not in self.scope.datatypes:
                     self._unknown(node)
                     return None
@@ -256,6 +285,7 @@ class TypeTable:
         properties: list[tuple[str, Type]] = []
         for prop in node.properties:
             name = prop.name.text
+            self.scope.names.declare(prop, node.name.text)
             if name in seen:
                 report_duplicate("property", prop.name, seen[name], self._report)
                 continue
@@ -321,11 +351,19 @@ class TypeTable:
                 f"{node.name.text} has nothing to convert from none",
             )
 
+    def _record_value(self, node: EnumNode, rule: EnumRuleNode) -> None:
+        first = rule_of(node, rule.value.text)
+        if first is rule:
+            self.scope.names.declare(rule, node.name.text)
+        else:
+            self.scope.names.use(rule.value, first, node.name.text)
+
     def _check_values(self, node: EnumNode) -> None:
         seen: dict[str, Span] = {}
         default: Span | None = None
         for rule in node.rules:
             name = rule.value.text
+            self._record_value(node, rule)
             if rule.condition is None:
                 if default is not None:
                     self._report.add(

@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 
 from robosc.model.datatypes import TypeTable
 from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, ValueRef, VariableRef
+from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.report import Report
 from robosc.model.scope import is_escaped
 from robosc.model.tables import Instance, SymbolTable
@@ -41,7 +42,18 @@ from robosc.model.types import (
 from robosc.model.unknown import NameFaults, last_name
 from robosc.model.values import accepts, comparable, describe
 from robosc.source import Span
-from robosc.syntax.nodes import Access, BinaryNode, ExprNode, LiteralNode, Name, UnaryNode
+from robosc.syntax.nodes import (
+    Access,
+    BinaryNode,
+    ComponentNode,
+    EnumNode,
+    ExprNode,
+    ImportNode,
+    LiteralNode,
+    Name,
+    ObjectNode,
+    UnaryNode,
+)
 
 __all__ = [
     "ANY", "BOOLEAN", "RULE", "ExpectedType", "Incoming", "Typer", "expected_type", "is_value",
@@ -221,7 +233,7 @@ class Typer:
         reading = [p for p in pairs if not all(isinstance(e, Literal) for e in p)]
         pairs = reading or pairs
         if len(pairs) == 1:
-            return self._settle(pairs[0][0]), self._settle(pairs[0][1])
+            return self._settle(left, pairs[0][0]), self._settle(right, pairs[0][1])
         if pairs:
             ambiguous = right if len({id(b) for _, b in pairs}) > 1 else left
             self._faults.ambiguous(ambiguous, second if ambiguous is right else first)
@@ -259,7 +271,7 @@ class Typer:
             return None
         fitting = [m for m in meanings if expected.accepts(m.type)]
         if len(fitting) == 1:
-            return self._settle(fitting[0])
+            return self._settle(access, fitting[0])
         if fitting:
             self._faults.ambiguous(access, fitting)
         else:
@@ -275,7 +287,8 @@ class Typer:
             )
         return None
 
-    def _settle(self, meaning: Expr) -> Expr:
+    def _settle(self, access: Access, meaning: Expr) -> Expr:
+        self._record(access, meaning)
         if isinstance(meaning, Literal) and isinstance(meaning.type, EnumType):
             return replace(meaning, type=self._types.full(meaning.type))
         return meaning
@@ -284,15 +297,44 @@ class Typer:
         """All that a name can mean; empty: nothing; None: an error was reported or is known."""
         match access.path:
             case ():
-                return self._bare(access)
+                found = self._bare(access)
             case (Name() as member,):
-                return self._qualified(access, member)
+                found = self._qualified(access, member)
+            case _:
+                self._no_parts(access)
+                found = None
+        if found:
+            self._record(access, found[0])  # until it is settled which one is meant
+        elif access.path:
+            self._types.scope.names.use(access.root, self._declaration(access.root.text))
+        return found
+
+    def _record(self, access: Access, meaning: Expr) -> None:
+        """Note what a name means, for editors."""
+        if isinstance(meaning, Literal):
+            assert isinstance(meaning.type, EnumType)
+            self._types.record_value(access, meaning.type)
+            return
+        assert self._symbols is not None and isinstance(meaning, VariableRef | StateRef)
+        names, owner, last = self._types.scope.names, self._symbols.own, access.root
+        if access.path and isinstance(access.path[0], Name):
+            owner, last = self._symbols.component(access.root.text), access.path[0]
+            names.use(access.root, owner.declaration if owner is not None else None)
+        assert owner is not None
+        table = owner.states if isinstance(meaning, StateRef) else owner.variable_nodes
+        names.use(last, table.get(last.text), owner.name)
+
+    def _declaration(self, name: str) -> ComponentNode | ImportNode | ObjectNode | EnumNode | None:
+        """What may stand before a point: a component or a datatype."""
+        found = self._symbols.declaration(name) if self._symbols is not None else None
+        return found or self._types.scope.datatypes.get(name)
+
+    def _no_parts(self, access: Access) -> None:
         part = access.path[1] if isinstance(access.path[0], Name) else access.path[0]
         span = part.span if isinstance(part, Name) else access.span
         self._report.add(
             "unknown-member", span, "only 'value' has parts: variables are of basic types"
         )
-        return None
 
     def _bare(self, access: Access) -> list[Expr] | None:
         name = access.root.text
@@ -339,6 +381,8 @@ class Typer:
 
     def _value(self, access: Access) -> Expr | None:
         incoming = self._incoming
+        detail = str(incoming.type) if incoming.type is not None else ""
+        self._types.scope.names.note(access.root, Symbol(SymbolKind.INCOMING, "value", detail))
         if incoming.type is None:
             if incoming.known:
                 self._report.add(
@@ -370,6 +414,7 @@ class Typer:
             return None
         if isinstance(type_, ObjectType):
             found = type_.property(part.text)
+            self._types.record_property(part, type_)
             if found is not None:
                 return found
             if not self._types.type_declarations.may_have(type_, part.text):

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from robosc.errors import Diagnostic, Note, Severity
+from robosc.model.occurrences import NameRecorder, Symbol, SymbolKind
 from robosc.model.report import Report
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
@@ -64,6 +65,7 @@ class FileScope:
     unresolved: set[str] = field(default_factory=set)
     used_datatypes: set[str] = field(default_factory=set)
     used_interfaces: set[str] = field(default_factory=set)
+    names: NameRecorder = field(default_factory=NameRecorder)
 
     @classmethod
     def of(
@@ -72,6 +74,7 @@ class FileScope:
         faults = tuple(d.span for d in syntax if d.severity is Severity.ERROR)
         before = (_NAMED_BY.search(source.text, max(0, f.start - 200), f.start) for f in faults)
         scope = cls(source, node, faults, frozenset(match[1] for match in before if match))
+        scope.names.declare(node)
         for item in node.declarations:
             match item:
                 case ComponentNode() | ImportNode():
@@ -80,18 +83,25 @@ class FileScope:
                     scope._declare(scope.datatypes, item, "datatype", report)
                 case InterfaceNode():
                     scope._declare(scope.interfaces, item, "interface", report)
+                    scope._note_ros_type(item)
         return scope
 
     def _declare(
         self, table: dict[str, _Declaration], item: _Declaration, what: str, report: Report
     ) -> None:
         name = item.name.text
+        self.names.declare(item)
         if name in table:
             report_duplicate(what, item.name, table[name].name.span, report)
             self.duplicates.append(item)
             self.mark_unresolved(item)
         else:
             table[name] = item
+
+    def _note_ros_type(self, node: InterfaceNode) -> None:
+        package, type_ = node.package, node.type
+        self.names.note(type_, Symbol(SymbolKind.ROS_TYPE, type_.text, package.text))
+        self.names.note(package, Symbol(SymbolKind.ROS_PACKAGE, package.text))
 
     @property
     def origin(self) -> str:

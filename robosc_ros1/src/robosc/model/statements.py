@@ -150,6 +150,7 @@ class StatementResolver:
                 continue
             seen[name] = item.name.span
             inner = type_.property(name)
+            self._types.record_property(item.name, type_)
             if inner is None:
                 self._unknown_property(item.name.text, item.name.span, type_)
                 whole = False

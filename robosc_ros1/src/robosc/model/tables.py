@@ -81,6 +81,15 @@ class Instance:
         return self.imported.name.span if self.imported else self.node.name.span
 
     @property
+    def declaration(self) -> ComponentNode | ImportNode:
+        """What gives the component its name in the file."""
+        return self.imported or self.node
+
+    def member(self, name: str) -> VariableNode | StateNode | None:
+        """The variable or, if there is none, the state of that name."""
+        return self.variable_nodes.get(name) or self.states.get(name)
+
+    @property
     def members(self) -> list[str]:
         return [*self.variables, *self.states]
 
@@ -117,6 +126,11 @@ class SymbolTable:
 
     def component(self, name: str) -> Instance | None:
         return self.component_table.instances.get(name)
+
+    def declaration(self, name: str) -> ComponentNode | ImportNode | None:
+        """The declaration of a component, for the record of names."""
+        found = self.component(name)
+        return found.declaration if found is not None else None
 
     @property
     def components(self) -> Mapping[str, Instance]:

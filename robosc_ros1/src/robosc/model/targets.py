@@ -21,6 +21,7 @@ class Targets:
     def resolve(self, access: Access) -> str | None:
         """The own variable that is assigned; None after an error."""
         own, root = self._instance, access.root.text
+        self._record(access)
         if is_value(access):
             self._not_assignable(access, "'value' is what came in")
         elif not access.path:
@@ -35,6 +36,17 @@ class Targets:
         else:
             self._not_assignable(access, "variables have no parts")
         return None
+
+    def _record(self, access: Access) -> None:
+        names = self._instance.types.scope.names
+        owner, last = self._instance, access.root
+        if access.path and isinstance(access.path[0], Name):
+            component = self._symbols.component(access.root.text)
+            if component is None:
+                return
+            owner, last = component, access.path[0]
+            names.use(access.root, owner.declaration)
+        names.use(last, owner.member(last.text), owner.name, write=True)
 
     def _not_assignable(self, access: Access, why: str) -> None:
         variables = listing(self._instance.variables)

@@ -1,0 +1,220 @@
+"""Resolves the declarations of one file, a robot or a library, in an order that finds all names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from robosc.model.behaviour import BehaviourResolver
+from robosc.model.check import Model, check_case, check_topics, check_unused, select_state_variables
+from robosc.model.components import (
+    bind,
+    check_interfaces,
+    check_local_names,
+    check_prefix,
+    declare,
+    join,
+)
+from robosc.model.datatypes import TypeDeclarations, TypeTable
+from robosc.model.entities import Component, Provide, Requirement
+from robosc.model.expr import Expr
+from robosc.model.expressions import BOOLEAN, RULE, Incoming, Typer
+from robosc.model.indexes import check_indexes
+from robosc.model.overlap import check_overlaps
+from robosc.model.report import Muted, Report
+from robosc.model.rosbind import Binder
+from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.scope import FileScope
+from robosc.model.statements import StatementResolver
+from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
+from robosc.model.types import EnumType, Type
+from robosc.syntax.nodes import (
+    BehaviourNode,
+    ComponentNode,
+    ExprNode,
+    ImportNode,
+    ProvideNode,
+    RequirementNode,
+)
+
+__all__ = ["FileContents", "FileResolver"]
+
+
+@dataclass(frozen=True)
+class FileContents:
+    """All that a file declares, resolved as far as it is sound, with its symbol tables."""
+
+    scope: FileScope
+    types: TypeTable
+    component_table: ComponentTable
+    model: Model
+
+    @property
+    def instances(self) -> Mapping[str, Instance]:
+        return self.component_table.instances
+
+
+FindLibrary: TypeAlias = Callable[[ImportNode, FileScope, Report], FileContents | None]
+"""The library that an import names; None after an error that has been reported."""
+
+
+class FileResolver:
+    """Resolves one file over its scope."""
+
+    def __init__(
+        self,
+        scope: FileScope,
+        type_declarations: TypeDeclarations,
+        definitions: MessageDefinitions,
+        find_library: FindLibrary,
+        report: Report,
+    ) -> None:
+        self._type_declarations = type_declarations
+        self._find_library = find_library
+        self._scope = scope
+        self._report = report
+        self.component_table = ComponentTable()
+        self.types = TypeTable(scope, type_declarations, report, self._rule_condition)
+        self._binder = Binder(definitions, type_declarations, report)
+        self._muted = Muted()
+
+    def resolve(self) -> FileContents:
+        """The contents of the file."""
+        model = self._model()
+        self._scope.names.close()
+        return FileContents(self._scope, self.types, self.component_table, model)
+
+    def _model(self) -> Model:
+        self.types.resolve_all()
+        check_interfaces(self._scope.interfaces, self._report)
+        for node in self._scope.components.values():
+            self._add_component(node)
+        self.component_table.index_communications()
+        if self._scope.node.kind == "robot":
+            check_local_names(self.component_table, self._report)
+        components = tuple(self._component(i) for i in self.component_table.instances.values())
+        self._check_duplicates()
+        self._binder.check_unlinked(self._scope.interfaces.values())
+        requirements, provides = self._statements()
+        model = Model(components, requirements, provides)
+        model = select_state_variables(model, self.component_table, self._report)
+        enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
+        check_indexes(model.components, enums, self._binder.lengths, self._report)
+        check_case(self._scope, self.component_table, self._report)
+        check_topics(self.component_table, self._report)
+        library = self._scope.node.kind == "library"
+        whole = not self._report.has_errors and not self.component_table.broken
+        if library or not whole:
+            check_overlaps(model.components, self._report, library=library)
+        if whole:
+            check_unused(
+                self._scope, self.component_table, model, self._type_declarations, self._report
+            )
+        return model
+
+    def _rule_condition(self, types: TypeTable, node: ExprNode, source: Type) -> Expr | None:
+        return Typer(self._report, types, None, Incoming(source)).check(node, BOOLEAN, RULE)
+
+    # --- components ------------------------------------------------------------------------------
+
+    def _add_component(self, node: ComponentNode | ImportNode) -> None:
+        if isinstance(node, ComponentNode):
+            instance = Instance(node.name.text, node, self.types)
+            declare(instance, self._report)
+        else:
+            found = self._imported(node)
+            if found is None:
+                self.component_table.broken.add(node.name.text)
+                return
+            instance = found
+            declare(instance, self._muted)
+        self.component_table.add(instance)
+        for info in instance.communications.values():
+            bind(info, self._binder, self._report)
+
+    def _check_duplicates(self) -> None:
+        """Resolve what has a name, or a place, that is taken, only for the faults in it."""
+        for instance in list(self.component_table.instances.values()):
+            for behaviour in () if instance.imported else instance.duplicate_behaviours:
+                outside = [i for i in instance.node.items if not isinstance(i, BehaviourNode)]
+                self._check_aside(replace(instance.node, items=(*outside, behaviour)))
+        for node in self._scope.duplicates:
+            if isinstance(node, ComponentNode):
+                self._check_aside(node)
+
+    def _check_aside(self, node: ComponentNode) -> None:
+        instance = Instance(node.name.text, node, self.types)
+        declare(instance, self._report)
+        for info in instance.communications.values():
+            bind(info, self._binder, self._report)
+        self._component(instance)
+
+    def _imported(self, node: ImportNode) -> Instance | None:
+        prefix = check_prefix(node.prefix, self._report) if node.prefix is not None else ""
+        library = self._find_library(node, self._scope, self._report)
+        if library is None:
+            return None
+        self._scope.names.use(node.library, library.scope.node)
+        original = library.component_table.instances.get(node.component.text)
+        if original is None and node.component.text in library.component_table.broken:
+            return None
+        if original is None:
+            self._report.add(
+                "unknown-component",
+                node.component.span,
+                f"library {node.library.text} has no component '{node.component.text}'",
+                self._report.suggest(
+                    node.component.text, library.component_table.instances, "its components"
+                ),
+            )
+            return None
+        self._scope.names.use(node.component, original.declaration)
+        chain = prefix
+        if prefix is not None and original.prefix != "":
+            chain = None if original.prefix is None else join(prefix, original.prefix)
+        instance = Instance(node.name.text, original.node, original.types, chain, node)
+        instance.original = original
+        instance.library = library.component_table
+        return instance
+
+    def _component(self, instance: Instance) -> Component:
+        symbols: SymbolTable = SymbolTable(self.component_table, instance)
+        report = self._report
+        if instance.library is not None and instance.original is not None:
+            report = self._muted
+            symbols = ImportedSymbolTable(
+                self.component_table, instance, instance.library, instance.original, self._report
+            )
+        behaviour = None
+        if instance.behaviour is not None:
+            behaviour = BehaviourResolver(instance, symbols, report).resolve(instance.behaviour)
+        communications = (c.entity for c in instance.communications.values())
+        imported = instance.imported
+        return Component(
+            instance.name,
+            tuple(c for c in communications if c is not None),
+            behaviour,
+            imported.library.text if imported is not None else None,
+            span=(instance.node if imported is None else imported).name.span,
+        )
+
+    # --- statements ------------------------------------------------------------------------------
+
+    def _statements(self) -> tuple[tuple[Requirement, ...], tuple[Provide, ...]]:
+        resolver = StatementResolver(
+            SymbolTable(self.component_table), self.types, self._binder, self._report
+        )
+        requirements: list[Requirement] = []
+        provides: list[Provide] = []
+        for node in self._scope.node.declarations:
+            match node:
+                case RequirementNode():
+                    requirement = resolver.requirement(node)
+                    if requirement is not None:
+                        requirements.append(requirement)
+                case ProvideNode():
+                    provide = resolver.provide(node)
+                    if provide is not None:
+                        provides.append(provide)
+        return tuple(requirements), tuple(provides)

@@ -1,0 +1,233 @@
+"""Every name of a file with its place and its meaning, recorded while the file is resolved.
+
+Editors read this record: definition, references, renaming, hover and colouring of names all come
+from it, so that a name means to them what it means to the compiler.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from typing import TypeAlias
+
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    ActionNode,
+    CommunicationNode,
+    ComponentNode,
+    EnumNode,
+    EnumRuleNode,
+    FileNode,
+    ImportNode,
+    InterfaceNode,
+    MessageNode,
+    Name,
+    ObjectNode,
+    PropertyNode,
+    ServiceNode,
+    StateNode,
+    VariableNode,
+)
+
+__all__ = ["NameIndex", "NameRecorder", "Occurrence", "Symbol", "SymbolKind"]
+
+
+class SymbolKind(Enum):
+    ROBOT = "robot"
+    LIBRARY = "library"
+    COMPONENT = "component"
+    COMMUNICATION = "communication"
+    STATE = "state"
+    VARIABLE = "variable"
+    OBJECT = "object"
+    PROPERTY = "property"
+    ENUM = "enum"
+    VALUE = "enum value"
+    INTERFACE = "interface"
+    ROS_TYPE = "ROS type"
+    ROS_PACKAGE = "ROS package"
+    INCOMING = "value"
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """Something that has a name. ``owner`` is the component, datatype or ROS package it is part of.
+
+    ``declared`` is the name in its declaration, in this file or a library; None for what is not
+    declared in a model. ``whole`` is the declaration, ``detail`` what it is in a few words.
+    """
+
+    kind: SymbolKind
+    name: str
+    owner: str = ""
+    declared: Span | None = field(default=None, compare=False)
+    whole: Span | None = field(default=None, compare=False, repr=False)
+    detail: str = field(default="", compare=False)
+
+    @property
+    def key(self) -> tuple[str, str, int] | None:
+        """Tells what is declared in models apart, whichever file refers to it."""
+        if self.declared is None:
+            return None
+        return self.kind.value, self.declared.source.path, self.declared.start
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """A name in a text. ``write`` is True for the target of an assignment."""
+
+    span: Span
+    symbol: Symbol
+    declaration: bool = False
+    write: bool = False
+
+
+@dataclass(frozen=True)
+class NameIndex:
+    """The names of one file in reading order."""
+
+    occurrences: tuple[Occurrence, ...] = ()
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        return [o.span.start for o in self.occurrences]
+
+    def at(self, offset: int) -> Occurrence | None:
+        """The name at an offset; one that ends there counts too, unless another one begins."""
+        place = bisect_right(self._starts, offset) - 1
+        if place < 0:
+            return None
+        found = self.occurrences[place]
+        return found if found.span.end >= offset else None
+
+    def of(self, symbol: Symbol) -> Iterator[Occurrence]:
+        """Where a symbol is named in this file."""
+        key = symbol.key
+        for occurrence in self.occurrences:
+            other = occurrence.symbol
+            if other.key == key if key is not None else other == symbol:
+                yield occurrence
+
+
+Declaration: TypeAlias = (
+    FileNode
+    | ComponentNode
+    | ImportNode
+    | CommunicationNode
+    | StateNode
+    | VariableNode
+    | ObjectNode
+    | PropertyNode
+    | EnumNode
+    | EnumRuleNode
+    | InterfaceNode
+)
+
+
+class NameRecorder:
+    """Takes down names while a file is resolved; what is said last of a place counts.
+
+    A library's components are resolved again under the names of their imports: that is no news
+    about the library, so its recorder is closed before.
+    """
+
+    def __init__(self) -> None:
+        self._found: dict[int, Occurrence] = {}
+        self._symbols: dict[tuple[int, str], Symbol] = {}
+        self._closed = False
+
+    def declare(self, node: Declaration, owner: str = "") -> None:
+        """The name in a declaration; ``owner`` is the component or datatype around it."""
+        if not self._closed:
+            symbol = self._symbol(node, owner)
+            assert symbol.declared is not None
+            self._found[symbol.declared.start] = Occurrence(symbol.declared, symbol, True)
+
+    def use(
+        self, name: Name, node: Declaration | None, owner: str = "", *, write: bool = False
+    ) -> None:
+        """A name that refers to a declaration, if there is one."""
+        if node is not None and not self._closed:
+            symbol = self._symbol(node, owner)
+            self._found[name.span.start] = Occurrence(name.span, symbol, False, write)
+
+    def note(self, name: Name, symbol: Symbol) -> None:
+        """A name of something that no model declares."""
+        if not self._closed:
+            self._found[name.span.start] = Occurrence(name.span, symbol)
+
+    def close(self) -> None:
+        self._closed = True
+
+    @cached_property
+    def index(self) -> NameIndex:
+        """All names, once the file is resolved."""
+        assert self._closed
+        return NameIndex(tuple(sorted(self._found.values(), key=lambda o: o.span.start)))
+
+    def _symbol(self, node: Declaration, owner: str) -> Symbol:
+        key = id(node), owner
+        if key not in self._symbols:
+            self._symbols[key] = _symbol_of(node, owner)
+        return self._symbols[key]
+
+
+def _symbol_of(node: Declaration, owner: str) -> Symbol:
+    if isinstance(node, EnumRuleNode):
+        name = node.value
+        kind, detail = SymbolKind.VALUE, f"value of {owner}"
+    else:
+        name = node.name
+        kind, detail = _kind_and_detail(node)
+    return Symbol(kind, name.text, owner, name.span, node.span, detail)
+
+
+def _kind_and_detail(
+    node: FileNode
+    | ComponentNode
+    | ImportNode
+    | CommunicationNode
+    | StateNode
+    | VariableNode
+    | ObjectNode
+    | PropertyNode
+    | EnumNode
+    | InterfaceNode,
+) -> tuple[SymbolKind, str]:
+    match node:
+        case FileNode(kind="robot"):
+            return SymbolKind.ROBOT, "robot"
+        case FileNode():
+            return SymbolKind.LIBRARY, "library"
+        case ComponentNode():
+            return SymbolKind.COMPONENT, "component"
+        case ImportNode(library=library, component=component):
+            return SymbolKind.COMPONENT, f"component {component.text} of library {library.text}"
+        case MessageNode() | ServiceNode() | ActionNode():
+            return SymbolKind.COMMUNICATION, _communication_detail(node)
+        case StateNode():
+            words = ["initial"] * node.initial + ["marked"] * node.marked + ["state"]
+            return SymbolKind.STATE, " ".join(words)
+        case VariableNode(type=type_):
+            return SymbolKind.VARIABLE, f"variable: {type_.span.text}"
+        case ObjectNode():
+            return SymbolKind.OBJECT, "datatype object"
+        case PropertyNode(type=type_):
+            return SymbolKind.PROPERTY, f"property: {type_.span.text}"
+        case EnumNode(source=source):
+            return SymbolKind.ENUM, f"datatype enum from {source.span.text}"
+        case InterfaceNode(package=package, type=ros_type):
+            return SymbolKind.INTERFACE, f"interface: {package.text}/{ros_type.text}"
+
+
+def _communication_detail(node: CommunicationNode) -> str:
+    match node:
+        case MessageNode():
+            return f"{node.direction} message: {node.type.span.text}"
+        case ServiceNode():
+            return f"service: {node.request.span.text} → {node.response.span.text}"
+        case ActionNode():
+            return f"action: {node.request.span.text} → {node.response.span.text}"
