@@ -15,7 +15,7 @@ import pytest
 from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
-    "source", "errors", "codes", "names", "resources", "progress", "runtime", "syntax", "model",
+    "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "model",
     "ir", "supervisor", "synthesis", "emit", "simulate", "view", "pipeline", "report", "lsp",
     "arguments", "cli", "__main__",
 )  # fmt: skip

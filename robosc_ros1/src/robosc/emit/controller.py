@@ -19,7 +19,6 @@ from robosc.emit.python import (
     converter_counts,
     in_enum_rule,
     literal,
-    path_text,
     reads_array,
 )
 from robosc.emit.reactions import Reactions, Spelling, alike
@@ -45,7 +44,7 @@ from robosc.model.entities import (
     Kind,
     Provide,
 )
-from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, ValueRef, walk
+from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, ValueRef, path_text, walk
 from robosc.model.types import (
     ArrayType,
     DoubleType,

@@ -7,9 +7,9 @@ from typing import Any
 
 from robosc.ir.automaton import Axis, AxisKind, Edge, Event, Participant, Plant
 from robosc.ir.expr import to_dsl
-from robosc.model.expr import Expr
+from robosc.model.expr import Expr, path_text
 from robosc.supervisor import Supervisor
-from robosc.synthesis.documents import path_text, synthesize_document
+from robosc.synthesis.documents import synthesize_document
 
 __all__ = ["export_document"]
 

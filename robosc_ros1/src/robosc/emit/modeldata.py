@@ -21,14 +21,15 @@ from robosc.model.entities import (
     Tau,
 )
 from robosc.model.expr import (
-    Binary,
     Expr,
+    Leaf,
     Literal,
+    Operation,
     PhaseRef,
     StateRef,
-    Unary,
     ValueRef,
     VariableRef,
+    fold,
 )
 from robosc.model.types import (
     ArrayType,
@@ -271,21 +272,23 @@ def _data(data: Data, communication: Communication, enums: dict[str, EnumType]) 
 
 
 def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
-    match expr:
-        case Literal(value=value):
-            return ["literal", value]
-        case VariableRef(component=component, variable=name):
-            return ["variable", f"{component}.{name}"]
-        case StateRef(component=component, state=state):
-            return ["state", component, state]
-        case ValueRef(path=path, type=type_):
-            return ["value", list(path), _type(type_, enums)]
-        case Unary(operator=operator, operand=operand):
-            return ["negative" if operator == "-" else operator, _tree(operand, enums)]
-        case Binary(operator=operator, left=left, right=right):
-            return [operator, _tree(left, enums), _tree(right, enums)]
-        case PhaseRef():
-            raise TypeError("a phase in the text of a model")
+    def leaf(node: Literal | Leaf) -> Json:
+        match node:
+            case Literal(value=value):
+                return ["literal", value]
+            case VariableRef(component=component, variable=name):
+                return ["variable", f"{component}.{name}"]
+            case StateRef(component=component, state=state):
+                return ["state", component, state]
+            case ValueRef(path=path, type=type_):
+                return ["value", list(path), _type(type_, enums)]
+            case PhaseRef():
+                raise TypeError("a phase in the text of a model")
+
+    def operation(node: Operation, operands: tuple[Json, ...]) -> Json:
+        return [node.operation.key, *operands]
+
+    return fold(expr, leaf, operation)
 
 
 def _type(type_: Type, enums: dict[str, EnumType]) -> Json:

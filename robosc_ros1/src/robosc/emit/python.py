@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from robosc.emit.naming import field_attribute
-from robosc.ir.expr import Leaf, to_python
+from robosc.ir.expr import to_python
 from robosc.model.expr import (
     Binary,
     Expr,
+    Leaf,
     Literal,
     PhaseRef,
     StateRef,
     Unary,
     ValueRef,
     VariableRef,
+    fold,
+    path_text,
     walk,
+    with_operands,
 )
 from robosc.model.types import BooleanType, EnumType, IntegerType, StringType, Type, Value
 
 __all__ = [
     "Attributes", "access", "converted", "converter_counts", "in_controller", "in_enum_rule",
-    "literal", "operand", "path_text", "reads_array", "within",
+    "literal", "operand", "reads_array", "within",
 ]  # fmt: skip
 
 Path = tuple[str | int, ...]
@@ -52,12 +56,6 @@ def literal(value: Value) -> str:
 
 def _literal(node: Literal) -> str:
     return literal(node.value)
-
-
-def path_text(path: Path) -> str:
-    """A part of a value as users see it: ``pose.x``, ``ranges[0]``; empty for the whole."""
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
-    return text.removeprefix(".")
 
 
 def reads_array(expr: Expr) -> bool:
@@ -96,16 +94,17 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
 
 def _spread(expr: Expr) -> Expr:
     """State tests as comparisons of the component's state, which need fewer parentheses."""
-    match expr:
-        case StateRef():
-            return _state_test("=", expr)
-        case Unary(operator="!", operand=StateRef() as state):
-            return _state_test("!=", state)
-        case Unary(operand=inner):
-            return replace(expr, operand=_spread(inner))
-        case Binary(left=left, right=right):
-            return replace(expr, left=_spread(left), right=_spread(right))
-    return expr
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        return _state_test("=", node) if isinstance(node, StateRef) else node
+
+    def negated(node: Expr) -> Expr | None:
+        match node:
+            case Unary(operator="!", operand=StateRef() as state):
+                return _state_test("!=", state)
+        return None
+
+    return fold(expr, leaf, with_operands, known=negated)
 
 
 def _state_test(operator: str, state: StateRef) -> Binary:

@@ -1,44 +1,38 @@
-"""What can be done with a resolved expression: build, evaluate, print as DSL text or as Python.
-
-``and``, ``or`` and ``=>`` look at their right side only when the left does not decide. That matters
-for undefined parts alone (an array index past the end, LANGUAGE section 5): a part that is not
-looked at does no harm, any other makes the whole expression undefined.
-"""
+"""What can be made of a resolved expression: others, model text, Python."""
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, TypeAlias
 
+from robosc.language.operators import UNARY, Spelled
 from robosc.model.entities import Robot
+from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import (
     FALSE,
     TRUE,
     Binary,
     Expr,
+    Leaf,
     Literal,
+    Operation,
     PhaseRef,
     StateRef,
     Unary,
     ValueRef,
     VariableRef,
+    fold,
     walk,
 )
-from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType, Value
+from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
+from robosc.names import escape
 from robosc.runtime.values import divide, widen
 
 __all__ = [
-    "OPERATIONS", "Leaf", "Undefined", "conjunction", "disjunction", "divide", "evaluate",
+    "Leaf", "Undefined", "conjunction", "disjunction", "divide", "evaluate", "junction",
     "may_be_huge", "negation", "to_dsl", "to_python", "widen",
 ]  # fmt: skip
 
-Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef
 _BOOLEAN = BooleanType()
-
-
-class Undefined(Exception):
-    """An expression has no value: it reads an array element that did not come."""
 
 
 def negation(expr: Expr) -> Expr:
@@ -48,10 +42,8 @@ def negation(expr: Expr) -> Expr:
             return FALSE if value else TRUE
         case Unary(operator="!", operand=operand):
             return operand
-        case Binary(operator="=", left=left, right=right):
-            return Binary("!=", left, right, _BOOLEAN)
-        case Binary(operator="!=", left=left, right=right):
-            return Binary("=", left, right, _BOOLEAN)
+        case Binary(left=left, right=right) if expr.operation.negation:
+            return Binary(expr.operation.negation, left, right, _BOOLEAN)
     return Unary("!", expr, _BOOLEAN)
 
 
@@ -87,65 +79,23 @@ def _joined(operator_: str, parts: Sequence[Expr]) -> Expr:
     return result
 
 
-def _widening(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-    def widened(left: Any, right: Any) -> Any:
-        try:
-            return operation(left, right)
-        except OverflowError:  # a double, and an integer beyond the doubles
-            return operation(widen(left), widen(right))
+def junction(expr: Expr, polarity: bool) -> tuple[bool, tuple[tuple[Expr, bool], ...]] | None:
+    """An expression of the given polarity as a conjunction (True) or disjunction of others.
 
-    return widened
-
-
-OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
-    "=": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "+": _widening(operator.add),
-    "-": _widening(operator.sub),
-    "*": _widening(operator.mul),
-    "/": divide,
-}
-"""What the operators mean for any two values; ``and``, ``or`` and ``=>`` are evaluated in part."""
-
-
-def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
-    """The value of an expression, each leaf looked up.
-
-    Raises:
-        Undefined: a leaf that is needed was looked up as None.
+    None if it is neither, as a comparison and a leaf are.
     """
-    match expr:
-        case Literal(value=value):
-            return value
-        case Unary(operator=op, operand=operand):
-            inner = evaluate(operand, lookup)
-            return (not inner) if op == "!" else -inner  # type: ignore[operator]
-        case Binary(operator="and", left=left, right=right):
-            return evaluate(left, lookup) and evaluate(right, lookup)
-        case Binary(operator="or", left=left, right=right):
-            return evaluate(left, lookup) or evaluate(right, lookup)
-        case Binary(operator="=>", left=left, right=right):
-            return (not evaluate(left, lookup)) or evaluate(right, lookup)
-        case Binary(operator=op, left=left, right=right):
-            result: Value = OPERATIONS[op](evaluate(left, lookup), evaluate(right, lookup))
-            return result
-        case _:
-            found = lookup(expr)
-            if found is None:
-                raise Undefined
-            return found
+    if not isinstance(expr, Binary) or expr.operation.decider is None:
+        return None
+    operation = expr.operation
+    conjunctive = polarity != operation.decided
+    left = operation.decider != conjunctive
+    return conjunctive, ((expr.left, left), (expr.right, polarity))
 
 
 # --- DSL text ------------------------------------------------------------------------------------
 
-_DSL_LEVEL = {"=>": 1, "or": 2, "and": 3, "=": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5}
-_DSL_LEVEL |= {"+": 6, "-": 6, "*": 7, "/": 7}
-_UNARY_LEVEL = 8
-_RESERVED = frozenset({"value", "true", "false", "and", "or"})
+_ATOM = 9
+_UNARY_LEVEL = UNARY["!"].level
 
 
 def to_dsl(expr: Expr, robot: Robot) -> str:
@@ -161,40 +111,26 @@ def to_dsl(expr: Expr, robot: Robot) -> str:
                 VariableRef(component=component, variable=name)
                 | StateRef(component=component, state=name)
             ):
-                return f"{_escape(component)}.{_escape(name)}"
+                return f"{escape(component)}.{escape(name)}"
             case PhaseRef(communication=key):
                 name = robot.display_names[key]
                 name = key if name in component_names else name
-                return ".".join(_escape(part) for part in name.split(".")) + ".busy"
+                return ".".join(escape(part) for part in name.split(".")) + ".busy"
             case ValueRef(path=path):
                 return "value" + "".join(
-                    f"[{part}]" if isinstance(part, int) else f".{_escape(part)}" for part in path
+                    f"[{part}]" if isinstance(part, int) else f".{escape(part)}" for part in path
                 )
 
-    def text(node: Expr) -> tuple[str, int]:
-        match node:
-            case Literal():
-                negative = not isinstance(node.value, bool | str) and str(node.value)[0] == "-"
-                return _literal(node), _UNARY_LEVEL if negative else 9
-            case Unary(operator=op, operand=operand):
-                return op + wrap(operand, _UNARY_LEVEL), _UNARY_LEVEL
-            case Binary(operator=op, left=left, right=right):
-                level = _DSL_LEVEL[op]
-                # Only => groups to the right, all others to the left.
-                left_level, right_level = (level + 1, level) if op == "=>" else (level, level + 1)
-                return f"{wrap(left, left_level)} {op} {wrap(right, right_level)}", level
-            case _:
-                return leaf(node), 9
+    def of_leaf(node: Literal | Leaf) -> Spelled:
+        if not isinstance(node, Literal):
+            return Spelled(leaf(node), _ATOM)
+        negative = not isinstance(node.value, bool | str) and str(node.value)[0] == "-"
+        return Spelled(_literal(node), _UNARY_LEVEL if negative else _ATOM)
 
-    def wrap(node: Expr, least: int) -> str:
-        inner, level = text(node)
-        return inner if level >= least else f"({inner})"
+    def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
+        return node.operation.text.of(operands)
 
-    return text(expr)[0]
-
-
-def _escape(name: str) -> str:
-    return f"^{name}" if name in _RESERVED else name
+    return fold(expr, of_leaf, of_operation).text
 
 
 def _literal(node: Literal) -> str:
@@ -205,7 +141,7 @@ def _literal(node: Literal) -> str:
         if isinstance(node.type, StringType):
             escaped = value.replace("\\", "\\\\").replace('"', '\\"')
             return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
-        return _escape(value)
+        return escape(value)
     text = repr(value)
     # The language wants a point in a double: 1e+16 is not one of its spellings.
     return text.replace("e+", "E").replace("e-", "E-") if isinstance(value, float) else text
@@ -213,19 +149,7 @@ def _literal(node: Literal) -> str:
 
 # --- Python text ---------------------------------------------------------------------------------
 
-_PYTHON = {
-    "or": ("or", 1),
-    "and": ("and", 2),
-    "=": ("==", 4),
-    "!=": ("!=", 4),
-    "<": ("<", 4),
-    "<=": ("<=", 4),
-    ">": (">", 4),
-    ">=": (">=", 4),
-    "+": ("+", 5),
-    "-": ("-", 5),
-    "*": ("*", 6),
-}
+_PYTHON_ATOM = 8
 
 
 def may_be_huge(expr: Expr) -> bool:
@@ -255,35 +179,19 @@ def to_python(
     Spellings that are not one operand (``a == b``) must bring their own parentheses.
     """
 
-    def text(node: Expr) -> tuple[str, int]:
-        match node:
-            case Literal():
-                spelled = literal(node)
-                return spelled, 7 if spelled.startswith("-") else 8
-            case Unary(operator="!", operand=operand):
-                return f"not {wrap(operand, 3)}", 3
-            case Unary(operand=operand):
-                return f"-{wrap(operand, 8)}", 7
-            case Binary(operator="/", left=left, right=right):
-                return f"divide({text(left)[0]}, {text(right)[0]})", 8
-            case Binary(operator="=>", left=left, right=right):
-                return f"not {wrap(left, 3)} or {wrap(right, 1)}", 1
-            case Binary(operator=op, left=left, right=right):
-                symbol, level = _PYTHON[op]
-                # Comparisons chain in Python and do not here, so both sides must bind tighter.
-                left_level = level + 1 if level == 4 else level
-                if isinstance(node.type, DoubleType):
-                    sides = widened(left, left_level), widened(right, level + 1)
-                    return f"{sides[0]} {symbol} {sides[1]}", level
-                return f"{wrap(left, left_level)} {symbol} {wrap(right, level + 1)}", level
-            case _:
-                return leaf(node), 8
+    def of_leaf(node: Literal | Leaf) -> Spelled:
+        if not isinstance(node, Literal):
+            return Spelled(leaf(node), _PYTHON_ATOM)
+        spelled = literal(node)
+        return Spelled(spelled, _PYTHON_ATOM - spelled.startswith("-"))
 
-    def wrap(node: Expr, least: int) -> str:
-        inner, level = text(node)
-        return inner if level >= least else f"({inner})"
+    def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
+        operation = node.operation
+        if isinstance(node.type, DoubleType) and operation.python.level < _PYTHON_ATOM:
+            operands = tuple(
+                Spelled(f"widen({text.text})", _PYTHON_ATOM) if may_be_huge(part) else text
+                for part, text in zip(node.operands, operands, strict=True)
+            )
+        return operation.python.of(operands)
 
-    def widened(node: Expr, least: int) -> str:
-        return f"widen({text(node)[0]})" if may_be_huge(node) else wrap(node, least)
-
-    return text(expr)[0]
+    return fold(expr, of_leaf, of_operation).text

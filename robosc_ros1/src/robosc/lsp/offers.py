@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from robosc.language.operators import BINARY, symbols
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.context import Context
 from robosc.model.communications import EVENTS_OF
@@ -50,8 +51,8 @@ BLOCK_WORDS = {
     "enum": ("default ->", "value"),
 }  # fmt: skip
 _BASIC = ("boolean", "integer", "double", "string", "none", "array")
-OPERATORS = ("and", "or")
-COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
+OPERATORS = symbols(words=True)
+COMPARISONS = tuple(o.spelling for o in BINARY.values() if o.is_comparison)
 
 
 class Offers:

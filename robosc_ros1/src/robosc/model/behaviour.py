@@ -16,6 +16,7 @@ from robosc.model.entities import (
     Tau,
     Variable,
 )
+from robosc.model.evaluation import constant
 from robosc.model.expr import Expr
 from robosc.model.expressions import (
     ANY,
@@ -31,7 +32,7 @@ from robosc.model.report import Report, listing
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.targets import Targets
 from robosc.model.types import DoubleType, EnumType, Type, Value
-from robosc.model.values import check_range, coerce, default_value, fold
+from robosc.model.values import check_range, coerce, default_value
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -118,7 +119,7 @@ class BehaviourResolver:
         expr = typer.check(node.initial, expected_type(type_), place)
         if expr is None:
             return None
-        value = fold(expr)
+        value = constant(expr)
         if value is None:
             self._report.add(
                 "initial-not-constant",

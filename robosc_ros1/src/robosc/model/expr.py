@@ -3,23 +3,24 @@
 Names are resolved to what they mean, and each node knows its type. Equality ignores spans, so equal
 expressions compare equal wherever they were written.
 
-Meaning of the operators: booleans and integers exactly as in Python (integers without bounds);
-``/`` is IEEE 754 division to double (x/0 is an infinity or NaN, never an error); ``=`` on numbers
-compares values (1 = 1.0); ``=>`` is implication.
+What the operators mean is said in :mod:`robosc.language.operators`. What is computed from an
+expression bottom up (a value, a text, the states where it holds) is an instance of :func:`fold`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import TypeAlias
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias, TypeVar
 
+from robosc.language.operators import BINARY, UNARY, Operator
 from robosc.model.types import BooleanType, Type, Value
 from robosc.source import Span
 
 __all__ = [
-    "FALSE", "TRUE", "Binary", "Expr", "Literal", "PhaseRef", "StateRef", "Unary", "ValueRef",
-    "VariableRef", "walk",
+    "FALSE", "TRUE", "Binary", "Expr", "Leaf", "Literal", "Operation", "PhaseRef", "StateRef",
+    "Unary", "ValueRef", "VariableRef", "fold", "path_text",
+    "rewritten", "walk", "with_operands",
 ]  # fmt: skip
 
 
@@ -96,10 +97,18 @@ class Unary:
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
 
+    @property
+    def operation(self) -> Operator:
+        return UNARY[self.operator]
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.operand,)
+
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """``=> or and = != < <= > >= + - * /``."""
+    """Two operands and an operator of the table ``BINARY``."""
 
     operator: str
     left: Expr
@@ -107,11 +116,68 @@ class Binary:
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
 
+    @property
+    def operation(self) -> Operator:
+        return BINARY[self.operator]
 
-Expr: TypeAlias = Literal | VariableRef | StateRef | PhaseRef | ValueRef | Unary | Binary
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.left, self.right)
+
+
+Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef
+"""What an expression reads."""
+Operation: TypeAlias = Unary | Binary
+Expr: TypeAlias = Literal | Leaf | Operation
 
 TRUE = Literal(True, BooleanType())
 FALSE = Literal(False, BooleanType())
+
+T = TypeVar("T")
+
+
+def fold(
+    expr: Expr,
+    leaf: Callable[[Literal | Leaf], T],
+    strict: Callable[[Operation, tuple[T, ...]], T],
+    lazy: Callable[[Binary, T, Callable[[], T]], T] | None = None,
+    known: Callable[[Expr], T | None] | None = None,
+) -> T:
+    """What is made of an expression from what is made of its parts, from the leaves up.
+
+    ``strict`` is given the results for all operands, in order. ``lazy`` is called for operators
+    that may leave their right side alone, with the result of the left and a function that makes
+    that of the right; without it they count as strict. ``known`` may give the result for a part as
+    a whole, so that nothing below it is looked at.
+    """
+
+    def visit(node: Expr) -> T:
+        if known is not None:
+            found = known(node)
+            if found is not None:
+                return found
+        if isinstance(node, Binary):
+            left = visit(node.left)
+            if lazy is not None and node.operation.decider is not None:
+                return lazy(node, left, lambda: visit(node.right))
+            return strict(node, (left, visit(node.right)))
+        if isinstance(node, Unary):
+            return strict(node, (visit(node.operand),))
+        return leaf(node)
+
+    return visit(expr)
+
+
+def rewritten(expr: Expr, leaf: Callable[[Literal | Leaf], Expr]) -> Expr:
+    """The expression with every leaf replaced."""
+    return fold(expr, leaf, with_operands)
+
+
+def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
+    """The operation on other operands."""
+    if isinstance(node, Unary):
+        return replace(node, operand=operands[0])
+    return replace(node, left=operands[0], right=operands[1])
 
 
 def walk(expr: Expr) -> Iterator[Expr]:
@@ -120,9 +186,11 @@ def walk(expr: Expr) -> Iterator[Expr]:
     while stack:
         node = stack.pop()
         yield node
-        match node:
-            case Unary(operand=operand):
-                stack.append(operand)
-            case Binary(left=left, right=right):
-                stack.append(right)
-                stack.append(left)
+        if isinstance(node, Unary | Binary):
+            stack.extend(reversed(node.operands))
+
+
+def path_text(path: tuple[str | int, ...]) -> str:
+    """A part of a value as users see it: ``pose.x``, ``ranges[0]``; empty for the whole."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")

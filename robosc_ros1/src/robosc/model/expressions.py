@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from robosc.language.operators import BINARY, UNARY, Operand
 from robosc.model.datatypes import TypeTable
 from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, ValueRef, VariableRef
 from robosc.model.occurrences import Symbol, SymbolKind
@@ -40,7 +41,7 @@ from robosc.model.types import (
     is_number,
 )
 from robosc.model.unknown import NameFaults, last_name
-from robosc.model.values import accepts, comparable, describe
+from robosc.model.values import accepts, comparable, describe, result_type
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -75,6 +76,7 @@ BOOLEAN = ExpectedType("a boolean", lambda t: isinstance(t, BooleanType), Boolea
 RULE = "the condition of a rule"
 """The place that an enum's rule is."""
 NUMBER = ExpectedType("a number", is_number)
+_NEEDS = {Operand.BOOLEAN: BOOLEAN, Operand.NUMBER: NUMBER}
 
 
 def expected_type(target: Type) -> ExpectedType:
@@ -148,30 +150,27 @@ class Typer:
     # --- operators -------------------------------------------------------------------------------
 
     def _unary(self, node: UnaryNode) -> Expr | None:
-        expected = BOOLEAN if node.operator == "!" else NUMBER
+        expected = _NEEDS[UNARY[node.operator].operands]
         operand = self.check(node.operand, expected, f"'{node.operator}'")
         if operand is None:
             return None
-        if node.operator == "-" and isinstance(operand, Literal):
-            assert not isinstance(operand.value, str)
-            return Literal(-operand.value, operand.type, node.span)
-        type_ = IntegerType() if isinstance(operand.type, IntegerType) else operand.type
+        operation = UNARY[node.operator]
+        type_ = result_type(operation.result, (operand.type,))
+        if operation.operands is Operand.NUMBER and isinstance(operand, Literal):
+            return Literal(operation.scalar(operand.value), type_, node.span)
         return Unary(node.operator, operand, type_, node.span)
 
     def _binary(self, node: BinaryNode) -> Expr | None:
-        operator = node.operator
-        if operator in ("=", "!="):
+        operation = BINARY[node.operator]
+        if operation.operands is Operand.EQUAL:
             return self._equality(node)
-        expected = BOOLEAN if operator in ("and", "or", "=>") else NUMBER
-        left = self.check(node.left, expected, f"'{operator}'")
-        right = self.check(node.right, expected, f"'{operator}'")
+        expected = _NEEDS[operation.operands]
+        left = self.check(node.left, expected, f"'{node.operator}'")
+        right = self.check(node.right, expected, f"'{node.operator}'")
         if left is None or right is None:
             return None
-        type_: Type = BooleanType()
-        if operator in ("+", "-", "*", "/"):
-            both_integer = not any(isinstance(e.type, DoubleType) for e in (left, right))
-            type_ = IntegerType() if both_integer and operator != "/" else DoubleType()
-        return Binary(operator, left, right, type_, node.span)
+        type_ = result_type(operation.result, (left.type, right.type))
+        return Binary(node.operator, left, right, type_, node.span)
 
     def _equality(self, node: BinaryNode) -> Expr | None:
         open_left, open_right = _is_open(node.left), _is_open(node.right)

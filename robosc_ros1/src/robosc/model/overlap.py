@@ -9,25 +9,23 @@ nothing but what comes in, because a robot may never bring its variables to thos
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import combinations, product
 from math import prod
 from typing import TypeAlias
 
 from robosc.errors import Note
 from robosc.model.entities import Behaviour, Component, ResultTransition
-from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, ValueRef, VariableRef, walk
+from robosc.model.evaluation import evaluate
+from robosc.model.expr import Expr, Leaf, StateRef, ValueRef, VariableRef, walk
 from robosc.model.report import Report
 from robosc.model.statements import fold_text
 from robosc.model.types import Value, domain
-from robosc.model.values import fold
 
 __all__ = ["check_overlaps"]
 
 _MOST_CASES = 2000
 
-_Leaf: TypeAlias = VariableRef | ValueRef | StateRef
-_Case: TypeAlias = Mapping[_Leaf, Value]
+_Case: TypeAlias = Mapping[Leaf, Value]
 
 
 def check_overlaps(components: Iterable[Component], report: Report, *, library: bool) -> None:
@@ -74,13 +72,13 @@ def _can_hold_together(guards: Sequence[Expr], states: Mapping[str, Sequence[str
         return False
     for parts in product(*axes):
         case = {leaf: value for part in parts for leaf, value in part.items()}
-        if all(fold(_put_in(guard, case)) is True for guard in guards):
+        if all(evaluate(guard, case.__getitem__) is True for guard in guards):
             return True
     return False
 
 
 def _axes(
-    leaves: Iterable[_Leaf], states: Mapping[str, Sequence[str]]
+    leaves: Iterable[Leaf], states: Mapping[str, Sequence[str]]
 ) -> list[Sequence[_Case]] | None:
     """What can vary on its own; None if it is not finite. A component is in one of its states."""
     axes: list[Sequence[_Case]] = []
@@ -96,17 +94,6 @@ def _axes(
     for component, refs in in_states.items():
         axes.append([{ref: ref.state == s for ref in refs} for s in states.get(component, ())])
     return axes
-
-
-def _put_in(expr: Expr, case: _Case) -> Expr:
-    match expr:
-        case VariableRef() | ValueRef() | StateRef():
-            return Literal(case[expr], expr.type)
-        case Unary(operand=operand):
-            return replace(expr, operand=_put_in(operand, case))
-        case Binary(left=left, right=right):
-            return replace(expr, left=_put_in(left, case), right=_put_in(right, case))
-    return expr
 
 
 def _report(

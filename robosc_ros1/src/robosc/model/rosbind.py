@@ -12,6 +12,7 @@ from difflib import get_close_matches
 
 from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import Binding, Data, DataObject
+from robosc.model.evaluation import constant
 from robosc.model.expr import Expr, VariableRef
 from robosc.model.report import Report, listing
 from robosc.model.rosfit import misfit, too_wide
@@ -32,7 +33,6 @@ from robosc.model.types import (
     ObjectType,
     Type,
 )
-from robosc.model.values import fold
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -345,7 +345,7 @@ class Binder:
 
     def _check_value(self, expr: Expr, field: FieldType, name: str) -> None:
         bounds: tuple[int, int] | None = None
-        value = fold(expr)
+        value = constant(expr)
         if type(value) is int:
             bounds = (value, value)
         elif isinstance(expr, VariableRef) and isinstance(expr.type, IntegerType):

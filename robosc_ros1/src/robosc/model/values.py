@@ -1,10 +1,12 @@
-"""Types in words, compatibility of types, and constants."""
+"""Types in words, compatibility of types, and ranges of constants."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterable
 
-from robosc.model.expr import Binary, Expr, Literal, Unary
+from robosc.language.operators import Result
+from robosc.model.evaluation import constant
+from robosc.model.expr import Expr, Literal
 from robosc.model.report import Report
 from robosc.model.types import (
     ArrayType,
@@ -21,8 +23,8 @@ from robosc.model.types import (
 )
 
 __all__ = [
-    "accepts", "check_range", "coerce", "comparable", "default_value", "describe", "fold",
-    "is_basic",
+    "accepts", "check_range", "coerce", "comparable", "default_value", "describe", "is_basic",
+    "result_type",
 ]  # fmt: skip
 
 
@@ -40,6 +42,16 @@ def describe(type_: Type) -> str:
         case ObjectType(name=name):
             return f"an object {name}"
     return f"a {type_}"
+
+
+def result_type(result: Result, operands: Iterable[Type]) -> Type:
+    """The type of an operation's result."""
+    match result:
+        case Result.BOOLEAN:
+            return BooleanType()
+        case Result.NUMBER if all(isinstance(type_, IntegerType) for type_ in operands):
+            return IntegerType()
+    return DoubleType()
 
 
 def is_basic(type_: Type) -> bool:
@@ -66,70 +78,6 @@ def comparable(left: Type, right: Type) -> bool:
     return left == right and not isinstance(left, ArrayType | ObjectType | NoneType)
 
 
-def fold(expr: Expr) -> Value | None:
-    """The value of a constant expression; None if it reads anything or is no finite number."""
-    match expr:
-        case Literal(value=value):
-            return value
-        case Unary(operator=operator, operand=operand):
-            inner = fold(operand)
-            if inner is None:
-                return None
-            if operator == "!":
-                return not inner
-            return None if isinstance(inner, str) else -inner
-        case Binary(operator=operator, left=left, right=right):
-            first, second = fold(left), fold(right)
-            if first is None or second is None:
-                return None
-            return _apply(operator, first, second)
-    return None
-
-
-def _apply(operator: str, left: Value, right: Value) -> Value | None:
-    match operator:
-        case "=":
-            return left == right
-        case "!=":
-            return left != right
-        case "and":
-            return bool(left and right)
-        case "or":
-            return bool(left or right)
-        case "=>":
-            return bool(not left or right)
-    if isinstance(left, str) or isinstance(right, str):
-        return None
-    match operator:
-        case "<":
-            return left < right
-        case "<=":
-            return left <= right
-        case ">":
-            return left > right
-        case ">=":
-            return left >= right
-    try:
-        return _finite(_arithmetic(operator, left, right))
-    except (OverflowError, ZeroDivisionError):
-        return None
-
-
-def _arithmetic(operator: str, left: int | float, right: int | float) -> int | float:
-    match operator:
-        case "+":
-            return left + right
-        case "-":
-            return left - right
-        case "*":
-            return left * right
-    return left / right
-
-
-def _finite(number: int | float) -> int | float | None:
-    return number if isinstance(number, int) or math.isfinite(number) else None
-
-
 def coerce(expr: Expr, target: Type) -> Expr:
     """The expression, integer literals for a double made doubles."""
     if isinstance(target, DoubleType) and isinstance(expr, Literal) and type(expr.value) is int:
@@ -141,7 +89,7 @@ def check_range(expr: Expr, target: Type, what: str, report: Report) -> None:
     """Report a constant outside the bounds of a ranged integer."""
     if not isinstance(target, IntegerType) or target.bounds is None or expr.span is None:
         return
-    value = fold(expr)
+    value = constant(expr)
     low, high = target.bounds
     if type(value) is int and not low <= value <= high:
         report.add(

@@ -17,7 +17,7 @@ from robosc.emit.controller import SORTS
 from robosc.ir.automaton import Event, Plant
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
-from robosc.model.expr import Expr
+from robosc.model.expr import Expr, path_text
 from robosc.model.types import IntegerType
 from robosc.runtime import model as runtime
 from robosc.runtime.engine import Engine
@@ -48,7 +48,6 @@ from robosc.simulate.values import (
     value_type,
 )
 from robosc.supervisor import Supervisor
-from robosc.synthesis.formatting import path_text
 
 __all__ = ["LONGEST_WAIT", "Execution"]
 

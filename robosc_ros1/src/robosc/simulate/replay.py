@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from robosc.errors import UsageError
+from robosc.model.expr import path_text
 from robosc.model.types import (
     BooleanType,
     DoubleType,
@@ -32,7 +33,6 @@ from robosc.runtime.values import Mismatch, jsonable
 from robosc.simulate.generated import make_controller
 from robosc.simulate.values import value_parts, value_type
 from robosc.supervisor import Supervisor
-from robosc.synthesis.formatting import path_text
 
 __all__ = [
     "Departure", "LogEntry", "Follower", "Replayed", "read_log", "replay", "replay_document",

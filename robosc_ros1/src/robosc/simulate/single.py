@@ -14,7 +14,7 @@ from robosc.ir.automaton import Edge, Event, Plant, PlantState
 from robosc.ir.expr import Leaf, Undefined, evaluate, widen
 from robosc.ir.step import Values, Verdict, valuations
 from robosc.model.entities import EventKind, Variable
-from robosc.model.expr import Expr, ValueRef, VariableRef, walk
+from robosc.model.expr import Expr, ValueRef, VariableRef, path_text, walk
 from robosc.model.types import DoubleType, IntegerType, Value
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machine import (
@@ -38,7 +38,6 @@ from robosc.simulate.values import (
     value_parts,
 )
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.formatting import path_text
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import tau_values
 

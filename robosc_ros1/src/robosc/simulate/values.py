@@ -17,7 +17,7 @@ from robosc.ir.automaton import Event
 from robosc.ir.expr import Leaf
 from robosc.ir.step import Values, missing_together
 from robosc.model.entities import EventKind, Robot
-from robosc.model.expr import ValueRef, walk
+from robosc.model.expr import ValueRef, path_text, walk
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -34,7 +34,7 @@ from robosc.model.values import default_value, describe
 from robosc.runtime.values import jsonable
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import is_true
-from robosc.synthesis.formatting import listing, path_text
+from robosc.synthesis.formatting import listing
 
 __all__ = [
     "Given", "Path", "Raw", "complete", "given_json", "given_text", "hint", "literal_text",

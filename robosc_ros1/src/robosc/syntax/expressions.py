@@ -13,6 +13,7 @@ from typing import Any, Literal, cast
 
 from pyparsing import ParseException, ParserElement, ParseSyntaxException
 
+from robosc.language.operators import BINARY, UNARY
 from robosc.names import RESERVED
 from robosc.source import Span
 from robosc.syntax.elements import Fault, ModelText, skip_space, text_of
@@ -54,8 +55,12 @@ _OPERAND = re.compile(
     )""",
     re.VERBOSE | re.ASCII,
 )
+_SPELLINGS = "|".join(
+    rf"{o}\b" if o.isalpha() else re.escape(o) + ("(?!>)" if o == "-" else "")
+    for o in sorted(BINARY, key=len, reverse=True)
+)
 _OPERATOR = re.compile(
-    r"\s*(?:(?P<close>\))|(?P<foreign>==|<>|=<|=/=)|(?P<operator>=>|!=|<=|>=|[=<>+*/]|-(?!>)|(?:and|or)\b)|(?P<stray>[.\[]))",
+    rf"\s*(?:(?P<close>\))|(?P<foreign>==|<>|=<|=/=)|(?P<operator>{_SPELLINGS})|(?P<stray>[.\[]))",
     re.ASCII,
 )
 _PART = re.compile(rf"({NAME})|(\d+)", re.ASCII)
@@ -63,11 +68,7 @@ _DOUBLE = re.compile(r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 
 _FOREIGN = {"==": "=", "<>": "!=", "=/=": "!=", "=<": "<="}
 
-_STRENGTH = {
-    "=>": 1, "or": 2, "and": 3, "=": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5,
-    "+": 6, "-": 6, "*": 7, "/": 7,
-}  # fmt: skip
-_PREFIX_STRENGTH = 8
+_PREFIX_STRENGTH = UNARY["!"].level
 
 
 def make_name(text: ModelText, start: int, end: int, found: str) -> Name:
@@ -179,10 +180,10 @@ class _Builder:
         self.operands.append(_Operand(inner.node, start, end, inner.depth, inner.nesting))
 
     def operator(self, symbol: str, at: int) -> None:
-        strength = _STRENGTH[symbol]
-        # What binds as tightly is reduced first, except for the right-associative '=>'.
-        self._reduce(strength + 1 if symbol == "=>" else strength)
-        self._wait(_Pending(symbol, strength, at))
+        operation = BINARY[symbol]
+        # What binds as tightly is reduced first, except for a right-associative one.
+        self._reduce(operation.level + operation.right_associative)
+        self._wait(_Pending(symbol, operation.level, at))
 
     def finish(self) -> ExprNode:
         self._reduce(1)
@@ -274,7 +275,7 @@ def _is_bracketed(left: _Operand, symbol: str) -> bool:
     """Whether a left operand is written in brackets, as a call for a division is."""
     if symbol == "/" or not isinstance(left.node, BinaryNode):
         return symbol == "/"
-    return symbol == "=>" or _STRENGTH[left.node.operator] != _STRENGTH[symbol]
+    return symbol == "=>" or BINARY[left.node.operator].level != BINARY[symbol].level
 
 
 class Expression(ParserElement):

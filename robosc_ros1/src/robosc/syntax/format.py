@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from robosc.errors import ModelError, has_errors
+from robosc.language.operators import BINARY
 from robosc.source import Source
 from robosc.syntax.layout import Doc, Indent, Line, print_doc
 from robosc.syntax.nodes import (
@@ -49,8 +50,6 @@ __all__ = ["WIDTH", "format_text"]
 WIDTH = 100
 """Lines longer than this are broken."""
 
-_LEVELS = {"=>": 1, "or": 2, "and": 3, "=": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5,
-           "+": 6, "-": 6, "*": 7, "/": 7}  # fmt: skip
 _HARD = Line(hard=True)
 _LINE = Line()
 
@@ -273,7 +272,7 @@ class _Formatter:
         match node:
             case BinaryNode(operator=operator):
                 inside: list[Doc] = []
-                self._chain(node, _LEVELS[operator], inside)
+                self._chain(node, BINARY[operator].level, inside)
                 docs.append(self.words.group(begin, inside if count else [Indent(inside)]))
             case UnaryNode(operand=operand):
                 docs += [self.words.take(), self._expression(operand)]
@@ -284,7 +283,7 @@ class _Formatter:
     def _chain(self, node: ExprNode, level: int, docs: list[Doc]) -> None:
         """Operands and operators of one level of precedence, side by side."""
         bare = self.words.start >= node.span.start
-        if bare and isinstance(node, BinaryNode) and _LEVELS[node.operator] == level:
+        if bare and isinstance(node, BinaryNode) and BINARY[node.operator].level == level:
             self._chain(node.left, level, docs)
             docs += [_LINE, self.words.take(), " "]
             self._chain(node.right, level, docs)

@@ -78,7 +78,7 @@ class UnaryNode:
 
 @dataclass(frozen=True, slots=True)
 class BinaryNode:
-    """``operator`` is one of ``=> or and = != < <= > >= + - * /``."""
+    """``operator`` is one of the table ``BINARY`` of robosc.language.operators."""
 
     operator: str
     left: ExprNode

@@ -8,15 +8,14 @@ from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
 from robosc.ir.expr import to_dsl
 from robosc.ir.step import Values
 from robosc.model.entities import EventKind
+from robosc.model.expr import path_text
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
-from robosc.synthesis.formatting import path_text
 from robosc.synthesis.system import make_step
 
 __all__ = [
     "event_document",
     "explore_document",
-    "path_text",
     "step_document",
     "synthesize_document",
 ]

@@ -7,20 +7,13 @@ from math import log10
 
 from robosc.ir.automaton import Event
 from robosc.model.entities import EventKind
+from robosc.model.expr import path_text
 from robosc.model.types import Value
 from robosc.supervisor import Step
 
 __all__ = [
-    "amount", "contributors", "event_text", "listing", "path_text", "step_text", "trace_text",
+    "amount", "contributors", "event_text", "listing", "step_text", "trace_text",
 ]  # fmt: skip
-
-
-def path_text(path: tuple[str | int, ...]) -> str:
-    """``position.x``, ``items[0].kind``."""
-    text = ""
-    for part in path:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
-    return text
 
 
 def event_text(event: Event) -> str:

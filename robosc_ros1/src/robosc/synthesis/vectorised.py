@@ -16,16 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosc.ir.automaton import Axis, AxisKind, Plant
-from robosc.ir.expr import OPERATIONS
+from robosc.language.operators import EXACT_IN_DOUBLE, EXACT_IN_INT64, Operator, Range
 from robosc.model.expr import (
-    Binary,
     Expr,
+    Leaf,
     Literal,
+    Operation,
     PhaseRef,
     StateRef,
-    Unary,
-    ValueRef,
     VariableRef,
+    fold,
     walk,
 )
 from robosc.model.types import EnumType, StringType, Type
@@ -36,10 +36,6 @@ Bools: TypeAlias = NDArray[np.bool_]
 Indexes: TypeAlias = NDArray[np.intp]
 IndexArrays: TypeAlias = Mapping[int, Indexes]
 """Index arrays by axis, broadcastable against each other."""
-
-_EXACT_IN_DOUBLE = 2**53
-_EXACT_IN_INT64 = 2**62
-_COMPARISONS = frozenset({"=", "!=", "<", "<=", ">", ">="})
 
 
 def axis_of(plant: Plant, leaf: Expr) -> int | None:
@@ -66,22 +62,15 @@ def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArr
     The result broadcasts against the columns; it need not have their full shape. Values of enums
     are their index in the type. The expression holds no ``value``: parameters are put in before.
     """
-    match expr:
-        case Literal(value=value, type=type_):
-            return _literal(value, type_)
-        case Unary(operator="!", operand=operand):
-            return np.asarray(np.logical_not(evaluate_vectorised(plant, operand, columns)))
-        case Unary(operand=operand):
-            return np.asarray(np.negative(evaluate_vectorised(plant, operand, columns)))
-        case Binary(operator=op, left=left, right=right):
-            first = evaluate_vectorised(plant, left, columns)
-            second = evaluate_vectorised(plant, right, columns)
-            return _apply(op, first, second)
-        case ValueRef():
-            raise AssertionError("a parameter without value")
-    axis = axis_of(plant, expr)
-    assert axis is not None
-    return _leaf(plant.axes[axis], expr, columns[axis])
+
+    def leaf(node: Literal | Leaf) -> NDArray[Any]:
+        if isinstance(node, Literal):
+            return _literal(node.value, node.type)
+        axis = axis_of(plant, node)
+        assert axis is not None, "a parameter without value"
+        return _leaf(plant.axes[axis], node, columns[axis])
+
+    return fold(expr, leaf, _apply)
 
 
 def _leaf(axis: Axis, expr: Expr, indexes: Indexes) -> NDArray[Any]:
@@ -96,7 +85,7 @@ def _leaf(axis: Axis, expr: Expr, indexes: Indexes) -> NDArray[Any]:
             return np.array(codes, dtype=np.int64)[indexes]
     values = axis.values
     if isinstance(values, range):
-        fits = max(abs(values[0]), abs(values[-1])) < _EXACT_IN_INT64
+        fits = max(abs(values[0]), abs(values[-1])) < EXACT_IN_INT64
         return np.asarray(indexes.astype(np.int64 if fits else object) + values[0])
     return np.array(values, dtype=np.bool_)[indexes]
 
@@ -104,47 +93,32 @@ def _leaf(axis: Axis, expr: Expr, indexes: Indexes) -> NDArray[Any]:
 def _literal(value: object, type_: Type) -> NDArray[Any]:
     if isinstance(type_, EnumType):
         return np.array(type_.values.index(str(value)), dtype=np.int64)
-    if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= _EXACT_IN_INT64:
+    if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= EXACT_IN_INT64:
         return np.array(value, dtype=object)
     return np.array(value, dtype=object if isinstance(type_, StringType) else None)
 
 
-def _apply(op: str, left: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
-    match op:
-        case "and":
-            return np.asarray(np.logical_and(left, right))
-        case "or":
-            return np.asarray(np.logical_or(left, right))
-        case "=>":
-            return np.asarray(np.logical_or(np.logical_not(left), right))
-    if not _exact(op, left, right):
-        outcome = np.frompyfunc(OPERATIONS[op], 2, 1)(left.astype(object), right.astype(object))
-        return np.asarray(outcome, dtype=np.bool_ if op in _COMPARISONS else object)
-    if op == "/":
-        with np.errstate(all="ignore"):
-            return np.asarray(np.true_divide(left, right))
+def _apply(node: Operation, operands: tuple[NDArray[Any], ...]) -> NDArray[Any]:
+    operation = node.operation
+    if not _exact(operation, operands):
+        function = np.frompyfunc(operation.scalar, len(operands), 1)
+        outcome = function(*(side.astype(object) for side in operands))
+        return np.asarray(outcome, dtype=np.bool_ if operation.is_comparison else object)
     with np.errstate(all="ignore"):
-        return np.asarray(OPERATIONS[op](left, right))
+        return np.asarray(getattr(np, operation.array)(*operands))
 
 
-def _exact(op: str, left: NDArray[Any], right: NDArray[Any]) -> bool:
+def _exact(operation: Operator, operands: tuple[NDArray[Any], ...]) -> bool:
     """Whether numpy's own arithmetic cannot differ from Python's."""
-    kinds = left.dtype.kind + right.dtype.kind
+    kinds = {side.dtype.kind for side in operands}
     if "O" in kinds:
         return False
-    if kinds == "ii":
-        if op == "/":
-            return max(_magnitude(left), _magnitude(right)) <= _EXACT_IN_DOUBLE
-        if op in _COMPARISONS:
-            return True
-        return _bound(op, _magnitude(left), _magnitude(right)) < _EXACT_IN_INT64
-    integers = [side for side in (left, right) if side.dtype.kind == "i"]
-    return all(_magnitude(side) <= _EXACT_IN_DOUBLE for side in integers)
+    if kinds == {"i"}:
+        ranges = [_range(side) for side in operands]
+        return operation.int64(ranges[0], ranges[-1])
+    integers = [side for side in operands if side.dtype.kind == "i"]
+    return all(_range(side).magnitude <= EXACT_IN_DOUBLE for side in integers)
 
 
-def _bound(op: str, left: int, right: int) -> int:
-    return left * right if op == "*" else left + right
-
-
-def _magnitude(values: NDArray[Any]) -> int:
-    return max(abs(int(values.min())), abs(int(values.max()))) if values.size else 0
+def _range(values: NDArray[Any]) -> Range:
+    return Range(int(values.min()), int(values.max())) if values.size else Range(0, 0)

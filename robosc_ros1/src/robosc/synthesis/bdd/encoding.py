@@ -13,22 +13,23 @@ from functools import cached_property
 from typing import TypeAlias
 
 from robosc.ir.automaton import Event, Plant, PlantState
-from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.ir.step import missing_together
+from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import (
-    Binary,
     Expr,
+    Leaf,
+    Operation,
     PhaseRef,
     StateRef,
-    Unary,
     ValueRef,
     VariableRef,
+    fold,
     walk,
 )
 from robosc.model.types import Value
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import order_items
-from robosc.synthesis.bdd.partition import Partition, key_of, lazily, negated, strictly
+from robosc.synthesis.bdd.partition import Partition, combined, key_of
 from robosc.synthesis.vectorised import axis_of
 
 __all__ = ["Encoding", "LeafSource", "axes_read"]
@@ -245,23 +246,24 @@ class Encoding:
 
     def partition(self, expr: Expr, event: int | None = None) -> Partition:
         """The values of an expression."""
-        sources = {self._source(leaf, event) for leaf in _leaves(expr)}
-        if len(sources) <= 1:
-            return self._of_one_source(expr, sources, event)
-        match expr:
-            case Unary(operator=op, operand=operand):
-                return negated(self.manager, op, self.partition(operand, event))
-            case Binary(operator="and" | "or" | "=>" as op, left=left, right=right):
-                first = self.partition(left, event)
-                return lazily(self.manager, op, first, self.partition(right, event))
-            case Binary(left=left, right=right):
-                # The costly case: comparisons and sums come again in guards and questions.
-                if (expr, event) not in self._known:
-                    first = self.partition(left, event)
-                    found = strictly(self.manager, expr, first, self.partition(right, event))
-                    self._known[expr, event] = found
-                return self._known[expr, event]
-        raise AssertionError("a leaf reads one source")
+
+        def known(node: Expr) -> Partition | None:
+            """Its values, if that is sooner told than put together."""
+            if _is_costly(node) and (node, event) in self._known:
+                return self._known[node, event]
+            sources = {self._source(leaf, event) for leaf in _leaves(node)}
+            return self._of_one_source(node, sources, event) if len(sources) <= 1 else None
+
+        def operation(node: Operation, operands: tuple[Partition, ...]) -> Partition:
+            found = combined(self.manager, node, operands)
+            if _is_costly(node):
+                self._known[node, event] = found
+            return found
+
+        def leaf(node: Expr) -> Partition:
+            raise AssertionError("a leaf reads one source")
+
+        return fold(expr, leaf, operation, known=known)
 
     def _source(self, leaf: Leaf, event: int | None) -> LeafSource:
         axis = axis_of(self.plant, leaf)
@@ -297,6 +299,11 @@ class Encoding:
             case PhaseRef():
                 return index == 1
         return value
+
+
+def _is_costly(node: Expr) -> bool:
+    """Whether it is worth remembering: comparisons and sums come again in guards and questions."""
+    return isinstance(node, Operation) and not node.operation.is_lazy
 
 
 def _value(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value | None:

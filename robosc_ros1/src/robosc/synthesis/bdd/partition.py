@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import groupby
 from typing import TypeAlias
 
 from robosc.errors import StateSpaceError
-from robosc.ir.expr import evaluate
-from robosc.model.expr import Binary, StateRef
+from robosc.language.operators import Operator
+from robosc.model.expr import Operation
 from robosc.model.types import Value
 from robosc.synthesis.bdd.manager import Bdd, Manager
 
-__all__ = ["Partition", "key_of", "lazily", "negated", "strictly"]
+__all__ = ["Partition", "combined", "key_of"]
 
 _MOST_PAIRS = 2**22
 
@@ -27,34 +27,40 @@ def key_of(value: Value | None) -> object:
     return repr(value) if isinstance(value, float) else (type(value), value)
 
 
-def negated(manager: Manager, op: str, operand: Partition) -> Partition:
-    """``!`` or ``-`` of all values."""
+def combined(manager: Manager, node: Operation, operands: Sequence[Partition]) -> Partition:
+    """The values of an operation, given those of its operands."""
+    if len(operands) == 1:
+        return _each(manager, node.operation.scalar, operands[0])
+    if node.operation.is_lazy:
+        return _lazily(manager, node.operation, *operands)
+    return _strictly(manager, node.operation.scalar, *operands)
+
+
+def _each(manager: Manager, scalar: Callable[..., Value], operand: Partition) -> Partition:
     grouped = _Grouping()
     for value, states in operand:
-        if value is None:
-            grouped.add(None, states)
-        else:
-            grouped.add((not value) if op == "!" else -value, states)  # type: ignore[operator]
+        grouped.add(None if value is None else scalar(value), states)
     return grouped.partition(manager)
 
 
-def lazily(manager: Manager, op: str, left: Partition, right: Partition) -> Partition:
-    """``and``, ``or``, ``=>``: the right side counts only where the left does not decide."""
-    decided_by, decided = (True, True) if op == "or" else (False, op == "=>")
+def _lazily(manager: Manager, operation: Operator, left: Partition, right: Partition) -> Partition:
+    """The right side counts only where the left does not decide."""
     grouped = _Grouping()
     for value, states in left:
         if value is None:
             grouped.add(None, states)
-        elif value is decided_by:
-            grouped.add(decided, states)
+        elif value is operation.decider:
+            grouped.add(operation.decided, states)
         else:
             for second, others in right:
                 grouped.add(second, states & others)
     return grouped.partition(manager)
 
 
-def strictly(manager: Manager, expr: Binary, left: Partition, right: Partition) -> Partition:
-    """All other operators: undefined where a side is.
+def _strictly(
+    manager: Manager, scalar: Callable[..., Value], left: Partition, right: Partition
+) -> Partition:
+    """Undefined where a side is.
 
     Raises:
         StateSpaceError: there are too many pairs of values to look at.
@@ -64,31 +70,20 @@ def strictly(manager: Manager, expr: Binary, left: Partition, right: Partition) 
             f"an expression combines {len(left)} values with {len(right)}: "
             "reduce the ranges of the variables that it reads"
         )
-    operate = _operation(expr)
     grouped = _Grouping()
     ranges = _Ranges(manager, [states for _, states in right])
     for first, states in left:
         # Neighbours often give one result (comparisons: two in all) and are taken together.
-        results = [operate(first, second) for second, _ in right]
+        results = [
+            None if first is None or second is None else scalar(first, second)
+            for second, _ in right
+        ]
         start = 0
         for result, run in groupby(results, key=key_of):
             end = start + sum(1 for _ in run)
             grouped.add(results[start], states & ranges.union(start, end), result)
             start = end
     return grouped.partition(manager)
-
-
-def _operation(expr: Binary) -> Callable[[Value | None, Value | None], Value | None]:
-    """What the reference evaluation makes of two values."""
-    left, right = StateRef("", "left"), StateRef("", "right")
-    bare = Binary(expr.operator, left, right, expr.type)
-
-    def operate(first: Value | None, second: Value | None) -> Value | None:
-        if first is None or second is None:
-            return None
-        return evaluate(bare, lambda leaf: first if leaf is left else second)
-
-    return operate
 
 
 class _Ranges:

@@ -1,0 +1,1 @@
+"""Declarative tables of the language, which every later stage reads."""

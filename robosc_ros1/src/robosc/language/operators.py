@@ -1,0 +1,263 @@
+"""The table of operators: how each is written, typed, evaluated and printed.
+
+The parser and the formatter, typing, evaluation of one state and of many, decision diagrams, the
+printers of model text, Python and CIF, and the reference interpreter of generated tests read this
+table; what an operator means is said nowhere else.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NamedTuple
+
+from robosc.runtime.values import divide, widen
+
+__all__ = [
+    "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "UNARY", "Operand", "Operator", "Range",
+    "Result", "Spelled", "Text", "symbols",
+]  # fmt: skip
+
+
+class Operand(Enum):
+    """What an operator needs on each of its sides."""
+
+    BOOLEAN = "boolean"
+    NUMBER = "number"
+    EQUAL = "two values of one type"
+
+
+class Result(Enum):
+    """The type of a result."""
+
+    BOOLEAN = "boolean"
+    NUMBER = "integer if all operands are, else double"
+    DOUBLE = "double"
+
+
+class Spelled(NamedTuple):
+    """A text and the level of its operator; formatted with a level, in brackets if it is weaker."""
+
+    text: str
+    level: int
+
+    def __format__(self, least: str) -> str:
+        return self.text if self.level >= int(least) else f"({self.text})"
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """How an expression is written in another language.
+
+    ``template`` holds the operands as ``{0:5}``: operand 0, in brackets unless it binds at least as
+    tightly as level 5 of that language. ``level`` is that of the whole.
+    """
+
+    template: str
+    level: int
+
+    def of(self, operands: Iterable[Spelled]) -> Spelled:
+        return Spelled(self.template.format(*operands), self.level)
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """The least and the greatest of some integers."""
+
+    low: int
+    high: int
+
+    @property
+    def magnitude(self) -> int:
+        return max(abs(self.low), abs(self.high))
+
+
+EXACT_IN_DOUBLE = 2**53
+EXACT_IN_INT64 = 2**62
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """An operator with one or two operands.
+
+    ``level`` is the precedence in the language, higher binds tighter. ``scalar`` is the function
+    of Python values, ``array`` the name of numpy's function of arrays, and ``int64`` whether that
+    gives the same on integers of 64 bits from these ranges (the same range twice for a unary one).
+    A lazy operator looks at its right side only if the left is not ``decider``; if it is, the
+    result is ``decided``. ``negation`` is the operator that gives the opposite.
+    """
+
+    spelling: str
+    level: int
+    operands: Operand
+    result: Result
+    scalar: Callable[..., Any]
+    array: str
+    int64: Callable[[Range, Range], bool]
+    python: Text
+    cif: Text | None = None
+    decider: bool | None = None
+    decided: bool = False
+    negation: str = ""
+    right_associative: bool = False
+    is_unary: bool = False
+    name: str = ""
+
+    @property
+    def is_lazy(self) -> bool:
+        return self.decider is not None
+
+    @property
+    def is_comparison(self) -> bool:
+        """Whether it looks at values of other types than its own boolean."""
+        return self.result is Result.BOOLEAN and self.operands is not Operand.BOOLEAN
+
+    @property
+    def is_word(self) -> bool:
+        return self.spelling.isalpha()
+
+    @property
+    def key(self) -> str:
+        """The name of the operation in the data of generated tests; no two operations share it."""
+        return self.name or self.spelling
+
+    @property
+    def text(self) -> Text:
+        """How it is written in the language itself."""
+        if self.is_unary:
+            return Text(f"{self.spelling}{{0:{self.level}}}", self.level)
+        left = self.level + self.right_associative
+        right = self.level + (not self.right_associative)
+        return Text(f"{{0:{left}}} {self.spelling} {{1:{right}}}", self.level)
+
+
+def _widening(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    def widened(left: Any, right: Any) -> Any:
+        try:
+            return operation(left, right)
+        except OverflowError:  # a double, and an integer beyond the doubles
+            return operation(widen(left), widen(right))
+
+    return widened
+
+
+def _always(left: Range, right: Range) -> bool:
+    return True
+
+
+def _sum_fits(left: Range, right: Range) -> bool:
+    return left.magnitude + right.magnitude < EXACT_IN_INT64
+
+
+def _product_fits(left: Range, right: Range) -> bool:
+    return left.magnitude * right.magnitude < EXACT_IN_INT64
+
+
+def _both_are_doubles(left: Range, right: Range) -> bool:
+    return max(left.magnitude, right.magnitude) <= EXACT_IN_DOUBLE
+
+
+def _and(left: Any, right: Any) -> Any:
+    return left and right
+
+
+def _or(left: Any, right: Any) -> Any:
+    return left or right
+
+
+def _implies(left: Any, right: Any) -> Any:
+    return not left or right
+
+
+def _comparison(
+    spelling: str, scalar: Callable[..., Any], array: str, python: str, negation: str = ""
+) -> Operator:
+    equality = spelling in ("=", "!=")
+    # Comparisons chain in Python and do not here, so both sides must bind tighter.
+    return Operator(
+        spelling,
+        level=4 if equality else 5,
+        operands=Operand.EQUAL if equality else Operand.NUMBER,
+        result=Result.BOOLEAN,
+        scalar=scalar,
+        array=array,
+        int64=_always,
+        python=Text(f"{{0:5}} {python} {{1:5}}", 4),
+        cif=Text(f"{{0:9}} {spelling} {{1:9}}", 4),
+        negation=negation,
+    )
+
+
+UNARY: Mapping[str, Operator] = {
+    o.spelling: o
+    for o in (
+        Operator(
+            "!", 8, Operand.BOOLEAN, Result.BOOLEAN, operator.not_, "logical_not", _always,
+            python=Text("not {0:3}", 3),
+            cif=Text("not {0:9}", 8),
+            is_unary=True,
+        ),
+        Operator(
+            "-", 8, Operand.NUMBER, Result.NUMBER, operator.neg, "negative", _always,
+            python=Text("-{0:8}", 7),
+            is_unary=True, name="negative",
+        ),
+    )
+}  # fmt: skip
+"""The prefix operators by spelling; all bind tighter than any operator between two operands."""
+
+BINARY: Mapping[str, Operator] = {
+    o.spelling: o
+    for o in (
+        Operator(
+            "=>", 1, Operand.BOOLEAN, Result.BOOLEAN, _implies, "less_equal", _always,
+            python=Text("not {0:3} or {1:1}", 1),
+            cif=Text("{0:2} => {1:2}", 1),
+            decider=False, decided=True, right_associative=True,
+        ),
+        Operator(
+            "or", 2, Operand.BOOLEAN, Result.BOOLEAN, _or, "logical_or", _always,
+            python=Text("{0:1} or {1:2}", 1),
+            cif=Text("{0:3} or {1:3}", 2),
+            decider=True, decided=True,
+        ),
+        Operator(
+            "and", 3, Operand.BOOLEAN, Result.BOOLEAN, _and, "logical_and", _always,
+            python=Text("{0:2} and {1:3}", 2),
+            cif=Text("{0:4} and {1:4}", 3),
+            decider=False, decided=False,
+        ),
+        _comparison("=", operator.eq, "equal", "==", negation="!="),
+        _comparison("!=", operator.ne, "not_equal", "!=", negation="="),
+        _comparison("<", operator.lt, "less", "<"),
+        _comparison("<=", operator.le, "less_equal", "<="),
+        _comparison(">", operator.gt, "greater", ">"),
+        _comparison(">=", operator.ge, "greater_equal", ">="),
+        Operator(
+            "+", 6, Operand.NUMBER, Result.NUMBER, _widening(operator.add), "add", _sum_fits,
+            python=Text("{0:5} + {1:6}", 5),
+        ),
+        Operator(
+            "-", 6, Operand.NUMBER, Result.NUMBER, _widening(operator.sub), "subtract", _sum_fits,
+            python=Text("{0:5} - {1:6}", 5),
+        ),
+        Operator(
+            "*", 7, Operand.NUMBER, Result.NUMBER, _widening(operator.mul), "multiply",
+            _product_fits,
+            python=Text("{0:6} * {1:7}", 6),
+        ),
+        Operator(
+            "/", 7, Operand.NUMBER, Result.DOUBLE, divide, "true_divide", _both_are_doubles,
+            python=Text("divide({0:0}, {1:0})", 8),
+        ),
+    )
+}  # fmt: skip
+"""The operators between two operands by spelling, loosest first."""
+
+
+def symbols(*, words: bool) -> tuple[str, ...]:
+    """The spellings that are words, or those that are signs; longest first, as a lexer tries."""
+    found = {o.spelling for o in (*UNARY.values(), *BINARY.values()) if o.is_word == words}
+    return tuple(sorted(found, key=lambda s: (-len(s), s)))

@@ -1,0 +1,53 @@
+"""The value of an expression: the reference that everything else is compared with.
+
+``and``, ``or`` and ``=>`` look at their right side only when the left does not decide. That matters
+for undefined parts alone (an array index past the end): a part that is not looked at does no harm,
+any other makes the whole expression undefined.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from robosc.model.expr import Binary, Expr, Leaf, Literal, Operation, fold, walk
+from robosc.model.types import Value
+from robosc.runtime.values import Undefined
+
+__all__ = ["Undefined", "constant", "evaluate"]
+
+
+def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
+    """The value of an expression, each leaf looked up.
+
+    Raises:
+        Undefined: a leaf that is needed was looked up as None.
+    """
+
+    def leaf(node: Literal | Leaf) -> Value:
+        if isinstance(node, Literal):
+            return node.value
+        found = lookup(node)
+        if found is None:
+            raise Undefined
+        return found
+
+    return fold(expr, leaf, _apply, _lazily)
+
+
+def _apply(node: Operation, operands: tuple[Value, ...]) -> Value:
+    result: Value = node.operation.scalar(*operands)
+    return result
+
+
+def _lazily(node: Binary, left: Value, right: Callable[[], Value]) -> Value:
+    operation = node.operation
+    return operation.decided if left is operation.decider else right()
+
+
+def constant(expr: Expr) -> Value | None:
+    """The value of an expression that reads nothing; None if it reads or is no finite number."""
+    if not all(isinstance(part, Literal | Operation) for part in walk(expr)):
+        return None
+    value = evaluate(expr, lambda leaf: None)
+    return None if isinstance(value, float) and not math.isfinite(value) else value
