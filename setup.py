@@ -37,16 +37,17 @@ setup(
     license=text("license"),
     python_requires=">=3.11",
     install_requires=[
+        "catkin_pkg>=0.5",
         "jinja2>=3.1",
         "networkx>=2.8",
         "numpy>=1.24",
         "pyparsing>=3.0.9",
         "pyyaml>=5",
+        "rospkg>=1.4",
     ],
     extras_require={
         "bdd": ["oxidd>=0.13"],
         "lsp": ["pygls>=2,<3"],
-        "ros": ["catkin_pkg", "rospkg"],
     },
     packages=find_packages(str(ROOT / SOURCES)),
     package_dir={"": SOURCES},

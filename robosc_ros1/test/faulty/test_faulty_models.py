@@ -15,7 +15,7 @@ from robosc.cli import main
 from robosc.codes import CODES, page
 from robosc.errors import render_all
 from robosc.model.resolve import load
-from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.ros.definitions import MessageDefinitions
 
 FOLDER = Path(__file__).parent
 MODELS = sorted(p.stem for p in FOLDER.glob("*.rscd") if not p.stem.startswith("_"))

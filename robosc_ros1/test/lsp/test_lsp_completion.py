@@ -9,7 +9,7 @@ from lsp_support import cursor, open_text
 
 from robosc.lsp.analysis import Desk
 from robosc.lsp.completion import complete
-from robosc.model.rosmsg import Interface
+from robosc.model.ros.definitions import Interface
 
 MODEL = """\
 robot R {

@@ -13,7 +13,7 @@ from robosc.lsp.definition import definition_of
 from robosc.lsp.hover import hover_text
 from robosc.lsp.rename import RenameError, applied, references, rename
 from robosc.model.occurrences import Occurrence, SymbolKind
-from robosc.model.rosmsg import Interface
+from robosc.model.ros.definitions import Interface
 
 LIBRARY = """\
 library Base {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from robosc.errors import render_all
 from robosc.model.entities import Behaviour, Robot
 from robosc.model.resolve import load
-from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.ros.definitions import MessageDefinitions
 from robosc.source import Source
 
 __all__ = ["behaviour_of", "faults", "resolve"]

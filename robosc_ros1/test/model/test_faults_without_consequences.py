@@ -8,7 +8,7 @@ import pytest
 from model_text import faults
 
 from robosc.model.resolve import load
-from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.ros.definitions import MessageDefinitions
 from robosc.source import Source
 
 MOTOR = """

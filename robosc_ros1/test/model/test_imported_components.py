@@ -10,7 +10,7 @@ from robosc.errors import Diagnostic, Severity, render_all
 from robosc.model.entities import Robot
 from robosc.model.expr import Binary, Literal
 from robosc.model.resolve import load
-from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.types import EnumType
 
 WHEELS = """library Wheels {
@@ -122,8 +122,9 @@ def test_a_package_offers_its_libraries(model: Path) -> None:
     (package / "robosc" / "libraries").mkdir(parents=True)
     (package / "robosc" / "libraries" / "wheels.rscd").write_text(WHEELS)
     (package / "package.xml").write_text(
-        "<package><name>wheel_package</name><export>\n"
-        '<robosc libraries="${prefix}/robosc/libraries"/></export></package>'
+        "<package><name>wheel_package</name><version>1.0.0</version><description>Wheels."
+        '</description><maintainer email="ada@example.org">Ada</maintainer><license>MIT</license>'
+        '<export><robosc libraries="${prefix}/robosc/libraries"/></export></package>'
     )
     assert robot_of(model, TWO)
 

@@ -7,7 +7,7 @@ from model_text import faults
 
 from robosc.errors import Diagnostic
 from robosc.model.resolve import load
-from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.ros.definitions import MessageDefinitions
 from robosc.source import Source
 
 COMPONENT = """

@@ -9,10 +9,17 @@ import pytest
 from model_text import faults, resolve
 
 from robosc.errors import Severity
-from robosc.model import rosmsg
 from robosc.model.entities import Binding, Robot
 from robosc.model.resolve import load
-from robosc.model.rosmsg import FieldType, Interface, MessageDefinitions, Missing, install_advice
+from robosc.model.ros import definitions as definitions_module
+from robosc.model.ros.definitions import (
+    FieldType,
+    Interface,
+    MessageDefinitions,
+    Missing,
+    install_advice,
+)
+from robosc.model.ros.packages import Packages, Place
 from robosc.source import Source
 
 pytest.importorskip("genmsg", reason="genmsg is not installed: definitions cannot be read")
@@ -168,7 +175,7 @@ def test_without_genmsg_definitions_are_not_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     package(tmp_path, "p", msg__M="int8 a\n", action__Go="---\n---\n")
-    monkeypatch.setattr(rosmsg, "_genmsg", lambda: None)
+    monkeypatch.setattr(definitions_module, "_genmsg", lambda: None)
     definitions = around(tmp_path / "m.rscd")
     assert definitions.message("p", "M") == Missing("genmsg", "p")
     assert definitions.action("p", "GoAction") == Missing("genmsg", "p")
@@ -226,7 +233,7 @@ def test_bindings_tell_what_definitions_tell(ros: None, tmp_path: Path) -> None:
     share.mkdir()
     (tmp_path / "lib").mkdir()
     (tmp_path / "lib" / "python3").symlink_to("/usr/lib/python3")
-    bare = MessageDefinitions(shallow=[share])
+    bare = MessageDefinitions(Packages([Place(share)]))
     real = around(Path("m.rscd"))
     for name in ("Twist", "PoseWithCovarianceStamped", "Polygon"):
         assert (

@@ -32,10 +32,9 @@ THIRD_PARTY = {
     "lsprotocol": ("lsp.server", "lsp.wire"),
     "pygls": ("lsp.server", "cli"),  # cli tells what to install
     "prompt_toolkit": ("simulate.terminal",),
-    "rospkg": ("model.rosmsg", "emit"),
-    "genmsg": ("model.rosmsg", "emit"),
-    "genpy": ("model.rosmsg", "emit"),
-    "catkin_pkg": ("model.rosmsg", "emit"),
+    "rospkg": ("model.ros.packages",),
+    "genmsg": ("model.ros.definitions",),
+    "catkin_pkg": ("model.ros.packages",),
     # A node of ROS that only listens; whatever else is shown needs no ROS.
     "rospy": ("view.ros1",),
     "rosgraph": ("view.ros1",),
@@ -44,7 +43,7 @@ THIRD_PARTY = {
 }
 """Library to the modules that may import it."""
 
-ENVIRONMENT = ("cli", "model.rosmsg")
+ENVIRONMENT = ("cli", "model.ros.packages")
 """Only these look at environment variables."""
 
 PACKAGE = SOURCES / "robosc"
@@ -151,7 +150,7 @@ def test_a_small_check_loads_no_library_that_it_can_do_without() -> None:
     """Loading networkx would take longer than everything else that such a check does."""
     model = EXAMPLES / "line_follower" / "line_follower.rscd"
     loaded = libraries_after(f"from robosc.cli import main; main(['check', {str(model)!r}])")
-    assert loaded <= {"pyparsing", "numpy", "rospkg", "genmsg", "genpy", "catkin_pkg"}
+    assert loaded <= {"pyparsing", "numpy", "rospkg", "genmsg", "catkin_pkg"}
 
 
 def test_watching_a_node_needs_nothing_but_its_ros() -> None:

@@ -10,11 +10,16 @@ import pytest
 from ros2.ros2_support import HERE, Bed
 from ros_support import Completed
 
-from robosc.model import rosidl
-from robosc.model.rosidl import Part
+from robosc.model.ros import rosidl
+from robosc.model.ros.packages import is_ros2_package
+from robosc.model.ros.rosidl import Part
 
 PACKAGE = """
-<package format="3"><name>shapes</name><export><build_type>ament_cmake</build_type></export></package>
+<package format="3">
+  <name>shapes</name><version>1.0.0</version><description>Shapes.</description>
+  <maintainer email="ada@example.org">Ada</maintainer><license>MIT</license>
+  <export><build_type>ament_cmake</build_type></export>
+</package>
 """
 
 
@@ -132,7 +137,7 @@ def test_idl_says_the_same_as_what_it_was_made_from(bed: Bed, tmp_path: Path) ->
             write_copy(idl, alone / kind)
             by_hand = rosidl.read(share / package, package, type_, kind)
             assert by_hand == rosidl.read(alone, package, type_, kind), idl
-            assert rosidl.is_package(share / package)
+            assert is_ros2_package(share / package)
             seen += 1
     assert seen > 90
 

@@ -15,7 +15,7 @@ from robosc.model.file_resolver import FileContents
 from robosc.model.libraries import LibraryFinder
 from robosc.model.occurrences import NameIndex
 from robosc.model.resolve import Reading, read
-from robosc.model.rosmsg import Definition, MessageDefinitions
+from robosc.model.ros.definitions import Definition, MessageDefinitions
 from robosc.source import Source
 from robosc.syntax.parser import read_source
 
@@ -152,7 +152,7 @@ class Desk:
     def libraries(self, path: str) -> Sequence[str]:
         """The names of the libraries that a model can import from."""
         finder = LibraryFinder(
-            self.library_path, self.definitions(path).library_folders, self._reader
+            self.library_path, self.definitions(path).packages.library_folders, self._reader
         )
         return finder.names(path)
 

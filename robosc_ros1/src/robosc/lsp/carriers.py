@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from robosc.model.file_resolver import FileContents
-from robosc.model.rosmsg import BASIC, Definition, Interface, MessageDefinitions
+from robosc.model.ros.definitions import BASIC, Definition, Interface, MessageDefinitions
 from robosc.model.tables import CommunicationInfo
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 from robosc.syntax.nodes import ActionNode, MessageNode, ServiceNode

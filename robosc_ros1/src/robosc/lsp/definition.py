@@ -18,7 +18,7 @@ def definition_of(analysis: Analysis, found: Occurrence) -> Span | None:
         file = definition_file(analysis.definitions, symbol.owner, symbol.name)
         return field_place(file, 0, "") if file is not None else None
     if symbol.kind is SymbolKind.ROS_PACKAGE:
-        home = analysis.definitions.package(symbol.name)
+        home = analysis.definitions.packages.find(symbol.name)
         manifest = home / "package.xml" if home is not None else None
         return field_place(manifest, 0, "") if manifest and manifest.is_file() else None
     if found.declaration and analysis.contents is not None:

@@ -10,7 +10,7 @@ from robosc.lsp.carriers import interface_of
 from robosc.lsp.derived import Derived
 from robosc.lsp.interfaces import definition_file
 from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
-from robosc.model.rosmsg import Interface, MessageDefinitions
+from robosc.model.ros.definitions import Interface, MessageDefinitions
 from robosc.source import Span
 
 __all__ = ["hover_text"]
@@ -86,7 +86,7 @@ def _ros(definitions: MessageDefinitions, symbol: Symbol) -> Iterator[str]:
     if symbol.kind is SymbolKind.ROS_TYPE:
         yield from _definition(definitions, symbol.owner, symbol.name)
         return
-    home = definitions.package(symbol.name)
+    home = definitions.packages.find(symbol.name)
     yield f"`{home}`" if home is not None else "It is not found, so nothing can be checked."
 
 

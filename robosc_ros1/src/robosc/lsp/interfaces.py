@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from robosc.model.rosmsg import INTEGERS, FieldType, MessageDefinitions
+from robosc.model.ros.definitions import INTEGERS, FieldType, MessageDefinitions
 from robosc.source import Source, Span
 
 __all__ = ["definition_file", "field_place", "model_type", "offered_types"]
@@ -16,7 +16,7 @@ _FOLDERS = ("msg", "srv", "action")
 
 def definition_file(definitions: MessageDefinitions, package: str, type_: str) -> Path | None:
     """The ``.msg``, ``.srv`` or ``.action`` file of an interface, if there is one."""
-    home = definitions.package(package)
+    home = definitions.packages.find(package)
     if home is None:
         return None
     names = [(type_, folder) for folder in _FOLDERS]
@@ -61,7 +61,7 @@ def model_type(field: FieldType) -> str:
 def offered_types(definitions: MessageDefinitions) -> Sequence[tuple[str, str, str]]:
     """Package, type and folder of all interfaces that can be used, each package once."""
     found: dict[tuple[str, str, str], None] = {}
-    for package, home in definitions.packages().items():
+    for package, home in definitions.packages.all().items():
         for folder in _FOLDERS:
             try:
                 names = sorted(f.stem for f in (home / folder).glob(f"*.{folder}"))

@@ -10,7 +10,7 @@ from robosc.errors import Note
 from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import Communication, Kind
 from robosc.model.report import Report
-from robosc.model.rosbind import Binder, Part
+from robosc.model.ros.links import Binder, Part
 from robosc.model.tables import CommunicationInfo, ComponentTable, Instance
 from robosc.model.types import (
     ArrayType,

@@ -23,8 +23,8 @@ from robosc.model.expressions import BOOLEAN, RULE, Incoming, Typer
 from robosc.model.indexes import check_indexes
 from robosc.model.overlap import check_overlaps
 from robosc.model.report import Muted, Report
-from robosc.model.rosbind import Binder
-from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.links import Binder
 from robosc.model.scope import FileScope
 from robosc.model.statements import StatementResolver
 from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable

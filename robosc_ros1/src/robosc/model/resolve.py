@@ -19,7 +19,7 @@ from robosc.model.entities import Robot
 from robosc.model.file_resolver import FileContents, FileResolver
 from robosc.model.libraries import LibraryFinder, Reader
 from robosc.model.report import Report, listing
-from robosc.model.rosmsg import MessageDefinitions
+from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.scope import FileScope
 from robosc.source import Source
 from robosc.syntax.nodes import ImportNode
@@ -39,8 +39,9 @@ def load(
 
     ``source`` is a path or a text already read; ``library_path`` are further folders for libraries;
     ``definitions`` are where ROS messages are looked up (by default as ROS does, and around the
-    model: see :mod:`robosc.model.rosmsg`). ``strict`` makes a definition that is not installed an
-    error. The robot is None if there are errors, and for a library, which is checked all the same.
+    model: see :mod:`robosc.model.ros.packages`). ``strict`` makes a definition that is not
+    installed an error. The robot is None if there are errors, and for a library, which is checked
+    all the same.
     Raises UsageError if the file cannot be read.
     """
     if not isinstance(source, Source):
@@ -105,7 +106,7 @@ class _Loader:
     ) -> None:
         self._definitions = definitions
         self._reader = reader
-        self._finder = LibraryFinder(library_path, definitions.library_folders, reader)
+        self._finder = LibraryFinder(library_path, definitions.packages.library_folders, reader)
         self.contents: FileContents | None = None
         self._strict = strict
         self._type_declarations = TypeDeclarations()

@@ -10,7 +10,7 @@ from robosc.model.datatypes import TypeTable
 from robosc.model.entities import Data, DataObject, Kind, Provide, Requirement
 from robosc.model.expressions import BOOLEAN, Typer, expected_type, no_value
 from robosc.model.report import Report
-from robosc.model.rosbind import Binder
+from robosc.model.ros.links import Binder
 from robosc.model.scope import report_duplicate
 from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.types import ArrayType, NoneType, ObjectType, Type

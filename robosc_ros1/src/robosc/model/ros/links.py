@@ -15,8 +15,7 @@ from robosc.model.entities import Binding, Data, DataObject
 from robosc.model.evaluation import constant
 from robosc.model.expr import Expr, VariableRef
 from robosc.model.report import Report, listing
-from robosc.model.rosfit import misfit, too_wide
-from robosc.model.rosmsg import (
+from robosc.model.ros.definitions import (
     BASIC,
     Definition,
     FieldType,
@@ -25,6 +24,7 @@ from robosc.model.rosmsg import (
     Missing,
     install_advice,
 )
+from robosc.model.ros.fit import misfit, too_wide
 from robosc.model.types import (
     ArrayType,
     EnumType,
@@ -124,7 +124,7 @@ class Binder:
 
     def _links_hint(self, carried: Type) -> str:
         name = carried.name if isinstance(carried, ObjectType) else "TYPE"
-        packages = self._definitions.packages_with(f"msg/{name}.msg")
+        packages = self._definitions.packages.with_file(f"msg/{name}.msg")
         package = packages[0] if packages else "PACKAGE"
         alias = name.lower() if name != "TYPE" else "NAME"
         return f"add: links {alias}\nand declare: interface {alias} use {name} from {package}"
@@ -199,7 +199,7 @@ class Binder:
         else:
             message = f"ROS package '{package}' is not found, so its definitions are not checked"
             advice = install_advice(package)
-            near = get_close_matches(package, self._definitions.packages(), n=1, cutoff=0.8)
+            near = get_close_matches(package, self._definitions.packages.all(), n=1, cutoff=0.8)
             if near:
                 advice = f"did you mean '{near[0]}'? if not, {advice}"
         self._report.add("package-not-found", span, message, advice)

@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Part", "is_package", "read"]
+__all__ = ["Part", "read"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,20 +28,11 @@ class Part:
     constants: tuple[str, ...] = ()
 
 
-_BUILD_TYPE = re.compile(r"<build_type[^>]*>\s*ament_")
 _PARTS = {
     "msg": ("",),
     "srv": ("_Request", "_Response"),
     "action": ("_Goal", "_Result", "_Feedback"),
 }
-
-
-def is_package(folder: Path) -> bool:
-    """Whether the package that lies here is one of ROS 2."""
-    try:
-        return bool(_BUILD_TYPE.search((folder / "package.xml").read_text(errors="replace")))
-    except OSError:
-        return False
 
 
 def read(package: Path, name: str, type_: str, kind: str) -> tuple[Part, ...] | None:

@@ -1,31 +1,23 @@
-"""Real definitions of messages, services and actions, found and read without anything being built.
+"""Real definitions of messages, services and actions, read without anything being built.
 
 Definitions are read by genmsg from ``.msg``, ``.srv`` and ``.action`` files, so a package in a
 source workspace serves as well as an installed one. Where only generated Python bindings are
 installed, they serve too, and without genmsg (a Python that is not the one of ROS) only these do.
-Packages of ROS 2 are read by :mod:`robosc.model.rosidl`, for which nothing need be installed.
-
-Packages are looked for, the first find winning, in:
-
-1. the ROS package path (``ROS_PACKAGE_PATH``, as rospkg reads it) and ``share`` of each folder of
-   ``AMENT_PREFIX_PATH`` and ``CMAKE_PREFIX_PATH``, as ROS 2 and ROS 1 themselves do;
-2. the folder of the model and the one above it: packages that lie directly in them;
-3. ``src`` of every catkin or colcon workspace around the model, and the folder that holds the
-   package which the model is part of;
-4. ``/opt/ros/*/share`` and ``/usr/share``, where distributions and Debian install them.
+Packages of ROS 2 are read by :mod:`robosc.model.ros.rosidl`, for which nothing need be installed.
+Where packages are looked for is said in :mod:`robosc.model.ros.packages`.
 """
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robosc.model import rosbindings, rosidl
+from robosc.model.ros import python_bindings, rosidl
+from robosc.model.ros.packages import Packages, is_ros2_package, is_share
 
 __all__ = [
     "BASIC", "Definition", "Field", "FieldType", "INTEGERS", "Interface", "MessageDefinitions",
@@ -152,79 +144,21 @@ def install_advice(package: str) -> str:
 
 
 class MessageDefinitions:
-    """Finds and reads definitions; each package and file is looked at once.
+    """Finds and reads definitions in ``packages``; each file is read at most once.
 
-    ``deep`` roots are searched with all their folders, ``shallow`` ones only for packages that lie
-    directly in them. ``MessageDefinitions()`` knows none, ``for_model`` where to look.
+    ``MessageDefinitions()`` knows none, ``for_model`` where to look.
     """
 
-    def __init__(self, deep: Sequence[Path] = (), shallow: Sequence[Path] = ()) -> None:
-        self._deep = tuple(dict.fromkeys(deep))
-        self._shallow = tuple(dict.fromkeys(shallow))
-        self._order: tuple[tuple[Path, bool], ...] = (
-            *((r, True) for r in self._deep),
-            *((r, False) for r in self._shallow),
-        )
-        self._packages: dict[str, Path | None] = {}
-        self._crawled: dict[Path, dict[str, Path]] = {}
+    def __init__(self, packages: Packages | None = None) -> None:
+        self.packages = Packages() if packages is None else packages
         self._interfaces: dict[tuple[str, str, str], Interface | Missing] = {}
-        self._library_folders: tuple[Path, ...] | None = None
 
     @classmethod
     def for_model(
         cls, path: Path, environment: Mapping[str, str] | None = None
     ) -> MessageDefinitions:
-        """The places of the module's description, for a model file."""
-        env = os.environ if environment is None else environment
-        found = cls()
-        found._order = tuple(dict.fromkeys(_places(path, env)))
-        return found
-
-    # --- packages --------------------------------------------------------------------------------
-
-    def package(self, name: str) -> Path | None:
-        """The folder of a package."""
-        if name not in self._packages:
-            self._packages[name] = self._find(name)
-        return self._packages[name]
-
-    def _find(self, name: str) -> Path | None:
-        for root, deep in self._order:
-            direct = root / name
-            if (direct / "package.xml").is_file() and not (direct / "CATKIN_IGNORE").exists():
-                return direct
-            if deep or not _is_share(root):
-                found = self._crawl(root, deep).get(name)
-                if found is not None:
-                    return found
-        return None
-
-    def _crawl(self, root: Path, deep: bool) -> dict[str, Path]:
-        if root not in self._crawled:
-            self._crawled[root] = _packages_in(root) if deep else _packages_beside(root)
-        return self._crawled[root]
-
-    def packages_with(self, file: str) -> list[str]:
-        """Packages that have a definition file such as ``msg/Twist.msg``, for advice."""
-        found = {p.parents[1].name for root, _ in self._order for p in root.glob(f"*/{file}")}
-        return sorted(found)
-
-    def packages(self) -> Mapping[str, Path]:
-        """All packages that can be found, by name."""
-        packages: dict[str, Path] = {}
-        for root, deep in self._order:
-            for name, folder in self._crawl(root, deep and not _is_share(root)).items():
-                packages.setdefault(name, folder)
-        return packages
-
-    def library_folders(self) -> Sequence[Path]:
-        """The folders that packages offer by ``<robosc libraries="…"/>`` in their exports."""
-        if self._library_folders is None:
-            found = (_exported(folder) for folder in self.packages().values())
-            self._library_folders = tuple(f for f in found if f is not None)
-        return self._library_folders
-
-    # --- definitions -----------------------------------------------------------------------------
+        """Those that a model file may use, see :mod:`robosc.model.ros.packages`."""
+        return cls(Packages.for_model(path, environment))
 
     def message(self, package: str, type_: str) -> Interface | Missing:
         return self._interface(package, type_, "msg")
@@ -261,9 +195,12 @@ class MessageDefinitions:
         return self._interfaces[key]
 
     def _read(self, package: str, type_: str, folder: str) -> Interface | Missing:
-        home = self.package(package)
-        if home is not None and rosidl.is_package(home):
-            return self._read_ros2(home, package, type_, folder)
+        home = self.packages.find(package)
+        try:
+            if home is not None and is_ros2_package(home):
+                return self._read_ros2(home, package, type_, folder)
+        except ValueError as error:
+            return Missing("faulty", package, detail=str(error))
         file = home / folder / f"{type_}.{folder}" if home is not None else None
         if file is None or not file.is_file():
             return self._generated(package, type_, folder, home)
@@ -295,16 +232,16 @@ class MessageDefinitions:
     ) -> Interface | Missing:
         """A definition from installed Python bindings, or what there is instead of it."""
         names = {p.stem for p in (home / folder).glob(f"*.{folder}")} if home is not None else set()
-        for root, _ in self._order:
+        for root, _ in self.packages.places:
             bindings = root.parent / "lib" / "python3" / "dist-packages" / package
-            if not _is_share(root) or not bindings.is_dir():
+            if not is_share(root) or not bindings.is_dir():
                 continue
-            parts = rosbindings.read(bindings, type_, folder)
+            parts = python_bindings.read(bindings, type_, folder)
             if parts is not None:
                 named = zip(parts, _PARTS[folder], strict=True)
                 definitions = (_slotted(f"{package}/{type_}{part}", p) for p, part in named)
                 return Interface(package, type_, tuple(definitions))
-            names.update(rosbindings.names(bindings, folder))
+            names.update(python_bindings.names(bindings, folder))
         if home is None and not names:
             return Missing("package", package)
         return Missing("file", package, tuple(sorted(names)))
@@ -313,7 +250,7 @@ class MessageDefinitions:
 _PARTS = {"msg": ("",), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
 
 
-def _slotted(name: str, slots: rosbindings.Slots) -> Definition:
+def _slotted(name: str, slots: python_bindings.Slots) -> Definition:
     return Definition(name, tuple(Field(field, _parse_type(type_)) for field, type_ in slots))
 
 
@@ -351,90 +288,3 @@ def _genmsg() -> Any | None:
     except ImportError:
         return None
     return genmsg
-
-
-def _places(model: Path, env: Mapping[str, str]) -> Iterator[tuple[Path, bool]]:
-    for entry in env.get("ROS_PACKAGE_PATH", "").split(os.pathsep):
-        if entry:
-            yield Path(entry), not _is_share(Path(entry))
-    for variable in ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH"):
-        for entry in env.get(variable, "").split(os.pathsep):
-            if entry:
-                yield Path(entry) / "share", False
-    folder = Path(os.path.abspath(model)).parent  # noqa: PTH100 (resolve() would follow links)
-    yield folder, False
-    yield folder.parent, False
-    for above in (folder, *folder.parents):
-        if (above / "package.xml").is_file():
-            yield above.parent, False
-        if (above / "src").is_dir() and _is_workspace(above):
-            yield above / "src", True
-    yield from ((share, False) for share in sorted(Path("/opt/ros").glob("*/share")))
-    yield Path("/usr/share"), False
-
-
-def _is_workspace(folder: Path) -> bool:
-    marks = (
-        ".catkin_workspace", ".catkin_tools", "src/CMakeLists.txt", "src/.rosinstall",
-        "install/.colcon_install_layout",
-    )  # fmt: skip
-    return any((folder / mark).exists() for mark in marks)
-
-
-def _is_share(root: Path) -> bool:
-    """An install space: packages lie directly in it, each in the folder of its name."""
-    return root.name == "share"
-
-
-def _packages_in(root: Path) -> dict[str, Path]:
-    """All packages below a folder, as rospkg finds them."""
-    from xml.etree.ElementTree import ParseError
-
-    try:
-        from rospkg import rospack
-    except ImportError:
-        return _packages_beside(root)
-    found: dict[str, str] = {}
-    try:
-        rospack.list_by_path("package.xml", str(root), found)
-    except (ParseError, OSError, AttributeError):
-        # One unreadable package.xml ends rospkg's walk; what lies nearer is still to be had.
-        return {**_packages_beside(root), **{n: Path(p) for n, p in found.items()}}
-    return {name: Path(path) for name, path in found.items()}
-
-
-_EXPORT = re.compile(r"""<robosc\s[^>]*?libraries\s*=\s*(?:"([^"]*)"|'([^']*)')""")
-
-
-def _exported(package: Path) -> Path | None:
-    """The library folder that a package exports; ``${prefix}`` is the package's own folder."""
-    try:
-        text = (package / "package.xml").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return None
-    match = _EXPORT.search(re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL))
-    if match is None:
-        return None
-    return package / (match[1] or match[2]).replace("${prefix}/", "").replace("${prefix}", ".")
-
-
-_PACKAGE_NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
-
-
-def _packages_beside(root: Path) -> dict[str, Path]:
-    """The packages that lie directly in a folder, by the name in their package.xml."""
-    found: dict[str, Path] = {}
-    try:
-        manifests = sorted(root.glob("*/package.xml"))
-    except OSError:
-        return found
-    for manifest in manifests:
-        if (manifest.parent / "CATKIN_IGNORE").exists():
-            continue
-        try:
-            text = manifest.read_text(encoding="utf-8", errors="replace")
-        except OSError:
-            continue
-        if match := _PACKAGE_NAME.search(text):
-            found.setdefault(match[1], manifest.parent)
-    return found

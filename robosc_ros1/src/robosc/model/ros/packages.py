@@ -1,0 +1,218 @@
+"""Packages of ROS: where they lie, and what their manifests say.
+
+They are looked for, the first find winning, in:
+
+1. the ROS package path (``ROS_PACKAGE_PATH``, as rospkg reads it) and ``share`` of each folder of
+   ``AMENT_PREFIX_PATH`` and ``CMAKE_PREFIX_PATH``, as ROS 2 and ROS 1 themselves do;
+2. the folder of the model and the one above it: packages that lie directly in them;
+3. ``src`` of every catkin or colcon workspace around the model, and the folder that holds the
+   package which the model is part of;
+4. ``/opt/ros/*/share`` and ``/usr/share``, where distributions and Debian install them.
+
+rospkg finds them and catkin_pkg reads their manifests. A Python without these, which is one without
+ROS, finds packages by the names of their folders and takes them for packages of ROS 1 that export
+nothing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import ParseError
+
+__all__ = ["Packages", "Place", "is_ros2_package", "is_share"]
+
+_MANIFEST = "package.xml"
+
+
+class Place(NamedTuple):
+    """A folder with packages: somewhere below it if ``deep``, else directly in it."""
+
+    folder: Path
+    deep: bool = False
+
+
+class Packages:
+    """The packages in some places, each place being searched at most once."""
+
+    def __init__(self, places: Iterable[Place] = ()) -> None:
+        self.places = tuple(dict.fromkeys(places))
+        self._found: dict[str, Path | None] = {}
+        self._searched: dict[Place, Mapping[str, Path]] = {}
+        self._library_folders: tuple[Path, ...] | None = None
+
+    @classmethod
+    def for_model(cls, model: Path, environment: Mapping[str, str] | None = None) -> Packages:
+        """Those in the places of the module's description, for a model file."""
+        return cls(_places(model, os.environ if environment is None else environment))
+
+    def find(self, name: str) -> Path | None:
+        """The folder of a package."""
+        if name not in self._found:
+            self._found[name] = self._find(name)
+        return self._found[name]
+
+    def _find(self, name: str) -> Path | None:
+        for place in self.places:
+            direct = place.folder / name
+            if (direct / _MANIFEST).is_file() and not (direct / "CATKIN_IGNORE").exists():
+                return direct
+            if place.deep or not is_share(place.folder):
+                found = self._search(place).get(name)
+                if found is not None:
+                    return found
+        return None
+
+    def _search(self, place: Place) -> Mapping[str, Path]:
+        if place not in self._searched:
+            search = _packages_below if place.deep else _packages_in
+            self._searched[place] = search(place.folder)
+        return self._searched[place]
+
+    def all(self) -> Mapping[str, Path]:
+        """The folder of each package that can be found, by its name."""
+        packages: dict[str, Path] = {}
+        for folder, deep in self.places:
+            for name, home in self._search(Place(folder, deep and not is_share(folder))).items():
+                packages.setdefault(name, home)
+        return packages
+
+    def with_file(self, file: str) -> list[str]:
+        """Names of packages that have a definition file such as ``msg/Twist.msg``, for advice."""
+        found = {p.parents[1].name for place in self.places for p in place.folder.glob(f"*/{file}")}
+        return sorted(found)
+
+    def library_folders(self) -> Sequence[Path]:
+        """The folders that packages offer by ``<robosc libraries="…"/>`` in their exports."""
+        if self._library_folders is None:
+            folders = (_exported_libraries(folder) for folder in self.all().values())
+            self._library_folders = tuple(f for f in folders if f is not None)
+        return self._library_folders
+
+
+def is_share(folder: Path) -> bool:
+    """Whether this is an install space: packages lie directly in it, in folders of their names."""
+    return folder.name == "share"
+
+
+def is_ros2_package(folder: Path) -> bool:
+    """Whether the package that lies here is built by ament.
+
+    Raises:
+        ValueError: its manifest is faulty; says in what.
+    """
+    manifest = _manifest(folder, mentions="ament_")
+    return manifest is not None and manifest.get_build_type().startswith("ament_")
+
+
+def _exported_libraries(folder: Path) -> Path | None:
+    """The library folder that a package exports; ``${prefix}`` is the package's own folder."""
+    try:
+        manifest = _manifest(folder, mentions="<robosc")
+    except ValueError:
+        return None
+    for export in manifest.exports if manifest is not None else ():
+        path = export.attributes.get("libraries")
+        if export.tagname == "robosc" and path is not None:
+            return folder / str(path).replace("${prefix}/", "").replace("${prefix}", ".")
+    return None
+
+
+def _manifest(folder: Path, mentions: str) -> Any | None:
+    """The manifest of a package as catkin_pkg's ``Package`` if it contains a certain text.
+
+    Most manifests do not, and catkin_pkg takes longer to load than a small model to check.
+
+    Raises:
+        ValueError: it is faulty.
+    """
+    file = folder / _MANIFEST
+    try:
+        text = file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    if mentions not in text:
+        return None
+    try:
+        from catkin_pkg.package import InvalidPackage, parse_package_string
+    except ImportError:
+        return None
+    try:
+        return parse_package_string(text, str(file), warnings=[])
+    except InvalidPackage as error:
+        raise ValueError(str(error)) from error
+
+
+def _places(model: Path, env: Mapping[str, str]) -> Iterator[Place]:
+    for entry in env.get("ROS_PACKAGE_PATH", "").split(os.pathsep):
+        if entry:
+            yield Place(Path(entry), deep=not is_share(Path(entry)))
+    for variable in ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH"):
+        for entry in env.get(variable, "").split(os.pathsep):
+            if entry:
+                yield Place(Path(entry) / "share")
+    folder = Path(os.path.abspath(model)).parent  # noqa: PTH100 (resolve() would follow links)
+    yield Place(folder)
+    yield Place(folder.parent)
+    for above in (folder, *folder.parents):
+        if (above / _MANIFEST).is_file():
+            yield Place(above.parent)
+        if (above / "src").is_dir() and _is_workspace(above):
+            yield Place(above / "src", deep=True)
+    yield from (Place(share) for share in sorted(Path("/opt/ros").glob("*/share")))
+    yield Place(Path("/usr/share"))
+
+
+def _is_workspace(folder: Path) -> bool:
+    marks = (
+        ".catkin_workspace", ".catkin_tools", "src/CMakeLists.txt", "src/.rosinstall",
+        "install/.colcon_install_layout",
+    )  # fmt: skip
+    return any((folder / mark).exists() for mark in marks)
+
+
+def _packages_below(root: Path) -> Mapping[str, Path]:
+    """All packages below a folder."""
+    # One unreadable manifest ends rospkg's walk; what lies nearer is still to be had.
+    return {**_packages_in(root), **_listed(root)}
+
+
+def _packages_in(root: Path) -> Mapping[str, Path]:
+    """The packages that lie directly in a folder."""
+    try:
+        homes = sorted(file.parent for file in root.glob(f"*/{_MANIFEST}"))
+        homes = [home for home in homes if not (home / "CATKIN_IGNORE").exists()]
+    except OSError:
+        return {}
+    found: dict[str, Path] = {}
+    for home in homes:
+        names = {home.name: home} if is_share(root) else _listed(home)
+        for name in names:
+            found.setdefault(name, home)
+    return found
+
+
+def _listed(root: Path) -> Mapping[str, Path]:
+    """What rospkg finds in a folder, itself included."""
+    rospack = _rospack()
+    if rospack is None:
+        return {root.name: root} if (root / _MANIFEST).is_file() else {}
+    found: dict[str, str] = {}
+    # Unreadable manifests, and such without a name.
+    with contextlib.suppress(ParseError, OSError, AttributeError):
+        rospack.list_by_path(_MANIFEST, str(root), found)
+    return {name: Path(path) for name, path in found.items()}
+
+
+@cache
+def _rospack() -> Any | None:
+    """``rospkg.rospack``, or None on a machine without ROS."""
+    try:
+        from rospkg import rospack
+    except ImportError:
+        return None
+    return rospack
