@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from model_text import behaviour_of, faults, resolve
 
-from robosc.model.expr import Binary, Literal, StateRef, VariableRef
-from robosc.model.types import EnumType
+from robosc.model.expr import Binary, Literal, PhaseRef, StateRef, Unary, VariableRef
+from robosc.model.types import BooleanType, EnumType
 
 # A gear whose state, variables and enum values share their names as far as the language allows.
 GEAR = """
@@ -157,3 +157,27 @@ def test_a_communication_of_another_component_is_known_by_its_bare_name() -> Non
         """
     )
     assert behaviour_of(robot, "B").states[0].transitions[0].communication == "A.seen"
+
+
+ARM = """
+component Arm {
+    service grab with request: none, response: none links grab
+    outgoing message lever with type: none
+    behaviour { initial marked state idle { %s } }
+}
+interface grab use Empty from std_srvs
+"""
+
+
+@pytest.mark.parametrize("name", ["grab", "Arm.grab"])
+def test_the_phase_of_a_service_is_a_condition(name: str) -> None:
+    robot = resolve(ARM % f"transition if {name}.busy transition if {name}.idle")
+    busy, idle = (t.guard for t in behaviour_of(robot, "Arm").states[0].taus)
+    assert busy == PhaseRef("Arm.grab")
+    assert idle == Unary("!", PhaseRef("Arm.grab"), BooleanType())
+
+
+@pytest.mark.parametrize("condition", ["lever.busy", "grab.gone", "Arm.lever.idle"])
+def test_only_services_and_actions_are_busy_or_idle(condition: str) -> None:
+    codes = {code for code, _ in faults(ARM % f"transition if {condition}")}
+    assert codes & {"unknown-name", "unknown-member"}

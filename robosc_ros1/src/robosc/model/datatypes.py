@@ -136,7 +136,7 @@ class TypeTable:
             if scope.is_damaged(node.span):
                 type_declarations.damaged.add((scope.origin, name))
             if isinstance(node, EnumNode):
-                self._add_shell(node)
+                self.add_enum(self._shell(node))
 
     def resolve_all(self) -> None:
         for name in self.scope.datatypes:
@@ -307,10 +307,11 @@ class TypeTable:
                 properties.append((name, type_))
         return ObjectType(node.name.text, self.scope.origin, tuple(properties))
 
-    def _add_shell(self, node: EnumNode) -> None:
-        shell = self._shells[node.name.text] = self._shell(node)
-        for value in shell.values:
-            self._by_value.setdefault(value, []).append(shell)
+    def add_enum(self, enum: EnumType) -> None:
+        """Let expressions know an enum and its values."""
+        self._shells[enum.name] = enum
+        for value in enum.values:
+            self._by_value.setdefault(value, []).append(enum)
 
     def _shell(self, node: EnumNode) -> EnumType:
         """The enum by its values, without rules."""

@@ -69,7 +69,7 @@ class StateRef:
 
 @dataclass(frozen=True, slots=True)
 class PhaseRef:
-    """True while a service or action (by key) is busy. Users cannot write it; synthesis can."""
+    """True while a service or action (by key) is busy: ``grab.busy``."""
 
     communication: str
     span: Span | None = field(default=None, compare=False, repr=False)

@@ -23,11 +23,12 @@ from dataclasses import dataclass, replace
 
 from robosc.language.operators import BINARY, UNARY, Operand
 from robosc.model.datatypes import TypeTable
-from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, ValueRef, VariableRef
+from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, ValueRef
+from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.report import Report
 from robosc.model.scope import is_escaped
-from robosc.model.tables import Instance, SymbolTable
+from robosc.model.tables import SymbolTable
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -42,17 +43,12 @@ from robosc.model.types import (
 )
 from robosc.model.unknown import NameFaults, last_name
 from robosc.model.values import accepts, comparable, describe, result_type
-from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
     BinaryNode,
-    ComponentNode,
-    EnumNode,
     ExprNode,
-    ImportNode,
     LiteralNode,
     Name,
-    ObjectNode,
     UnaryNode,
 )
 
@@ -112,9 +108,9 @@ class Typer:
     ) -> None:
         self._report = report
         self._types = types
-        self._symbols = symbols
         self._incoming = incoming
         self._faults = NameFaults(report, types, symbols)
+        self._meanings = Meanings(report, types, symbols)
 
     def check(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
         """The expression at a place (in words, for messages) that has needs."""
@@ -206,14 +202,14 @@ class Typer:
     def _silently(self, node: ExprNode, place: str) -> None:
         """Check what stands beside something with an error: only what is wrong in itself."""
         if isinstance(node, Access) and not is_value(node):
-            if self._meanings(node) == [] and node.path:
+            if self._meanings.of(node) == [] and node.path:
                 self._faults.unknown(node)
         else:
             self.check(node, ANY, place)
 
     def _pair(self, node: BinaryNode, left: Access, right: Access) -> tuple[Expr, Expr] | None:
         """The meanings of two names that are compared with each other."""
-        first, second = self._meanings(left), self._meanings(right)
+        first, second = self._meanings.of(left), self._meanings.of(right)
         if first is None or second is None:
             # A bare name may be a value of an enum that has an error.
             for known, access in ((first, left), (second, right)):
@@ -221,8 +217,8 @@ class Typer:
                     self._faults.unknown(access)
             return None
         known_types = [m.type for m in first], [m.type for m in second]
-        first = first + self._out_of_sight(left, known_types[1], first)
-        second = second + self._out_of_sight(right, known_types[0], second)
+        first = first + self._meanings.out_of_sight(left, known_types[1], first)
+        second = second + self._meanings.out_of_sight(right, known_types[0], second)
         if not first or not second:
             for mine, access, theirs in ((first, left, second), (second, right, first)):
                 if not mine:
@@ -260,11 +256,11 @@ class Typer:
     # --- names -----------------------------------------------------------------------------------
 
     def _choose(self, access: Access, expected: ExpectedType, place: str) -> Expr | None:
-        meanings = self._meanings(access)
+        meanings = self._meanings.of(access)
         if meanings is None:
             return None
         if expected.type is not None:
-            meanings = meanings + self._out_of_sight(access, [expected.type], meanings)
+            meanings = meanings + self._meanings.out_of_sight(access, [expected.type], meanings)
         if not meanings:
             self._faults.unknown(access, expected.type)
             return None
@@ -287,94 +283,10 @@ class Typer:
         return None
 
     def _settle(self, access: Access, meaning: Expr) -> Expr:
-        self._record(access, meaning)
+        self._meanings.record(access, meaning)
         if isinstance(meaning, Literal) and isinstance(meaning.type, EnumType):
             return replace(meaning, type=self._types.full(meaning.type))
         return meaning
-
-    def _meanings(self, access: Access) -> list[Expr] | None:
-        """All that a name can mean; empty: nothing; None: an error was reported or is known."""
-        match access.path:
-            case ():
-                found = self._bare(access)
-            case (Name() as member,):
-                found = self._qualified(access, member)
-            case _:
-                self._no_parts(access)
-                found = None
-        if found:
-            self._record(access, found[0])  # until it is settled which one is meant
-        elif access.path:
-            self._types.scope.names.use(access.root, self._declaration(access.root.text))
-        return found
-
-    def _record(self, access: Access, meaning: Expr) -> None:
-        """Note what a name means, for editors."""
-        if isinstance(meaning, Literal):
-            assert isinstance(meaning.type, EnumType)
-            self._types.record_value(access, meaning.type)
-            return
-        assert self._symbols is not None and isinstance(meaning, VariableRef | StateRef)
-        names, owner, last = self._types.scope.names, self._symbols.own, access.root
-        if access.path and isinstance(access.path[0], Name):
-            owner, last = self._symbols.component(access.root.text), access.path[0]
-            names.use(access.root, owner.declaration if owner is not None else None)
-        assert owner is not None
-        table = owner.states if isinstance(meaning, StateRef) else owner.variable_nodes
-        names.use(last, table.get(last.text), owner.name)
-
-    def _declaration(self, name: str) -> ComponentNode | ImportNode | ObjectNode | EnumNode | None:
-        """What may stand before a point: a component or a datatype."""
-        found = self._symbols.declaration(name) if self._symbols is not None else None
-        return found or self._types.scope.datatypes.get(name)
-
-    def _no_parts(self, access: Access) -> None:
-        part = access.path[1] if isinstance(access.path[0], Name) else access.path[0]
-        span = part.span if isinstance(part, Name) else access.span
-        self._report.add(
-            "unknown-member", span, "only 'value' has parts: variables are of basic types"
-        )
-
-    def _bare(self, access: Access) -> list[Expr] | None:
-        name = access.root.text
-        own = self._symbols.own if self._symbols else None
-        found = _members(own, name, access.span) if own is not None else []
-        if found is None:
-            return None
-        return [*found, *(Literal(name, e, access.span) for e in self._types.enums_with(name))]
-
-    def _qualified(self, access: Access, member: Name) -> list[Expr] | None:
-        root, name = access.root.text, member.text
-        symbols = self._symbols
-        component = symbols.component(root) if symbols else None
-        found = _members(component, name, access.span) if component is not None else []
-        if found is None:
-            return None
-        enum = self._types.enum(root)
-        if enum is not None and name in enum.values:
-            found.append(Literal(name, enum, access.span))
-        if found:
-            return found
-        if (symbols and symbols.is_broken(root)) or self._types.scope.is_unresolved(name):
-            return None
-        if component is not None or enum is not None:
-            self._faults.unknown_member(access, member)
-            return None
-        return []
-
-    def _out_of_sight(self, access: Access, types: list[Type], known: list[Expr]) -> list[Expr]:
-        """The name as a value of an enum that the other side, or the place, has brought along."""
-        name = last_name(access)
-        seen = {m.type for m in known if isinstance(m, Literal)}
-        found: list[Expr] = []
-        for type_ in types:
-            if not isinstance(type_, EnumType) or name not in type_.values or type_ in seen:
-                continue
-            if access.path and access.root.text != type_.name:
-                continue
-            seen.add(type_)
-            found.append(Literal(name, type_, access.span))
-        return found
 
     # --- value -----------------------------------------------------------------------------------
 
@@ -435,20 +347,6 @@ class Typer:
 
 
 _VALUE_PLACES = "'value' may stand in enum rules and after 'on response' and 'on feedback'"
-
-
-def _members(component: Instance, name: str, span: Span) -> list[Expr] | None:
-    """The variable and the state of that name; None if the variable's type is not known."""
-    found: list[Expr] = []
-    if name in component.variables:
-        type_ = component.variables[name]
-        if type_ is None:
-            return None
-        found.append(VariableRef(component.name, name, type_, span))
-    clash = bool(found) and isinstance(found[0].type, BooleanType)  # told at the declaration
-    if name in component.states and not clash:
-        found.append(StateRef(component.name, name, span))
-    return found
 
 
 def _literal(node: LiteralNode) -> Literal:

@@ -1,0 +1,75 @@
+"""Conditions over a robot that is resolved already, typed like those in its model.
+
+The simulator reads them from a person or a script: ``Motor.moving and Sensor.way = free``.
+"""
+
+from __future__ import annotations
+
+from robosc.model.datatypes import TypeDeclarations, TypeTable
+from robosc.model.entities import Communication, Component, Robot
+from robosc.model.expr import Expr
+from robosc.model.expressions import BOOLEAN, Typer, no_value
+from robosc.model.report import Report
+from robosc.model.scope import FileScope
+from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
+from robosc.model.types import EnumType
+from robosc.source import Source, Span
+from robosc.syntax.nodes import (
+    BasicTypeNode,
+    ComponentNode,
+    ExprNode,
+    FileNode,
+    Name,
+    ServiceNode,
+    StateNode,
+)
+
+__all__ = ["typed_condition"]
+
+_NOWHERE = Span(Source("", ""), 0, 0)
+_NONE = BasicTypeNode("none", span=_NOWHERE)
+
+
+def typed_condition(node: ExprNode, robot: Robot, report: Report) -> Expr | None:
+    """The condition with the names that requirements know; None after a reported error."""
+    name = Name(robot.name, span=_NOWHERE)
+    scope = FileScope(_NOWHERE.source, FileNode("robot", name, (), span=_NOWHERE))
+    types = TypeTable(scope, TypeDeclarations(), report, lambda types, node, source: None)
+    for enum in _enums(robot):
+        types.add_enum(enum)
+    table = ComponentTable()
+    for component in robot.components:
+        table.add(_instance(component, types))
+    table.index_communications()
+    incoming = no_value("nothing comes in where a condition is asked for")
+    return Typer(report, types, SymbolTable(table), incoming).check(node, BOOLEAN, "a condition")
+
+
+def _enums(robot: Robot) -> list[EnumType]:
+    found = {
+        variable.type
+        for component in robot.components
+        for variable in (component.behaviour.variables if component.behaviour else ())
+        if isinstance(variable.type, EnumType)
+    }
+    return sorted(found, key=lambda enum: (enum.name, enum.origin))
+
+
+def _instance(component: Component, types: TypeTable) -> Instance:
+    name = Name(component.name, span=_NOWHERE)
+    instance = Instance(component.name, ComponentNode(name, (), span=_NOWHERE), types)
+    for state in component.behaviour.states if component.behaviour else ():
+        node = StateNode(Name(state.name, span=_NOWHERE), False, False, (), span=_NOWHERE)
+        instance.states[state.name] = node
+    for variable in component.behaviour.variables if component.behaviour else ():
+        instance.variables[variable.name] = variable.type
+    for communication in component.communications:
+        instance.communications[communication.name] = _info(communication, instance)
+    return instance
+
+
+def _info(found: Communication, instance: Instance) -> CommunicationInfo:
+    node = ServiceNode(Name(found.name, span=_NOWHERE), None, _NONE, _NONE, None, span=_NOWHERE)
+    return CommunicationInfo(
+        node, instance, found.kind, found.request, found.response, found.feedback, found
+    )

@@ -1,0 +1,159 @@
+"""What a name in an expression can mean, before its type decides between the meanings."""
+
+from __future__ import annotations
+
+from robosc.model.datatypes import TypeTable
+from robosc.model.entities import Kind
+from robosc.model.expr import Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
+from robosc.model.report import Report
+from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
+from robosc.model.types import BooleanType, EnumType, Type
+from robosc.model.unknown import NameFaults, last_name
+from robosc.source import Span
+from robosc.syntax.nodes import Access, ComponentNode, EnumNode, ImportNode, Name, ObjectNode
+
+__all__ = ["Meanings"]
+
+
+class Meanings:
+    """The meanings of names seen from one place; what a name means is noted for editors."""
+
+    def __init__(self, report: Report, types: TypeTable, symbols: SymbolTable | None) -> None:
+        self._report = report
+        self._types = types
+        self._symbols = symbols
+        self._faults = NameFaults(report, types, symbols)
+
+    def of(self, access: Access) -> list[Expr] | None:
+        """All that a name can mean; empty: nothing; None: an error was reported or is known."""
+        match access.path:
+            case ():
+                found = self._bare(access)
+            case (Name() as member,):
+                found = self._qualified(access, member)
+            case (Name() as member, Name() as phase):
+                found = self._phase_of_member(access, member, phase)
+                if not found:
+                    self._no_parts(access)
+                    return None
+            case _:
+                self._no_parts(access)
+                found = None
+        if found:
+            self.record(access, found[0])  # until it is settled which one is meant
+        elif access.path:
+            self._types.scope.names.use(access.root, self._declaration(access.root.text))
+        return found
+
+    def record(self, access: Access, meaning: Expr) -> None:
+        """Note what a name means, for editors."""
+        if isinstance(meaning, Literal):
+            assert isinstance(meaning.type, EnumType)
+            self._types.record_value(access, meaning.type)
+            return
+        assert self._symbols is not None
+        names, owner, last = self._types.scope.names, self._symbols.own, access.root
+        if not isinstance(meaning, VariableRef | StateRef):
+            return  # the phase of a communication
+        if access.path and isinstance(access.path[0], Name):
+            owner, last = self._symbols.component(access.root.text), access.path[0]
+            names.use(access.root, owner.declaration if owner is not None else None)
+        assert owner is not None
+        table = owner.states if isinstance(meaning, StateRef) else owner.variable_nodes
+        names.use(last, table.get(last.text), owner.name)
+
+    def _record_communication(self, access: Access, info: CommunicationInfo) -> None:
+        names, last = self._types.scope.names, access.root
+        if len(access.path) > 1 and isinstance(access.path[0], Name):
+            last = access.path[0]
+            names.use(access.root, info.instance.declaration)
+        names.use(last, info.node, info.instance.name)
+
+    def _declaration(self, name: str) -> ComponentNode | ImportNode | ObjectNode | EnumNode | None:
+        """What may stand before a point: a component or a datatype."""
+        found = self._symbols.declaration(name) if self._symbols is not None else None
+        return found or self._types.scope.datatypes.get(name)
+
+    def _no_parts(self, access: Access) -> None:
+        part = access.path[1] if isinstance(access.path[0], Name) else access.path[0]
+        span = part.span if isinstance(part, Name) else access.span
+        self._report.add(
+            "unknown-member", span, "only 'value' has parts: variables are of basic types"
+        )
+
+    def _bare(self, access: Access) -> list[Expr] | None:
+        name = access.root.text
+        own = self._symbols.own if self._symbols else None
+        found = _members(own, name, access.span) if own is not None else []
+        if found is None:
+            return None
+        return [*found, *(Literal(name, e, access.span) for e in self._types.enums_with(name))]
+
+    def _qualified(self, access: Access, member: Name) -> list[Expr] | None:
+        root, name = access.root.text, member.text
+        symbols = self._symbols
+        component = symbols.component(root) if symbols else None
+        found = _members(component, name, access.span) if component is not None else []
+        if found is None:
+            return None
+        enum = self._types.enum(root)
+        if enum is not None and name in enum.values:
+            found.append(Literal(name, enum, access.span))
+        if not found and symbols is not None:
+            known = symbols.communications(root)
+            found = self._phase(access, known[0] if len(known) == 1 else None, member)
+        if found:
+            return found
+        if (symbols and symbols.is_broken(root)) or self._types.scope.is_unresolved(name):
+            return None
+        if component is not None or enum is not None:
+            self._faults.unknown_member(access, member)
+            return None
+        return []
+
+    def _phase_of_member(self, access: Access, member: Name, phase: Name) -> list[Expr]:
+        """``Arm.grab.busy``: the phase of a communication that is named with its component."""
+        component = self._symbols.component(access.root.text) if self._symbols else None
+        info = component.communications.get(member.text) if component else None
+        return self._phase(access, info, phase)
+
+    def _phase(self, access: Access, info: CommunicationInfo | None, phase: Name) -> list[Expr]:
+        """``grab.busy`` or ``grab.idle``, of a service or action."""
+        if info is None or info.kind not in (Kind.SERVICE, Kind.ACTION):
+            return []
+        self._record_communication(access, info)
+        busy = PhaseRef(info.key, access.span)
+        match phase.text:
+            case "busy":
+                return [busy]
+            case "idle":
+                return [Unary("!", busy, BooleanType(), access.span)]
+        return []
+
+    def out_of_sight(self, access: Access, types: list[Type], known: list[Expr]) -> list[Expr]:
+        """The name as a value of an enum that the other side, or the place, has brought along."""
+        name = last_name(access)
+        seen = {m.type for m in known if isinstance(m, Literal)}
+        found: list[Expr] = []
+        for type_ in types:
+            if not isinstance(type_, EnumType) or name not in type_.values or type_ in seen:
+                continue
+            if access.path and access.root.text != type_.name:
+                continue
+            seen.add(type_)
+            found.append(Literal(name, type_, access.span))
+        return found
+
+
+def _members(component: Instance, name: str, span: Span) -> list[Expr] | None:
+    """The variable and the state of that name; None if the variable's type is not known."""
+    found: list[Expr] = []
+    if name in component.variables:
+        type_ = component.variables[name]
+        if type_ is None:
+            return None
+        found.append(VariableRef(component.name, name, type_, span))
+    clash = bool(found) and isinstance(found[0].type, BooleanType)  # told at the declaration
+    if name in component.states and not clash:
+        found.append(StateRef(component.name, name, span))
+    return found
