@@ -747,7 +747,7 @@ _ALL = (
     _plant(
         Severity.WARNING,
         "endless-settling",
-        "The components' own transitions can follow one another for ever, and the controller"
+        "The components' internal transitions can follow one another for ever, and the controller"
         " takes them as soon as they are possible: it would never come to rest. At run time a"
         " bound ends that with a safe stop.",
         "state a { transition goto b } state b { transition goto a }",
@@ -756,7 +756,7 @@ _ALL = (
     _plant(
         Severity.WARNING,
         "order-matters",
-        "Several own transitions are possible at once, and where that ends depends on which is"
+        "Several internal transitions are possible at once, and where that ends depends on which is"
         " taken first. The controller takes them in the order of the file.",
         "state a { transition goto left transition goto right }",
         "Let their guards exclude each other, or keep in mind that the first one wins.",

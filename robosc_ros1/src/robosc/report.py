@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from robosc.errors import Diagnostic, sort_diagnostics
-from robosc.ir.automaton import AxisKind, Plant, PlantState
+from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.expr import to_dsl
 from robosc.supervisor import Explanation, Guard, Supervisor
 from robosc.synthesis.formatting import event_text, step_text, trace_text
@@ -135,21 +135,21 @@ def graph_text(system: Graph) -> str:
     size = f"{len(system.states):,} states, {len(system.transitions):,} transitions"
     lines = [f"{plant.robot.name}: {size}"]
     for number, state in enumerate(system.states):
-        values = ", ".join(_axis_texts(plant, state))
+        values = ", ".join(_variable_texts(plant, state))
         lines.append(f"{number}{'*' if plant.is_marked(state) else ''}  {values}")
         lines += steps[number]
     return "\n".join(lines) + "\n"
 
 
-def _axis_texts(plant: Plant, state: PlantState) -> Iterator[str]:
-    for axis, index in zip(plant.axes, state, strict=True):
-        value = axis.values[index]
+def _variable_texts(plant: Plant, state: PlantState) -> Iterator[str]:
+    for variable, index in zip(plant.variables, state, strict=True):
+        value = variable.values[index]
         value = str(value).lower() if isinstance(value, bool) else str(value)
-        match axis.kind:
-            case AxisKind.LOCATION:
-                yield f"{axis.name}.{value}"
-            case AxisKind.VARIABLE:
-                yield f"{axis.name} = {value}"
-            case AxisKind.PHASE:
+        match variable.kind:
+            case VariableKind.LOCATION:
+                yield f"{variable.name}.{value}"
+            case VariableKind.DATA:
+                yield f"{variable.name} = {value}"
+            case VariableKind.PHASE:
                 if index:
-                    yield f"{plant.robot.display_names[axis.name]}.busy"
+                    yield f"{plant.robot.display_names[variable.name]}.busy"

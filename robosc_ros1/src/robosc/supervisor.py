@@ -64,7 +64,7 @@ class Supervisor:
     ``controlled_transitions`` (state-event-value triples, self-loops included) under control.
     ``properties`` are the controller properties by name; ``seconds`` is the synthesis alone.
     ``empty``: not even the initial state can be kept; then all guards are FALSE and counts 0.
-    ``settle_bound`` is how many own steps of components (taus) can follow one event at the most;
+    ``step_bound`` is how many internal transitions can follow one event at the most;
     None if that is unknown or without end.
     """
 
@@ -79,4 +79,4 @@ class Supervisor:
     properties: tuple[tuple[str, bool], ...]
     diagnostics: tuple[Diagnostic, ...] = ()
     empty: bool = False
-    settle_bound: int | None = None
+    step_bound: int | None = None

@@ -85,10 +85,13 @@ class GuardJudge(Judge):
         told = {kind: [r for r in report["blocked_by"] if r["kind"] == kind] for kind in KINDS}
         requirements = {"%(text)s (%(place)s)" % reason for reason in told["requirement"]}
         violated = set(state.violated(key))
-        elsewhere = bool(told["phase"] or told["consent"])
+        elsewhere = bool(told["phase"] or told["synchronisation"])
         faults = [
             (bool(told["phase"]) != state.busy.get(key, False), "its phase"),
-            (bool(told["consent"]) == consents(state, key), "the consent of components"),
+            (
+                bool(told["synchronisation"]) == synchronises(state, key),
+                "the synchronisation of components",
+            ),
             (not requirements <= violated, "what is met"),
             # While it cannot happen anyway, a guard may say anything.
             (requirements != violated and not elsewhere, "not all that is violated"),
@@ -104,11 +107,11 @@ class GuardJudge(Judge):
         return elsewhere or key in self._restricted
 
 
-KINDS = ("phase", "consent", "requirement", "synthesis")
+KINDS = ("phase", "synchronisation", "requirement", "synthesis")
 
 
-def consents(state, key):
-    """Whether all components that mention a request accept it."""
+def synchronises(state, key):
+    """Whether a request is enabled in all components that mention it."""
     return all(
         state._transition(component, "request", key, None) is not None
         for component in PLANT["components"]

@@ -158,7 +158,7 @@ class Judge:
         self.shadow = Shadow(PLANT)
         self.number = None  # of the last event that was followed
         self.faults = []
-        self.events = {}  # (kind, name, index of an own step or 0) -> how often
+        self.events = {}  # (kind, name, index of an internal transition or 0) -> how often
         self.states = {}
         self.inputs = 0
         self.expected = {topic: deque() for topic, _, _ in publications}

@@ -205,7 +205,7 @@ class Shadow:
         self.states, self.variables = states, variables
 
     def step(self, component, index, path):
-        """A component takes an own step."""
+        """A component takes an internal transition."""
         before, after = path.split("->")
         for tau in self.components[component]["taus"]:
             if tau["index"] != index or tau["from"] not in (None, before):

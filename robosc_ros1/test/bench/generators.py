@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
+from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
 from robosc.ir.expr import negation
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.expr import TRUE, Binary, Expr, StateRef, Unary, VariableRef, walk
@@ -57,18 +57,18 @@ def automata_of(plant: Plant) -> Automata:
     }
     components = {
         axis.name: _component(plant, axis.name, labels)
-        for axis in plant.axes
-        if axis.kind is AxisKind.LOCATION
+        for axis in plant.variables
+        if axis.kind is VariableKind.LOCATION
     }
     automata = [c.automaton for c in components.values() if not c.leaves_range]
     specification = [c.automaton for c in components.values() if c.leaves_range]
     automata += [
         _phase(plant, number, labels)
-        for number, axis in enumerate(plant.axes)
-        if axis.kind is AxisKind.PHASE
+        for number, axis in enumerate(plant.variables)
+        if axis.kind is VariableKind.PHASE
     ]
     for event in plant.events:
-        if event.phase is None and not event.participants:
+        if event.phase is None and not event.automata:
             automata.append(_free(labels[id(event)]))
         for clause in _conjuncts(TRUE if event.requirement is None else event.requirement):
             if clause != TRUE:
@@ -82,15 +82,15 @@ def automata_of(plant: Plant) -> Automata:
 def _component(plant: Plant, name: str, labels: dict[int, list[str]]) -> _Component:
     axes = tuple(
         number
-        for number, axis in enumerate(plant.axes)
-        if axis.kind is not AxisKind.PHASE and axis.name.split(".")[0] == name
+        for number, axis in enumerate(plant.variables)
+        if axis.kind is not VariableKind.PHASE and axis.name.split(".")[0] == name
     )
     alone: list[tuple[Event, list[str]]] = []
     for event in plant.events:
-        own = tuple(p for p in event.participants if p.component == name)
+        own = tuple(p for p in event.automata if p.component == name)
         if own:
-            alone.append((replace(event, participants=own, phase=None), labels[id(event)]))
-    places = [tuple(plant.axes[axis].initial for axis in axes)]
+            alone.append((replace(event, automata=own, phase=None), labels[id(event)]))
+    places = [tuple(plant.variables[axis].initial for axis in axes)]
     number = {places[0]: 0}
     transitions = []
     leaves_range = False
@@ -107,7 +107,7 @@ def _component(plant: Plant, name: str, labels: dict[int, list[str]]) -> _Compon
                     number[target] = len(places)
                     places.append(target)
                 transitions.append((number[place], label, number[target]))
-    location = plant.axes[axes[0]]
+    location = plant.variables[axes[0]]
     assert location.marked is not None
     marked = frozenset(n for n, place in enumerate(places) if place[0] in location.marked)
     events = frozenset(label for _, names in alone for label in names)
@@ -125,7 +125,7 @@ def _state(plant: Plant, axes: Iterable[int], place: _Local) -> PlantState:
 def _phase(plant: Plant, axis: int, labels: dict[int, list[str]]) -> Automaton:
     transitions = []
     for event in plant.events:
-        if event.phase is not None and event.phase.axis == axis:
+        if event.phase is not None and event.phase.variable == axis:
             step = event.phase
             transitions += [(step.source, label, step.target) for label in labels[id(event)]]
     events = frozenset(label for _, label, _ in transitions)

@@ -13,7 +13,7 @@ from emit.generated_code import controller_class, supervisor_of
 from random_models import random_model
 
 from robosc.emit.python import path_text
-from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
+from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.entities import EventKind
 from robosc.model.expr import ValueRef, walk
@@ -39,25 +39,27 @@ class Twin:
         make, context = controller_class(self.supervisor)
         self.controller = make()
         phases = {c.busy: c.key for c in (*self.controller.COMMANDS,) if c.busy is not None}
-        names = {(AxisKind.LOCATION, name): attribute for name, attribute in context.locations}
-        names |= {(AxisKind.VARIABLE, name): attribute for name, attribute in context.variables}
-        names |= {(AxisKind.PHASE, key): attribute for attribute, key in phases.items()}
-        self.attributes = [names[axis.kind, axis.name] for axis in self.plant.axes]
+        names = {(VariableKind.LOCATION, name): attribute for name, attribute in context.locations}
+        names |= {(VariableKind.DATA, name): attribute for name, attribute in context.variables}
+        names |= {(VariableKind.PHASE, key): attribute for attribute, key in phases.items()}
+        self.attributes = [names[axis.kind, axis.name] for axis in self.plant.variables]
         self.inputs = {(i.key, i.kind): i for i in self.controller.INPUTS}
         self.commands = {(c.key, c.kind): c for c in self.controller.COMMANDS}
         self.taus = {(t.component, t.number): t for t in self.controller.TAUS}
 
     def put(self, state: PlantState) -> None:
-        for axis, index, attribute in zip(self.plant.axes, state, self.attributes, strict=True):
-            value = index == 1 if axis.kind is AxisKind.PHASE else axis.values[index]
+        for axis, index, attribute in zip(
+            self.plant.variables, state, self.attributes, strict=True
+        ):
+            value = index == 1 if axis.kind is VariableKind.PHASE else axis.values[index]
             setattr(self.controller, attribute, value)
 
     def state(self) -> PlantState:
         return tuple(
             int(getattr(self.controller, attribute))
-            if axis.kind is AxisKind.PHASE
+            if axis.kind is VariableKind.PHASE
             else axis.values.index(getattr(self.controller, attribute))
-            for axis, attribute in zip(self.plant.axes, self.attributes, strict=True)
+            for axis, attribute in zip(self.plant.variables, self.attributes, strict=True)
         )
 
     def call(self, method: str | None, *arguments: Any) -> Any:
@@ -69,8 +71,8 @@ def incoming(plant: Plant, event: Event, values: tuple[Value | None, ...]) -> An
     type_ = plant.robot.communications[event.key].value_type(event.kind)
     given = dict(zip((p.path for p in event.parameters), values, strict=True))
     parts: dict[tuple[str | int, ...], Type] = {}
-    for participant in event.participants:
-        for edge in participant.edges:
+    for automaton in event.automata:
+        for edge in automaton.edges:
             for expr in [*(e for _, e in edge.updates), *(a.value for a in edge.data)]:
                 for part in walk(expr):
                     if isinstance(part, ValueRef):
@@ -108,9 +110,9 @@ def check_event(
         return check_tau(twin, event, state, expected)
     if event.controllable:
         command = twin.commands[event.key, event.kind.value]
-        in_phase = event.phase is None or state[event.phase.axis] == event.phase.source
-        consent = command.consent is None or twin.call(command.consent)
-        assert (in_phase and consent) == (not isinstance(expected, Verdict)), event
+        in_phase = event.phase is None or state[event.phase.variable] == event.phase.source
+        synchronisation = command.synchronisation is None or twin.call(command.synchronisation)
+        assert (in_phase and synchronisation) == (not isinstance(expected, Verdict)), event
         if isinstance(expected, Verdict):
             return None
         check_guard(twin, event, state, command.guard)
@@ -141,8 +143,8 @@ def check_tau(twin: Twin, event: Event, state: PlantState, expected: Any) -> Pla
         assert path is None
         assert twin.state() == state
         return None
-    axis = event.participants[0].axis
-    names = twin.plant.axes[axis].values
+    axis = event.automata[0].variable
+    names = twin.plant.variables[axis].values
     assert path == f"{names[state[axis]]}->{names[expected[axis]]}"
     assert twin.state() == expected
     return twin.state()

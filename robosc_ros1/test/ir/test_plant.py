@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from robosc.errors import render_all
-from robosc.ir.automaton import AxisKind, Event, Plant
+from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.expr import to_dsl
 from robosc.ir.lower import lower
 from robosc.ir.step import Verdict, outcome, valuations
@@ -32,12 +32,12 @@ def step(system: Plant, kind: str, name: str, state: dict[str, object], *values,
     """The state after an event as {axis name: value}, or the verdict."""
     before = list(system.initial)
     for axis, value in state.items():
-        (position,) = (i for i, a in enumerate(system.axes) if a.name == axis)
-        before[position] = system.axes[position].values.index(value)
+        (position,) = (i for i, a in enumerate(system.variables) if a.name == axis)
+        before[position] = system.variables[position].values.index(value)
     after = outcome(system, event(system, kind, name, index), values, tuple(before))
     if isinstance(after, Verdict):
         return after
-    return {a.name: a.values[i] for a, i in zip(system.axes, after, strict=True)}
+    return {a.name: a.values[i] for a, i in zip(system.variables, after, strict=True)}
 
 
 SERVICE_AND_ACTION = """
@@ -90,7 +90,7 @@ def test_messages_are_always_possible():
     assert step(system, "request", "go", {}) == step(system, "response", "done", {})
 
 
-CONSENT = """
+SYNCHRONISED = """
     component Sender {
         incoming message go with type: none
         outgoing message seen with type: none
@@ -108,15 +108,15 @@ CONSENT = """
 """
 
 
-def test_a_request_needs_the_consent_of_all_that_mention_it():
-    system = plant(CONSENT)
+def test_a_request_is_synchronised_with_all_that_mention_it():
+    system = plant(SYNCHRONISED)
     assert step(system, "request", "go", {})["Sender"] == "b"
     assert step(system, "request", "go", {"Witness": "no"}) is Verdict.IMPOSSIBLE
     assert step(system, "request", "go", {"Sender": "b"}) is Verdict.IMPOSSIBLE
 
 
 def test_what_the_robot_sends_is_blocked_by_nobody():
-    system = plant(CONSENT)
+    system = plant(SYNCHRONISED)
     assert step(system, "response", "seen", {}) == {"Sender": "b", "Witness": "no"}
     assert step(system, "response", "seen", {"Sender": "b", "Witness": "no"}) == {
         "Sender": "a",
@@ -125,7 +125,7 @@ def test_what_the_robot_sends_is_blocked_by_nobody():
 
 
 def test_a_tau_is_possible_in_its_own_state_only():
-    system = plant(CONSENT)
+    system = plant(SYNCHRONISED)
     assert step(system, "tau", "Witness", {}, index=1) is Verdict.IMPOSSIBLE
     assert step(system, "tau", "Witness", {"Witness": "no"}, index=1)["Witness"] == "yes"
 
@@ -181,8 +181,8 @@ def test_an_automaton_level_tau_exists_in_every_state():
 
 def test_variables_that_nothing_decides_on_are_no_axes():
     system = plant(VARIABLES)
-    assert (AxisKind.VARIABLE, "Counter.heard") not in system.axis_index
-    (edge, *_) = event(system, "response", "level").participants[0].edges
+    assert (VariableKind.DATA, "Counter.heard") not in system.variable_index
+    (edge, *_) = event(system, "response", "level").automata[0].edges
     assert [a.variable for a in edge.data] == ["heard"]
 
 

@@ -69,7 +69,7 @@ def test_a_command_that_is_not_enabled_names_the_requirement_and_its_line(
         state = node.shows(lambda s: s["components"]["Runner"] == "running")
         run, cancel = (c["blocked_by"] for c in state["commands"] if c["event"]["name"] == "run")
         assert [reason["text"] for reason in run] == [
-            "it is busy", "not accepted by Runner in running",
+            "it is busy", "blocked by Runner in running",
         ]  # fmt: skip
         (reason,) = cancel
         assert reason["text"] == "not violated: requirement run needs Switches.run"

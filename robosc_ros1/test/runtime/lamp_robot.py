@@ -51,13 +51,13 @@ class LampController(Controller):
         ),
         Command(ARM, "cancel", "can_cancel", None, "arm_busy", None, "on_cancel", (2,)),
     )
-    TAUS = (Tau("Sensor", 1, "tau_settle"),)
+    TAUS = (Tau("Sensor", 1, "tau_settled"),)
     REQUIREMENTS = (
         Requirement("go needs clear", "lamp.rscd:1", "needs_clear"),
         Requirement("halt needs blocked", "lamp.rscd:2", "needs_blocked"),
         Requirement("reach needs blocked", "lamp.rscd:3", "needs_blocked"),
     )
-    SETTLE_BOUND = 3
+    STEP_BOUND = 3
 
     def __init__(self) -> None:
         self.undefined = {}
@@ -124,7 +124,7 @@ class LampController(Controller):
     def on_cancel(self) -> None:
         self.arm_busy, self.arm = False, "idle"
 
-    def tau_settle(self) -> str | None:
+    def tau_settled(self) -> str | None:
         if self.spin == 0:
             return None
         self.spin -= 1

@@ -83,7 +83,9 @@ def test_the_state_tells_why_commands_are_not_enabled() -> None:
     document = state_of(engine)
     assert reasons(document, "request", "light") == [("phase", "it is busy")]
     assert ("phase", "it is busy") in reasons(document, "request", "reach")
-    assert ("consent", "not accepted by Arm in reaching") in reasons(document, "request", "reach")
+    assert ("synchronisation", "blocked by Arm in reaching") in reasons(
+        document, "request", "reach"
+    )
     assert document["communications"] == {"light": "busy", "reach": "busy"}
 
 

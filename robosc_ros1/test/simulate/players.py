@@ -40,7 +40,7 @@ robot Types {
     provide go with Sensor.x * 2
 }
 """
-"""An object with an enum and an array in it, a range, own steps of a component, data-only values."""
+"""An object with an enum and an array in it, a range, internal transitions of a component, data-only values."""
 
 
 def line_follower() -> Supervisor:

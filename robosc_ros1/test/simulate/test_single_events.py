@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from random_models import random_model
 from simulate.players import SEVERAL_TYPES, line_follower, play, session
 
-from robosc.ir.automaton import AxisKind
+from robosc.ir.automaton import VariableKind
 from robosc.simulate.faults import Failed, InvalidLine, Refused
 from robosc.simulate.session import Session
 from robosc.simulate.single import SingleEvents
@@ -110,7 +110,9 @@ def test_no_way_is_shorter(seed: int) -> None:
     depth = {0: 0}
     for transition in graph.transitions:  # from states in order of their depth
         depth.setdefault(transition.target, depth[transition.source] + 1)
-    axes = [(n, a) for n, a in enumerate(supervisor.plant.axes) if a.kind is AxisKind.LOCATION]
+    axes = [
+        (n, a) for n, a in enumerate(supervisor.plant.variables) if a.kind is VariableKind.LOCATION
+    ]
     for number, axis in axes:
         for index, name in enumerate(axis.values):
             there = [depth[n] for n, s in enumerate(graph.states) if s[number] == index]

@@ -79,7 +79,7 @@ def _control(robot: Robot, oracle: Oracle, engine: str) -> Iterator[str]:
 def _properties(supervisor: Supervisor, oracle: Oracle) -> Iterator[str]:
     expected = oracle.properties()
     if not expected.pop("acyclic"):
-        del expected["confluence"]  # not a question where own steps may go round
+        del expected["confluence"]  # not a question where internal transitions may go round
     told = dict(supervisor.properties)
     for name, holds in expected.items():
         if told.get(name) != holds:

@@ -590,11 +590,11 @@ class Oracle:
         ]
 
     def moves(self, state: OracleState, taus: list[Event]) -> list[OracleState]:
-        """Where own steps lead to; the controller does not take one that changes nothing."""
+        """Where internal transitions lead to; the controller does not take one that changes nothing."""
         return [target for target in self.after(state, taus) if target != state]
 
     def settle(self, state: OracleState) -> list[OracleState] | None:
-        """The states that the controller's own steps go through, None if they never end.
+        """The states that the controller's internal transitions go through, None if they never end.
 
         All enabled taus in source order, each at most once, and again until none was enabled.
         """
@@ -616,7 +616,7 @@ class Oracle:
     def properties(self) -> dict[str, bool]:
         """The controller properties: of one that settles after each event before the next.
 
-        ``acyclic`` tells that no order of own steps goes round, so that confluence is a question.
+        ``acyclic`` tells that no order of internal transitions goes round, so that confluence is a question.
         """
         others = [event for event in self.events if event not in self.taus]
         settled: dict[OracleState, OracleState | None] = {}
@@ -646,7 +646,7 @@ class Oracle:
         }
 
     def _wake(self, start: OracleState) -> set[OracleState]:
-        """All that own steps in any order lead to."""
+        """All that internal transitions in any order lead to."""
         found, todo = {start}, [start]
         while todo:
             for target in self.moves(todo.pop(), self.taus):

@@ -10,7 +10,7 @@ import pytest
 from random_models import random_model
 from synthesis.plants import plant_of
 
-from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
+from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.ir.step import Values, valuations
 from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
@@ -23,7 +23,7 @@ SMALL = 2**25
 
 
 def states_of(plant: Plant) -> Iterator[PlantState]:
-    yield from product(*(range(axis.size) for axis in plant.axes))
+    yield from product(*(range(axis.size) for axis in plant.variables))
 
 
 def value_in(
@@ -32,13 +32,13 @@ def value_in(
     def look(leaf: Leaf) -> Value | None:
         match leaf:
             case VariableRef(component=component, variable=name):
-                axis = plant.axis_index[AxisKind.VARIABLE, f"{component}.{name}"]
-                return plant.axes[axis].values[state[axis]]
+                axis = plant.variable_index[VariableKind.DATA, f"{component}.{name}"]
+                return plant.variables[axis].values[state[axis]]
             case StateRef(component=component, state=name):
-                axis = plant.axis_index[AxisKind.LOCATION, component]
-                return plant.axes[axis].values[state[axis]] == name
+                axis = plant.variable_index[VariableKind.LOCATION, component]
+                return plant.variables[axis].values[state[axis]] == name
             case PhaseRef(communication=key):
-                return state[plant.axis_index[AxisKind.PHASE, key]] == 1
+                return state[plant.variable_index[VariableKind.PHASE, key]] == 1
             case ValueRef(path=path):
                 assert event is not None
                 paths = [parameter.path for parameter in event.parameters]
@@ -54,8 +54,8 @@ def expressions(plant: Plant) -> Iterator[tuple[Expr, int | None]]:
     for number, event in enumerate(plant.events):
         if event.requirement is not None:
             yield event.requirement, None
-        for participant in event.participants:
-            for edge in participant.edges:
+        for automaton in event.automata:
+            for edge in automaton.edges:
                 if edge.guard is not None:
                     yield edge.guard, number
                 for _, expr in edge.updates:

@@ -94,7 +94,7 @@ def test_wide_variables_copied_and_compared() -> None:
     assert found.controlled_transitions == 1000 * 1000 * 1001 + 1000 * 999 // 2
 
 
-def test_participants_that_read_each_other() -> None:
+def test_automata_that_read_each_other() -> None:
     """All take over their neighbour's value at once: each reads what was there before."""
     count = 6
     ring = "".join(

@@ -30,7 +30,7 @@ BOOLEAN, INTEGER, DOUBLE = BooleanType(), IntegerType(), DoubleType()
 
 def _leaves(type_: object) -> list[Expr]:
     found: list[Expr] = []
-    for axis in PLANT.axes:
+    for axis in PLANT.variables:
         if "." in axis.name:
             component, name = axis.name.split(".")
             variable = next(
@@ -97,7 +97,7 @@ def _one_by_one(expr: Expr, indexes: dict[int, int]) -> Value:
     def lookup(leaf: Leaf) -> Value:
         axis = axis_of(PLANT, leaf)
         assert axis is not None
-        value = PLANT.axes[axis].values[indexes[axis]]
+        value = PLANT.variables[axis].values[indexes[axis]]
         return value == leaf.state if isinstance(leaf, StateRef) else value
 
     return evaluate(expr, lookup)
@@ -105,7 +105,7 @@ def _one_by_one(expr: Expr, indexes: dict[int, int]) -> Value:
 
 def check(expr: Expr) -> None:
     axes = support(PLANT, expr)
-    sizes = [PLANT.axes[axis].size for axis in axes]
+    sizes = [PLANT.variables[axis].size for axis in axes]
     grid = np.ogrid[tuple(slice(size) for size in sizes)] if axes else []
     found = evaluate_vectorised(PLANT, expr, dict(zip(axes, grid, strict=True)))
     everywhere = np.broadcast_to(found, sizes)

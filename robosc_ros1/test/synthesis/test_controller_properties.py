@@ -30,7 +30,7 @@ def test_without_own_steps_all_hold() -> None:
         "confluence": True,
         "nonblocking under control": True,
     }
-    assert found.settle_bound == 0
+    assert found.step_bound == 0
 
 
 def test_bound_is_the_longest_settling() -> None:
@@ -42,7 +42,7 @@ def test_bound_is_the_longest_settling() -> None:
         )
     )
     assert all(properties(found).values())
-    assert found.settle_bound == 3
+    assert found.step_bound == 3
 
 
 def test_step_that_changes_nothing_is_none() -> None:
@@ -53,7 +53,7 @@ def test_step_that_changes_nothing_is_none() -> None:
         )
     )
     assert all(properties(found).values())
-    assert found.settle_bound == 1
+    assert found.step_bound == 1
 
 
 def test_steps_without_end() -> None:
@@ -64,9 +64,9 @@ def test_steps_without_end() -> None:
         )
     )
     assert properties(found)["bounded response"] is False
-    assert found.settle_bound is None
+    assert found.step_bound is None
     assert diagnostic(found).message == (
-        "the components' own steps never end: after m.response they repeat A: a->b, A: b->a"
+        "the internal transitions never end: after m.response they repeat A: a->b, A: b->a"
     )
 
 
@@ -80,7 +80,7 @@ def test_guard_that_ends_the_round() -> None:
         )
     )
     assert all(properties(found).values())
-    assert found.settle_bound == 1
+    assert found.step_bound == 1
 
 
 def test_order_matters() -> None:
@@ -108,7 +108,7 @@ def test_order_of_independent_steps_does_not_matter() -> None:
         )
     )
     assert all(properties(found).values())
-    assert found.settle_bound == 3
+    assert found.step_bound == 3
 
 
 def test_order_matters_only_where_the_controller_comes() -> None:
@@ -140,7 +140,7 @@ def test_marked_state_that_is_only_passed() -> None:
 
 
 def test_supervisor_ends_the_steps() -> None:
-    """Of two own steps round, synthesis forbids one."""
+    """Of two internal transitions round, synthesis forbids one."""
     found = supervisor_of(
         behaviour(
             "initial marked state a { transition goto b } marked state b { transition goto c }"
@@ -149,7 +149,7 @@ def test_supervisor_ends_the_steps() -> None:
         )
     )
     assert all(properties(found).values())
-    assert found.settle_bound == 1
+    assert found.step_bound == 1
 
 
 def test_an_order_without_end_is_no_other_end() -> None:

@@ -86,7 +86,7 @@ DEGENERATE = {
         " requirement go needs A.x = 1",
         (1, 1, 1),
     ),
-    "an own step that changes nothing": (
+    "an internal transition that changes nothing": (
         "component A { behaviour { initial marked state s { transition } } }",
         (1, 1, 1),
     ),
@@ -150,7 +150,7 @@ def test_guard_over_many_axes() -> None:
     assert falling.controlled_transitions == states * 2 * count + states - (count + 1)
 
 
-def test_event_with_many_participants() -> None:
+def test_event_with_many_automata() -> None:
     """Nine components with three states each listen to one message: 4^9 choices at once."""
     listeners = "".join(
         f"component L{i} {{ outgoing message up{i} with type: none behaviour {{"
@@ -165,7 +165,7 @@ def test_event_with_many_participants() -> None:
     assert found.controlled_transitions == 3**9 * 10
 
 
-def test_participants_that_read_each_other() -> None:
+def test_automata_that_read_each_other() -> None:
     """All exchange their values round a ring at once: each reads what its neighbour had before."""
     count = 5
     ring = "".join(

@@ -19,7 +19,7 @@ from robosc.synthesis.dense import layout, operations, stages, transitions
 from robosc.synthesis.documents import explore_document
 
 VARIANTS = {
-    "participants in turn": [(stages, "_MOST_CHOICES", 1)],
+    "automata in turn": [(stages, "_MOST_CHOICES", 1)],
     "conditions in cases": [(transitions, "_WIDE", 1)],
     "dependent axes folded": [(compute, "_SMALL", 0)],
     "operations in small parts": [

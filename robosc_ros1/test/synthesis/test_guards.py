@@ -141,8 +141,8 @@ COVERED = plant_of(
     " marked state two { on response from s goto three } marked state three {} } }"
     "requirement go needs A.x > 1 and A.b and A.c = red"
 )
-AXES = tuple(range(len(COVERED.axes)))
-SHAPE = tuple(axis.size for axis in COVERED.axes)
+AXES = tuple(range(len(COVERED.variables)))
+SHAPE = tuple(axis.size for axis in COVERED.variables)
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)
@@ -165,7 +165,7 @@ def _table(inside: object) -> Table:
     found = np.zeros(SHAPE, np.bool_)
     for place in np.ndindex(*SHAPE):
         found[place] = inside(
-            {axis.name: axis.values[at] for axis, at in zip(COVERED.axes, place, strict=True)}
+            {axis.name: axis.values[at] for axis, at in zip(COVERED.variables, place, strict=True)}
         )
     return Table(AXES, found, ~found).reduced(lambda axis: axis)
 

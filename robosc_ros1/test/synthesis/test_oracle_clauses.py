@@ -155,7 +155,7 @@ def test_cancel_is_never_blocked(subject: type[Subject]) -> None:
     )
 
 
-def test_request_needs_the_consent_of_all_who_mention_it(subject: type[Subject]) -> None:
+def test_request_is_synchronised_with_all_who_mention_it(subject: type[Subject]) -> None:
     text = """
         component A {
             incoming message m with type: none
@@ -184,7 +184,7 @@ def test_request_needs_the_consent_of_all_who_mention_it(subject: type[Subject])
     )
 
 
-def test_guarded_request_consents_only_where_its_guard_holds(subject: type[Subject]) -> None:
+def test_guarded_request_is_enabled_only_where_its_guard_holds(subject: type[Subject]) -> None:
     text = """
         component A {
             incoming message m with type: none

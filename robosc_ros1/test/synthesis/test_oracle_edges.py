@@ -148,7 +148,7 @@ ROBOTS = {
         requirement {a, g} needs A.b
         requirement A.b disables a
     """,
-    "own steps that go round": """
+    "internal transitions that go round": """
         component A {
             behaviour {
                 initial marked state one { transition goto two }

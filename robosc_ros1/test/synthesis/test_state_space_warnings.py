@@ -137,7 +137,7 @@ def test_requirement_that_can_never_be_met() -> None:
 
 
 def test_requirement_that_is_true_wherever_the_plant_can_but_not_everywhere() -> None:
-    """It says what the component's consent says too; that is no fault."""
+    """It says what the component's synchronisation says too; that is no fault."""
     body = """
         component A {
             incoming message go with type: none

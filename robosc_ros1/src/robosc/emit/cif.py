@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 
 from robosc.emit.cif_expr import CifNames, Context, condition, in_range, initial, offset, update
 from robosc.emit.partial_evaluation import Values, assigned, holds
-from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr, StateRef, VariableRef
@@ -66,7 +66,7 @@ class _Writer:
         self._enums()
         self._events()
         for component in robot.components:
-            if (AxisKind.LOCATION, component.name) in self.plant.axis_index:
+            if (VariableKind.LOCATION, component.name) in self.plant.variable_index:
                 self._component(component.name)
             for communication in component.communications:
                 if communication.has_phase:
@@ -105,40 +105,40 @@ class _Writer:
     # --- automata ----------------------------------------------------------------------------
 
     def _component(self, name: str) -> None:
-        axis = self.plant.axes[self.plant.axis_index[AxisKind.LOCATION, name]]
+        state = self.plant.variables[self.plant.variable_index[VariableKind.LOCATION, name]]
         self.lines += ["", f"plant automaton {self.context.automaton(name)}:"]
         self.lines += [f"  {line}" for line in self._variables(name)]
-        for index, location in enumerate(axis.values):
-            marked = axis.marked is None or index in axis.marked
+        for index, location in enumerate(state.values):
+            marked = state.marked is None or index in state.marked
             self.lines.append(f"  location {self.context.location(name, str(location))}:")
-            flags = ["initial;"] * (index == axis.initial) + ["marked;"] * marked
+            flags = ["initial;"] * (index == state.initial) + ["marked;"] * marked
             body = flags + [
                 line
                 for occurrence in self.occurrences
-                for participant in occurrence.event.participants
-                if participant.component == name
-                for line in self._edges(occurrence, participant, index)
+                for automaton in occurrence.event.automata
+                if automaton.component == name
+                for line in self._edges(occurrence, automaton, index)
             ]
             self.lines += [f"    {line}" for line in body]
         self.lines.append("end")
 
     def _variables(self, component: str) -> Iterator[str]:
-        for axis in self.plant.axes:
-            if axis.kind is AxisKind.VARIABLE and axis.name.split(".")[0] == component:
-                variable = self.context.variables[axis.name]
+        for state in self.plant.variables:
+            if state.kind is VariableKind.DATA and state.name.split(".")[0] == component:
+                variable = self.context.variables[state.name]
                 shift = offset(variable.type)
                 note = f" // minus {shift}" if shift else ""
-                start = initial(self.context, variable.type, axis.values[axis.initial])
+                start = initial(self.context, variable.type, state.values[state.initial])
                 type_ = self.context.type(variable.type)
-                name = self.context.own_variable(axis.name)
+                name = self.context.own_variable(state.name)
                 yield f"disc {type_} {name} = {start};{note}"
 
     def _edges(
-        self, occurrence: _Occurrence, participant: Participant, location: int
+        self, occurrence: _Occurrence, automaton: LocalAutomaton, location: int
     ) -> Iterator[str]:
         """The edges of one event in one location, and the self-loop that keeps it possible."""
         left_over: list[Expr] = []
-        for edge in participant.edges:
+        for edge in automaton.edges:
             if edge.source != location:
                 continue
             guard = holds(edge.guard, occurrence.values)
@@ -146,12 +146,12 @@ class _Writer:
                 continue
             conditions = [] if guard == TRUE else [condition(self.context, guard)]
             updates = []
-            for axis, expr in self._updates(edge, occurrence):
-                conditions += in_range(self.context, self._type(axis), expr)
-                updates.append(self._update(axis, expr))
-            yield self._edge(occurrence, participant, location, edge, conditions, updates)
+            for index, expr in self._updates(edge, occurrence):
+                conditions += in_range(self.context, self._type(index), expr)
+                updates.append(self._update(index, expr))
+            yield self._edge(occurrence, automaton, location, edge, conditions, updates)
             left_over.append(guard)
-        if not participant.blocking and TRUE not in left_over:
+        if not automaton.blocking and TRUE not in left_over:
             parts = [f"not {condition(self.context, guard, 9)}" for guard in left_over]
             when = f" when {' and '.join(parts)}" if parts else ""
             yield f"edge {occurrence.name}{when};"
@@ -159,7 +159,7 @@ class _Writer:
     def _edge(
         self,
         occurrence: _Occurrence,
-        participant: Participant,
+        automaton: LocalAutomaton,
         location: int,
         edge: Edge,
         conditions: list[str],
@@ -171,33 +171,33 @@ class _Writer:
         if updates:
             text += f" do {', '.join(updates)}"
         if edge.target != location:
-            names = self.plant.axes[participant.axis].values
-            target = self.context.location(participant.component, str(names[edge.target]))
+            names = self.plant.variables[automaton.variable].values
+            target = self.context.location(automaton.component, str(names[edge.target]))
             text += f" goto {target}"
         return f"{text};"
 
-    def _type(self, axis: int) -> Type:
-        return self.context.variables[self.plant.axes[axis].name].type
+    def _type(self, index: int) -> Type:
+        return self.context.variables[self.plant.variables[index].name].type
 
-    def _update(self, axis: int, expr: Expr) -> str:
-        name = self.plant.axes[axis].name
+    def _update(self, index: int, expr: Expr) -> str:
+        name = self.plant.variables[index].name
         return (
-            f"{self.context.own_variable(name)} := {update(self.context, self._type(axis), expr)}"
+            f"{self.context.own_variable(name)} := {update(self.context, self._type(index), expr)}"
         )
 
     def _updates(self, edge: Edge, occurrence: _Occurrence) -> Iterator[tuple[int, Expr]]:
         """Assignments with the value put in; those that read a missing element drop out."""
-        for axis, expr in edge.updates:
-            component, _, variable = self.plant.axes[axis].name.partition(".")
-            kept = VariableRef(component, variable, self._type(axis))
+        for index, expr in edge.updates:
+            component, _, variable = self.plant.variables[index].name.partition(".")
+            kept = VariableRef(component, variable, self._type(index))
             value = assigned(expr, occurrence.values, kept)
             if value is not None:
-                yield axis, value
+                yield index, value
 
     def _phase(self, key: str) -> None:
         """The automaton of a service or action itself."""
-        index = self.plant.axis_index[AxisKind.PHASE, key]
-        steps = [o for o in self.occurrences if o.event.phase and o.event.phase.axis == index]
+        index = self.plant.variable_index[VariableKind.PHASE, key]
+        steps = [o for o in self.occurrences if o.event.phase and o.event.phase.variable == index]
         self.lines += ["", f"plant automaton {self.context.phase(key)}:"]
         for number, location in enumerate(("idle", "busy")):
             self.lines.append(f"  location {location}:")
@@ -214,9 +214,7 @@ class _Writer:
 
     def _messages(self) -> None:
         """Messages that no component reacts to: always possible, changing nothing."""
-        free = [
-            o.name for o in self.occurrences if o.event.phase is None and not o.event.participants
-        ]
+        free = [o.name for o in self.occurrences if o.event.phase is None and not o.event.automata]
         if free:
             name = self.names.fresh("Messages")
             self.lines += ["", f"plant automaton {name}:", "  location:"]
@@ -265,9 +263,9 @@ class _Writer:
             text
             for occurrence in self.occurrences
             if not occurrence.event.controllable
-            for participant in occurrence.event.participants
-            for edge in participant.edges
-            for text in self._overflows(occurrence, participant, edge)
+            for automaton in occurrence.event.automata
+            for edge in automaton.edges
+            for text in self._overflows(occurrence, automaton, edge)
         ]
         if found:
             self.lines += [
@@ -277,13 +275,13 @@ class _Writer:
             self.lines += list(dict.fromkeys(found))
 
     def _overflows(
-        self, occurrence: _Occurrence, participant: Participant, edge: Edge
+        self, occurrence: _Occurrence, automaton: LocalAutomaton, edge: Edge
     ) -> Iterator[str]:
         guard = holds(edge.guard, occurrence.values)
         if guard == FALSE:
             return
-        place = str(self.plant.axes[participant.axis].values[edge.source])
-        parts = [condition(self.context, StateRef(participant.component, place))]
+        place = str(self.plant.variables[automaton.variable].values[edge.source])
+        parts = [condition(self.context, StateRef(automaton.component, place))]
         phase = occurrence.event.phase
         if phase is not None:
             busy = ("idle", "busy")[phase.source]
@@ -291,8 +289,8 @@ class _Writer:
         if guard != TRUE:
             parts.append(condition(self.context, guard, 3))
         where = " and ".join(parts)
-        for axis, expr in self._updates(edge, occurrence):
-            inside = in_range(self.context, self._type(axis), expr)
+        for index, expr in self._updates(edge, occurrence):
+            inside = in_range(self.context, self._type(index), expr)
             if inside:
                 yield f"requirement invariant {where} => {' and '.join(inside)};"
 

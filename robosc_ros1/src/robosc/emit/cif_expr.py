@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 
-from robosc.ir.automaton import AxisKind, Plant
+from robosc.ir.automaton import Plant, VariableKind
 from robosc.ir.expr import Leaf, evaluate
 from robosc.model.entities import Variable
 from robosc.model.expr import (
@@ -111,7 +111,7 @@ class Context:
             for component in self.plant.robot.components
             if component.behaviour is not None
             for variable in component.behaviour.variables
-            if (AxisKind.VARIABLE, variable.key) in self.plant.axis_index
+            if (VariableKind.DATA, variable.key) in self.plant.variable_index
         }
 
     def enums(self) -> list[tuple[str, list[str]]]:

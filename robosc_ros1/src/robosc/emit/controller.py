@@ -34,7 +34,7 @@ from robosc.emit.views import (
     RequirementView,
     TauView,
 )
-from robosc.ir.automaton import AxisKind, Event, Plant
+from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.expr import may_be_huge, negation
 from robosc.model.entities import (
     Communication,
@@ -62,8 +62,8 @@ __all__ = ["SORTS", "ControllerContext", "controller_context"]
 _SHORT = 60
 """A dict that is no longer than this stays on one line."""
 
-SETTLE_LIMIT = 10_000
-"""No settling takes more steps than this, whatever the product of the components' states is."""
+STEP_LIMIT = 10_000
+"""No run to completion takes more steps, whatever the product of the components' states is."""
 
 SORTS = {
     Kind.INCOMING: "incoming",
@@ -75,7 +75,7 @@ SORTS = {
 # What the module imports or defines, and what the base class has.
 _RESERVED = """
     Command Communication Controller Input Mismatch Requirement Tau Undefined annotations
-    ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS REQUIREMENTS SETTLE_BOUND
+    ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS REQUIREMENTS STEP_BOUND
     assigned components copy count_undefined divide given holds in_range kept message only_field
     optional self undefined value variables widen
 """
@@ -159,7 +159,7 @@ class _Builder:
             robot=self.robot.name,
             source=robot_file,
             class_name=self.class_name,
-            settle_bound=_settle_bound(self.supervisor),
+            step_bound=_step_bound(self.supervisor),
             enums=tuple(self._enum_view(e) for e in self.enums),
             components=tuple(self._components()),
             phases=tuple(self._phase_views()),
@@ -301,7 +301,7 @@ class _Builder:
         word = self._word(event.key)
         kind = event.kind.value
         reaction = self.reactions.reaction(event)
-        consent = tuple(self.reactions.consent(event))
+        synchronisation = tuple(self.reactions.synchronisation(event))
         provides = tuple(
             self._provide(p)
             for p in self.robot.provides
@@ -321,8 +321,10 @@ class _Builder:
             guard_notes=notes,
             guard_lines=lines,
             joiner=joiner,
-            consent=self.names.take(f"accepts_{kind}_of_{word}") if consent else None,
-            consent_conditions=consent,
+            synchronisation=self.names.take(f"synchronises_{kind}_of_{word}")
+            if synchronisation
+            else None,
+            synchronisation_conditions=synchronisation,
             busy=self.attributes.phases.get(event.key),
             data=self.names.take(f"data_for_{word}") if provides else None,
             provides=provides,
@@ -330,7 +332,7 @@ class _Builder:
             reaction=reaction,
             requirements=event.requirements,
             reason="None" if reason is None else literal(reason),
-            partners=tuple(p.component for p in event.participants) if consent else (),
+            partners=tuple(p.component for p in event.automata) if synchronisation else (),
         )
 
     def _reason(self, event: Event) -> str | None:
@@ -404,20 +406,20 @@ class _Builder:
         return self.spelling.text(data)
 
     def _tau(self, event: Event, guard: Guard | None) -> TauView:
-        participant = event.participants[0]
-        axis = self.plant.axes[participant.axis]
+        automaton = event.automata[0]
+        variable = self.plant.variables[automaton.variable]
         moves = []
-        for edges in alike(participant.edges):
+        for edges in alike(automaton.edges):
             edge = edges[0]
             moved = [e for e in edges if e.source != e.target]  # others would change nothing
             if not moved:
                 continue
-            parts = [self.reactions.location_test(axis, [e.source for e in moved])]
+            parts = [self.reactions.location_test(variable, [e.source for e in moved])]
             for condition in (edge.guard, None if guard is None else guard.expr):
                 if condition is not None and condition != TRUE:
                     parts.append(self.spelling.operand(condition))
             text = " and ".join(part for part in parts if part) or "True"
-            moves.append((text, str(axis.values[edge.target])))
+            moves.append((text, str(variable.values[edge.target])))
         return TauView(
             event.name,
             event.index,
@@ -438,8 +440,8 @@ def _comments(texts: Iterable[str]) -> tuple[str, ...]:
 def _value_parts(event: Event) -> list[ValueRef]:
     """The parts of the value that any transition reads, data-only variables included."""
     found: dict[tuple[str | int, ...], ValueRef] = {}
-    for participant in event.participants:
-        for edge in participant.edges:
+    for automaton in event.automata:
+        for edge in automaton.edges:
             readers = [expr for _, expr in edge.updates] + [a.value for a in edge.data]
             if edge.guard is not None:
                 readers.append(edge.guard)
@@ -483,20 +485,20 @@ def _enums(communications: Iterable[Communication]) -> list[EnumType]:
     return list(found)
 
 
-def _settle_bound(supervisor: Supervisor) -> int:
-    """Steps that settling can take without coming back to where it was.
+def _step_bound(supervisor: Supervisor) -> int:
+    """Internal transitions that can follow one another without coming back to a state.
 
-    Synthesis knows the exact number unless the system is large or settling has no end. Else: own
+    Synthesis knows the exact number unless the system is large or they have no end. Else: own
     steps change nothing but their components' states, so there are no more situations than
     combinations of those, nor than reachable states.
     """
-    if supervisor.settle_bound is not None:
-        return max(1, supervisor.settle_bound)
+    if supervisor.step_bound is not None:
+        return max(1, supervisor.step_bound)
     plant = supervisor.plant
-    axes = {p.axis for e in plant.events if e.kind is EventKind.TAU for p in e.participants}
+    variables = {p.variable for e in plant.events if e.kind is EventKind.TAU for p in e.automata}
     combinations = prod(
-        axis.size
-        for index, axis in enumerate(plant.axes)
-        if index in axes and axis.kind is AxisKind.LOCATION
+        variable.size
+        for index, variable in enumerate(plant.variables)
+        if index in variables and variable.kind is VariableKind.LOCATION
     )
-    return max(1, min(combinations, supervisor.controlled_states or combinations, SETTLE_LIMIT))
+    return max(1, min(combinations, supervisor.controlled_states or combinations, STEP_LIMIT))

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from robosc.errors import UsageError
-from robosc.ir.automaton import AxisKind, Plant, PlantState
+from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.expr import to_dsl
 from robosc.model.entities import (
     Behaviour,
@@ -176,14 +176,14 @@ def _states(graph: Graph) -> Iterator[str]:
 
 
 def _state_lines(plant: Plant, state: PlantState) -> Iterator[str]:
-    for axis, index in zip(plant.axes, state, strict=True):
-        value = axis.values[index]
-        if axis.kind is AxisKind.LOCATION:
-            yield f"{axis.name}.{value}"
-        elif axis.kind is AxisKind.VARIABLE:
-            yield f"{axis.name} = {_value(value)}"
+    for variable, index in zip(plant.variables, state, strict=True):
+        value = variable.values[index]
+        if variable.kind is VariableKind.LOCATION:
+            yield f"{variable.name}.{value}"
+        elif variable.kind is VariableKind.DATA:
+            yield f"{variable.name} = {_value(value)}"
         elif value == "busy":
-            yield f"{plant.robot.display_names[axis.name]} busy"
+            yield f"{plant.robot.display_names[variable.name]} busy"
 
 
 def _value(value: object) -> str:

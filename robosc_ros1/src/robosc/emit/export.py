@@ -47,7 +47,7 @@ def exported(plant: Plant, format_: Format, with_supervisor: bool = False) -> st
 
 def _drawn(plant: Plant) -> Graph | None:
     """The controlled system, if it is small enough for a picture."""
-    if prod(axis.size for axis in plant.axes) > _DRAWN_PRODUCT:
+    if prod(variable.size for variable in plant.variables) > _DRAWN_PRODUCT:
         return None
     supervisor = synthesize(plant)
     if supervisor.empty:

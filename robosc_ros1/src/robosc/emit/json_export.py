@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from robosc.ir.automaton import Axis, AxisKind, Edge, Event, Participant, Plant
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, VariableKind
 from robosc.ir.expr import to_dsl
 from robosc.model.expr import Expr, path_text
 from robosc.supervisor import Supervisor
@@ -23,7 +23,7 @@ def export_document(supervisor: Supervisor) -> dict[str, Any]:
         "version": 1,
         "robot": plant.robot.name,
         "plant": {
-            "axes": [_axis(axis, plant) for axis in plant.axes],
+            "variables": [_variable(variable, plant) for variable in plant.variables],
             "events": [_event(event, plant) for event in plant.events],
             "invariants": [
                 {"condition": to_dsl(expr, plant.robot), "requirement": index}
@@ -38,31 +38,31 @@ def export_document(supervisor: Supervisor) -> dict[str, Any]:
     }
 
 
-def _axis(axis: Axis, plant: Plant) -> dict[str, Any]:
-    marked = range(axis.size) if axis.marked is None else sorted(axis.marked)
+def _variable(variable: StateVariable, plant: Plant) -> dict[str, Any]:
+    marked = range(variable.size) if variable.marked is None else sorted(variable.marked)
     return {
-        "kind": axis.kind.value,
-        "name": _name(axis, plant),
-        "values": list(axis.values),
-        "initial": axis.values[axis.initial],
-        "marked": [axis.values[index] for index in marked],
+        "kind": variable.kind.value,
+        "name": _name(variable, plant),
+        "values": list(variable.values),
+        "initial": variable.values[variable.initial],
+        "marked": [variable.values[index] for index in marked],
     }
 
 
-def _name(axis: Axis, plant: Plant) -> str:
-    if axis.kind is AxisKind.PHASE:
-        return plant.robot.display_names[axis.name]
-    return axis.name
+def _name(variable: StateVariable, plant: Plant) -> str:
+    if variable.kind is VariableKind.PHASE:
+        return plant.robot.display_names[variable.name]
+    return variable.name
 
 
 def _event(event: Event, plant: Plant) -> dict[str, Any]:
     phase = None
     if event.phase is not None:
-        axis = plant.axes[event.phase.axis]
+        variable = plant.variables[event.phase.variable]
         phase = {
-            "name": _name(axis, plant),
-            "source": axis.values[event.phase.source],
-            "target": axis.values[event.phase.target],
+            "name": _name(variable, plant),
+            "source": variable.values[event.phase.source],
+            "target": variable.values[event.phase.target],
         }
     return {
         "kind": event.kind.value,
@@ -73,22 +73,22 @@ def _event(event: Event, plant: Plant) -> dict[str, Any]:
             {"path": path_text(p.path), "values": list(p.values)} for p in event.parameters
         ],
         "phase": phase,
-        "participants": [_participant(p, plant) for p in event.participants],
+        "automata": [_automaton(p, plant) for p in event.automata],
         "requirement": _text(event.requirement, plant),
         "requirements": list(event.requirements),
     }
 
 
-def _participant(participant: Participant, plant: Plant) -> dict[str, Any]:
+def _automaton(automaton: LocalAutomaton, plant: Plant) -> dict[str, Any]:
     return {
-        "component": participant.component,
-        "blocking": participant.blocking,
-        "edges": [_edge(edge, participant, plant) for edge in participant.edges],
+        "component": automaton.component,
+        "blocking": automaton.blocking,
+        "edges": [_edge(edge, automaton, plant) for edge in automaton.edges],
     }
 
 
-def _edge(edge: Edge, participant: Participant, plant: Plant) -> dict[str, Any]:
-    locations = plant.axes[participant.axis].values
+def _edge(edge: Edge, automaton: LocalAutomaton, plant: Plant) -> dict[str, Any]:
+    locations = plant.variables[automaton.variable].values
     return {
         "source": locations[edge.source],
         "guard": _text(edge.guard, plant),
@@ -98,8 +98,8 @@ def _edge(edge: Edge, participant: Participant, plant: Plant) -> dict[str, Any]:
 
 
 def _updates(edge: Edge, plant: Plant) -> Iterator[dict[str, Any]]:
-    for axis, expr in edge.updates:
-        yield {"variable": plant.axes[axis].name, "value": to_dsl(expr, plant.robot)}
+    for variable, expr in edge.updates:
+        yield {"variable": plant.variables[variable].name, "value": to_dsl(expr, plant.robot)}
 
 
 def _text(expr: Expr | None, plant: Plant) -> str | None:

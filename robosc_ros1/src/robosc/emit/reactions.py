@@ -19,7 +19,7 @@ from robosc.emit.python import (
     within,
 )
 from robosc.emit.views import BranchView, ReactionView
-from robosc.ir.automaton import Axis, Edge, Event, Participant, Plant
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.ir.expr import may_be_huge
 from robosc.model.entities import Variable
 from robosc.model.expr import Expr
@@ -54,45 +54,47 @@ class Reactions:
         }
 
     def reaction(self, event: Event) -> ReactionView:
-        participants = []
+        automata = []
         changed: dict[str, None] = {}
-        for participant in event.participants:
+        for automaton in event.automata:
             branches = []
-            for edges in alike(participant.edges):
-                branch = self._branch(event, participant, edges)
+            for edges in alike(automaton.edges):
+                branch = self._branch(event, automaton, edges)
                 changed.update(dict.fromkeys(name for name, _ in branch.effects))
                 branches.append(branch)
             if any(branch.effects for branch in branches):
-                participants.append((participant.component, tuple(branches)))
+                automata.append((automaton.component, tuple(branches)))
         phase = event.phase
         return ReactionView(
             busy=None if phase is None else self.spelling.attributes.phases[event.key],
             busy_before=phase is not None and phase.source == 1,
             busy_after=phase is not None and phase.target == 1,
-            participants=tuple(participants),
+            automata=tuple(automata),
             attributes=tuple(changed),
         )
 
-    def _branch(self, event: Event, participant: Participant, edges: list[Edge]) -> BranchView:
+    def _branch(self, event: Event, automaton: LocalAutomaton, edges: list[Edge]) -> BranchView:
         edge = edges[0]
         effects = []
         for index, expr in edge.updates:
-            variable = self.variables[self.plant.axes[index].name]
+            variable = self.variables[self.plant.variables[index].name]
             effects.append(self._effect(event, variable, expr))
         for assignment in edge.data:
-            variable = self.variables[f"{participant.component}.{assignment.variable}"]
+            variable = self.variables[f"{automaton.component}.{assignment.variable}"]
             effects.append(self._effect(event, variable, assignment.value))
-        axis = self.plant.axes[participant.axis]
+        location = self.plant.variables[automaton.variable]
         if any(e.source != e.target for e in edges):
-            target = literal(axis.values[edge.target])
-            effects.append((self.spelling.attributes.locations[participant.component], target))
+            target = literal(location.values[edge.target])
+            effects.append((self.spelling.attributes.locations[automaton.component], target))
         return BranchView(
-            self._edge_condition(axis, edges, participant), place(edge.span), tuple(effects)
+            self._edge_condition(location, edges, automaton), place(edge.span), tuple(effects)
         )
 
-    def _edge_condition(self, axis: Axis, edges: list[Edge], participant: Participant) -> str:
+    def _edge_condition(
+        self, location: StateVariable, edges: list[Edge], automaton: LocalAutomaton
+    ) -> str:
         guard = edges[0].guard
-        parts = [self.location_test(axis, [e.source for e in edges])]
+        parts = [self.location_test(location, [e.source for e in edges])]
         if guard is not None:
             text = self.spelling.text(guard)
             if reads_array(guard):
@@ -102,11 +104,11 @@ class Reactions:
                 parts.append(operand(guard, text))
         return " and ".join(part for part in parts if part)
 
-    def location_test(self, axis: Axis, sources: Iterable[int]) -> str:
+    def location_test(self, location: StateVariable, sources: Iterable[int]) -> str:
         """Whether the component is in one of the states; empty if it always is."""
-        states = [str(axis.values[source]) for source in sources]
-        attribute = f"self.{self.spelling.attributes.locations[axis.name]}"
-        if len(states) == axis.size:
+        states = [str(location.values[source]) for source in sources]
+        attribute = f"self.{self.spelling.attributes.locations[location.name]}"
+        if len(states) == location.size:
             return ""
         if len(states) == 1:
             return f"{attribute} == {literal(states[0])}"
@@ -130,32 +132,32 @@ class Reactions:
             text = f"self.assigned(lambda: {text}, self.{attribute}, {where})"
         return attribute, text
 
-    def consent(self, event: Event) -> Iterator[str]:
+    def synchronisation(self, event: Event) -> Iterator[str]:
         """Conditions under which the plant can do a controllable event, its phase apart."""
-        for participant in event.participants:
-            axis = self.plant.axes[participant.axis]
+        for automaton in event.automata:
+            location = self.plant.variables[automaton.variable]
             ways = []
             free = True
-            for edges in alike(participant.edges):
+            for edges in alike(automaton.edges):
                 ranges = list(self._ranges(edges[0]))
-                where = self._edge_condition(axis, edges, participant)
+                where = self._edge_condition(location, edges, automaton)
                 free = free and not ranges
-                if participant.blocking:
+                if automaton.blocking:
                     ways.append(" and ".join(part for part in (where, *ranges) if part))
                 elif ranges:
                     inside = " and ".join(ranges)
                     yield f"(not ({where}) or {inside})" if where else inside
-            if not participant.blocking or (free and self._always(participant, axis)):
+            if not automaton.blocking or (free and self._always(automaton, location)):
                 continue
             yield ways[0] if len(ways) == 1 else f"({' or '.join(ways)})" if ways else "False"
 
-    def _always(self, participant: Participant, axis: Axis) -> bool:
-        open_edges = {e.source for e in participant.edges if e.guard is None}
-        return len(open_edges) == axis.size
+    def _always(self, automaton: LocalAutomaton, location: StateVariable) -> bool:
+        open_edges = {e.source for e in automaton.edges if e.guard is None}
+        return len(open_edges) == location.size
 
     def _ranges(self, edge: Edge) -> Iterator[str]:
         for index, expr in edge.updates:
-            variable = self.variables[self.plant.axes[index].name]
+            variable = self.variables[self.plant.variables[index].name]
             if not within(expr, variable.type):
                 assert isinstance(variable.type, IntegerType)
                 assert variable.type.bounds is not None

@@ -59,7 +59,7 @@ class ReactionView:
     busy: str | None
     busy_before: bool
     busy_after: bool
-    participants: tuple[tuple[str, tuple[BranchView, ...]], ...]
+    automata: tuple[tuple[str, tuple[BranchView, ...]], ...]
     attributes: tuple[str, ...]
 
     @property
@@ -114,8 +114,8 @@ class CommandView:
     guard_lines: tuple[GuardLine, ...]
     joiner: str
     """What stands between the guard's lines: "and" or "or"."""
-    consent: str | None
-    consent_conditions: tuple[str, ...]
+    synchronisation: str | None
+    synchronisation_conditions: tuple[str, ...]
     busy: str | None
     data: str | None
     provides: tuple[ProvideView, ...]
@@ -158,7 +158,7 @@ class ControllerContext:
     robot: str
     source: str
     class_name: str
-    settle_bound: int
+    step_bound: int
     enums: tuple[EnumView, ...]
     components: tuple[ComponentView, ...]
     phases: tuple[AttributeView, ...]

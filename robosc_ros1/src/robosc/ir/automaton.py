@@ -1,13 +1,13 @@
 """The plant: what every backend works on (SEMANTICS section 1).
 
-A state is a tuple of small integers, one per :class:`Axis`: an index into the axis's values. An
-axis is a component's location, the phase of a service or action, or a synthesis variable. Axes
-stand in model order: per component its location, then its variables, then the phases of its
-communications.
+A state is a tuple of small integers, one per :class:`StateVariable`: an index into its values. A
+state variable is a component's location, the phase of a service or action, or a variable that
+synthesis needs. They stand in model order: per component its location, then its variables, then the
+phases of its communications.
 
 An event changes the state through its *phase* (a service or action goes idle to busy or back) and
-through its *participants*, the components that take part. Everything about one event in one state
-is told by :func:`robosc.ir.step.outcome`; engines compile the same facts into faster forms.
+through its *automata*, those of the components that synchronise on it. What an event does in a
+state is told by :func:`robosc.ir.step.outcome`; engines compile the same facts into faster forms.
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ from robosc.model.types import Type, Value
 from robosc.source import Span
 
 __all__ = [
-    "Axis", "AxisKind", "Edge", "Event", "Parameter", "Participant", "PhaseStep", "PlantState",
-    "Plant",
+    "Edge", "Event", "LocalAutomaton", "Parameter", "PhaseStep", "Plant", "PlantState",
+    "StateVariable", "VariableKind",
 ]  # fmt: skip
 
 PlantState: TypeAlias = tuple[int, ...]
 
 
-class AxisKind(Enum):
+class VariableKind(Enum):
     LOCATION = "location"
     PHASE = "phase"
-    VARIABLE = "variable"
+    DATA = "variable"
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
-    """One dimension of the state.
+class StateVariable:
+    """A variable of the plant's state: a location, a phase or data.
 
     ``name`` is the component's (location), the communication's key (phase) or
     ``Component.variable``. ``values`` are the state names, ``("idle", "busy")``, or the variable's
     values in order: a tuple, or a range for an integer. ``marked`` are the indexes at which the
-    axis is marked; None: all (a variable).
+    variable is marked; None: all (a variable).
     """
 
-    kind: AxisKind
+    kind: VariableKind
     name: str
     values: Sequence[Value]
     initial: int
@@ -77,7 +77,7 @@ class Edge:
     """One way in which a component takes part in an event: in location ``source``, if ``guard``
     holds.
 
-    ``updates`` assign synthesis variables: (axis, right-hand side over the state before the event).
+    ``updates`` assign state variables: (index, right-hand side over the state before the event).
     ``data`` assigns data-only variables, for the controller at run time. ``target`` is a location.
     """
 
@@ -90,16 +90,16 @@ class Edge:
 
 
 @dataclass(frozen=True, slots=True)
-class Participant:
-    """A component's part in an event. ``axis`` is its location.
+class LocalAutomaton:
+    """A component's automaton as one event concerns it; ``variable`` is its location's index.
 
     In a state, the first edge from its location whose guard holds is taken. Where there is none,
-    the component stays as it is, or blocks the event if ``blocking`` (consent to a request, a
-    tau).
+    the component stays as it is, or blocks the event if ``blocking`` (a request, an
+    internal transition).
     """
 
     component: str
-    axis: int
+    variable: int
     edges: tuple[Edge, ...]
     blocking: bool
 
@@ -108,7 +108,7 @@ class Participant:
 class PhaseStep:
     """A service's or action's own automaton: possible in phase ``source``, leads to ``target``."""
 
-    axis: int
+    variable: int
     source: int
     target: int
 
@@ -131,7 +131,7 @@ class Event:
     controllable: bool
     parameters: tuple[Parameter, ...]
     phase: PhaseStep | None
-    participants: tuple[Participant, ...]
+    automata: tuple[LocalAutomaton, ...]
     requirement: Expr | None
     requirements: tuple[int, ...]
     span: Span = field(compare=False, repr=False)
@@ -148,35 +148,35 @@ class Plant:
     """
 
     robot: Robot
-    axes: tuple[Axis, ...]
+    variables: tuple[StateVariable, ...]
     events: tuple[Event, ...]
     invariants: tuple[tuple[Expr, int], ...]
 
     @cached_property
-    def axis_index(self) -> dict[tuple[AxisKind, str], int]:
-        return {(axis.kind, axis.name): i for i, axis in enumerate(self.axes)}
+    def variable_index(self) -> dict[tuple[VariableKind, str], int]:
+        return {(variable.kind, variable.name): i for i, variable in enumerate(self.variables)}
 
     @cached_property
     def writes(self) -> tuple[frozenset[int], ...]:
-        """Per event, the axes that it may change."""
+        """Per event, the variables that it may change."""
         return tuple(_writes(event) for event in self.events)
 
     @cached_property
     def initial(self) -> PlantState:
-        return tuple(axis.initial for axis in self.axes)
+        return tuple(variable.initial for variable in self.variables)
 
     def is_marked(self, state: PlantState) -> bool:
         return all(
-            axis.marked is None or value in axis.marked
-            for axis, value in zip(self.axes, state, strict=True)
+            variable.marked is None or value in variable.marked
+            for variable, value in zip(self.variables, state, strict=True)
         )
 
 
 def _writes(event: Event) -> frozenset[int]:
-    axes = set() if event.phase is None else {event.phase.axis}
-    for participant in event.participants:
-        for edge in participant.edges:
-            axes.update(axis for axis, _ in edge.updates)
+    variables = set() if event.phase is None else {event.phase.variable}
+    for automaton in event.automata:
+        for edge in automaton.edges:
+            variables.update(variable for variable, _ in edge.updates)
             if edge.target != edge.source:
-                axes.add(participant.axis)
-    return frozenset(axes)
+                variables.add(automaton.variable)
+    return frozenset(variables)

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import (
-    Axis,
-    AxisKind,
     Edge,
     Event,
+    LocalAutomaton,
     Parameter,
-    Participant,
     PhaseStep,
     Plant,
+    StateVariable,
+    VariableKind,
 )
 from robosc.ir.expr import conjunction, disjunction, negation
 from robosc.model.entities import (
@@ -74,16 +74,16 @@ def lower(robot: Robot) -> Plant:
         for index, r in enumerate(robot.requirements)
         if r.kind in ("never", "always")
     )
-    return Plant(robot, context.axes, events, invariants)
+    return Plant(robot, context.variables, events, invariants)
 
 
-def _axes(robot: Robot) -> Iterator[Axis]:
+def _state_variables(robot: Robot) -> Iterator[StateVariable]:
     for component in robot.components:
         behaviour = component.behaviour
         if behaviour is not None:
             states = behaviour.states
-            yield Axis(
-                AxisKind.LOCATION,
+            yield StateVariable(
+                VariableKind.LOCATION,
                 component.name,
                 tuple(s.name for s in states),
                 next(i for i, s in enumerate(states) if s.initial),
@@ -92,27 +92,31 @@ def _axes(robot: Robot) -> Iterator[Axis]:
             for variable in behaviour.variables:
                 values = _values(variable.type, variable.key) if variable.in_state else None
                 if values is not None:
-                    yield Axis(
-                        AxisKind.VARIABLE, variable.key, values, values.index(variable.initial)
+                    yield StateVariable(
+                        VariableKind.DATA, variable.key, values, values.index(variable.initial)
                     )
         for communication in component.communications:
             if communication.has_phase:
-                yield Axis(
-                    AxisKind.PHASE, communication.key, ("idle", "busy"), _IDLE, frozenset({_IDLE})
+                yield StateVariable(
+                    VariableKind.PHASE,
+                    communication.key,
+                    ("idle", "busy"),
+                    _IDLE,
+                    frozenset({_IDLE}),
                 )
 
 
 @dataclass(frozen=True)
 class _Context:
     robot: Robot
-    axes: tuple[Axis, ...]
-    axis_index: dict[tuple[AxisKind, str], int]
+    variables: tuple[StateVariable, ...]
+    variable_index: dict[tuple[VariableKind, str], int]
     listeners: dict[tuple[EventKind, str], tuple[Component, ...]]
     """Components that mention an event of a communication, in model order."""
 
     @classmethod
     def of(cls, robot: Robot) -> _Context:
-        axes = tuple(_axes(robot))
+        variables = tuple(_state_variables(robot))
         listeners: dict[tuple[EventKind, str], dict[str, Component]] = {}
         for component in robot.components:
             if component.behaviour is not None:
@@ -121,8 +125,8 @@ class _Context:
                     listeners.setdefault(key, {})[component.name] = component
         return cls(
             robot,
-            axes,
-            {(axis.kind, axis.name): i for i, axis in enumerate(axes)},
+            variables,
+            {(variable.kind, variable.name): i for i, variable in enumerate(variables)},
             {key: tuple(found.values()) for key, found in listeners.items()},
         )
 
@@ -135,13 +139,13 @@ class _Context:
 
     def _communication_event(self, communication: Communication, kind: EventKind) -> Event:
         key = communication.key
-        participants = tuple(
-            self._participant(component, kind, key)
+        automata = tuple(
+            self._automaton(component, kind, key)
             for component in self.listeners.get((kind, key), ())
         )
         phase = None
         if communication.has_phase:
-            phase = PhaseStep(self.axis_index[AxisKind.PHASE, key], *_PHASES[kind])
+            phase = PhaseStep(self.variable_index[VariableKind.PHASE, key], *_PHASES[kind])
         requirement, indexes = self._requirement(key, kind)
         return Event(
             kind=kind,
@@ -149,9 +153,9 @@ class _Context:
             key=key,
             index=0,
             controllable=kind in (EventKind.REQUEST, EventKind.CANCEL),
-            parameters=_parameters(participants),
+            parameters=_parameters(automata),
             phase=phase,
-            participants=participants,
+            automata=automata,
             requirement=requirement,
             requirements=indexes,
             span=communication.span,
@@ -168,7 +172,7 @@ class _Context:
         requirement = conjunction(kept)
         return (None if requirement == TRUE else requirement), tuple(found)
 
-    def _participant(self, component: Component, kind: EventKind, key: str) -> Participant:
+    def _automaton(self, component: Component, kind: EventKind, key: str) -> LocalAutomaton:
         behaviour = component.behaviour
         assert behaviour is not None
         own = [t for t in behaviour.transitions if t.event is kind and t.communication == key]
@@ -176,20 +180,20 @@ class _Context:
         for location, state in enumerate(behaviour.states):
             local = [t for t in state.transitions if t.event is kind and t.communication == key]
             edges.extend(self._edge(component, location, t) for t in local or own)
-        axis = self.axis_index[AxisKind.LOCATION, component.name]
-        return Participant(component.name, axis, tuple(edges), kind is EventKind.REQUEST)
+        variable = self.variable_index[VariableKind.LOCATION, component.name]
+        return LocalAutomaton(component.name, variable, tuple(edges), kind is EventKind.REQUEST)
 
     def _edge(self, component: Component, location: int, transition: ResultTransition) -> Edge:
         updates: list[tuple[int, Expr]] = []
         data: list[Assignment] = []
         for assignment in transition.assignments:
-            axis = self.axis_index.get(
-                (AxisKind.VARIABLE, f"{component.name}.{assignment.variable}")
+            variable = self.variable_index.get(
+                (VariableKind.DATA, f"{component.name}.{assignment.variable}")
             )
-            if axis is None:
+            if variable is None:
                 data.append(assignment)
             else:
-                updates.append((axis, assignment.value))
+                updates.append((variable, assignment.value))
         target = self._target(component, location, transition.goto)
         return Edge(
             location, transition.guard, tuple(updates), tuple(data), target, transition.span
@@ -198,7 +202,7 @@ class _Context:
     def _target(self, component: Component, location: int, goto: str | None) -> int:
         if goto is None:
             return location
-        values = self.axes[self.axis_index[AxisKind.LOCATION, component.name]].values
+        values = self.variables[self.variable_index[VariableKind.LOCATION, component.name]].values
         return values.index(goto)
 
     def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
@@ -206,7 +210,7 @@ class _Context:
         taus: list[tuple[Tau, Iterable[int]]] = [(tau, everywhere) for tau in behaviour.taus]
         for location, state in enumerate(behaviour.states):
             taus.extend((tau, (location,)) for tau in state.taus)
-        axis = self.axis_index[AxisKind.LOCATION, component.name]
+        variable = self.variable_index[VariableKind.LOCATION, component.name]
         for tau, locations in sorted(taus, key=lambda item: item[0].index):
             edges = tuple(
                 Edge(
@@ -227,7 +231,7 @@ class _Context:
                 controllable=True,
                 parameters=(),
                 phase=None,
-                participants=(Participant(component.name, axis, edges, True),),
+                automata=(LocalAutomaton(component.name, variable, edges, True),),
                 requirement=None,
                 requirements=(),
                 span=tau.span,
@@ -240,11 +244,11 @@ def _result_transitions(behaviour: Behaviour) -> Iterator[ResultTransition]:
         yield from state.transitions
 
 
-def _parameters(participants: Iterable[Participant]) -> tuple[Parameter, ...]:
+def _parameters(automata: Iterable[LocalAutomaton]) -> tuple[Parameter, ...]:
     """The parts of the value that guards and synthesis variables take, in order of appearance."""
     found: dict[tuple[str | int, ...], Parameter] = {}
-    for participant in participants:
-        for edge in participant.edges:
+    for automaton in automata:
+        for edge in automaton.edges:
             readers = [expr for _, expr in edge.updates]
             if edge.guard is not None:
                 readers.append(edge.guard)

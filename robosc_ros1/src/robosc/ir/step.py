@@ -7,7 +7,7 @@ from enum import Enum
 from itertools import product
 from typing import TypeAlias
 
-from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant, PlantState
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import Value
@@ -62,18 +62,18 @@ def _needs(path: tuple[str | int, ...], missing: tuple[str | int, ...]) -> bool:
 
 def outcome(plant: Plant, event: Event, values: Values, state: PlantState) -> Outcome:
     """Where an event leads in the plant, requirements apart."""
-    if event.phase is not None and state[event.phase.axis] != event.phase.source:
+    if event.phase is not None and state[event.phase.variable] != event.phase.source:
         return Verdict.IMPOSSIBLE
     lookup = _lookup(plant, event, values, state)
     after = list(state)
     if event.phase is not None:
-        after[event.phase.axis] = event.phase.target
+        after[event.phase.variable] = event.phase.target
     inside = True
-    for participant in event.participants:
-        edge = _edge(participant, state, lookup)
+    for automaton in event.automata:
+        edge = _edge(automaton, state, lookup)
         if edge is not None:
-            inside = _take(plant, edge, participant, lookup, after) and inside
-        elif participant.blocking:
+            inside = _take(plant, edge, automaton, lookup, after) and inside
+        elif automaton.blocking:
             return Verdict.IMPOSSIBLE
     return tuple(after) if inside else Verdict.OUT_OF_RANGE
 
@@ -84,10 +84,10 @@ def holds(plant: Plant, condition: Expr, state: PlantState) -> bool:
 
 
 def _edge(
-    participant: Participant, state: PlantState, lookup: Callable[[Leaf], Value | None]
+    automaton: LocalAutomaton, state: PlantState, lookup: Callable[[Leaf], Value | None]
 ) -> Edge | None:
-    location = state[participant.axis]
-    for edge in participant.edges:
+    location = state[automaton.variable]
+    for edge in automaton.edges:
         if edge.source == location and (edge.guard is None or _true(edge.guard, lookup)):
             return edge
     return None
@@ -96,21 +96,21 @@ def _edge(
 def _take(
     plant: Plant,
     edge: Edge,
-    participant: Participant,
+    automaton: LocalAutomaton,
     lookup: Callable[[Leaf], Value | None],
     after: list[int],
 ) -> bool:
     """Write an edge's effect into ``after``; False if a variable would leave its range."""
-    after[participant.axis] = edge.target
+    after[automaton.variable] = edge.target
     inside = True
-    for axis, expr in edge.updates:
+    for variable, expr in edge.updates:
         try:
             value = evaluate(expr, lookup)
         except Undefined:
             continue
-        values = plant.axes[axis].values
+        values = plant.variables[variable].values
         if value in values:
-            after[axis] = values.index(value)
+            after[variable] = values.index(value)
         else:
             inside = False
     return inside
@@ -126,19 +126,19 @@ def _true(condition: Expr, lookup: Callable[[Leaf], Value | None]) -> bool:
 def _lookup(
     plant: Plant, event: Event | None, values: Values, state: PlantState
 ) -> Callable[[Leaf], Value | None]:
-    index = plant.axis_index
+    index = plant.variable_index
     taken = {p.path: v for p, v in zip(event.parameters, values, strict=True)} if event else {}
 
     def look(leaf: Leaf) -> Value | None:
         match leaf:
             case VariableRef(component=component, variable=name):
-                axis = index[AxisKind.VARIABLE, f"{component}.{name}"]
-                return plant.axes[axis].values[state[axis]]
+                variable = index[VariableKind.DATA, f"{component}.{name}"]
+                return plant.variables[variable].values[state[variable]]
             case StateRef(component=component, state=name):
-                axis = index[AxisKind.LOCATION, component]
-                return plant.axes[axis].values[state[axis]] == name
+                variable = index[VariableKind.LOCATION, component]
+                return plant.variables[variable].values[state[variable]] == name
             case PhaseRef(communication=key):
-                return state[index[AxisKind.PHASE, key]] == 1
+                return state[index[VariableKind.PHASE, key]] == 1
             case ValueRef(path=path):
                 return taken[path]
 

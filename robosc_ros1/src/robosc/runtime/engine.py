@@ -2,10 +2,10 @@
 """The engine: one thread that owns the controller's state, fed by a queue; nothing in it blocks.
 
 Whatever the robot does is put into the queue by the middleware's threads. The engine takes each
-input in order of arrival, applies it to the controller, settles, and when the queue is drained
-performs the commands that are due (see :mod:`.scheduler`), settling after each. Between two
-commands it looks into the queue again, so that no command is sent from an older state than need
-be.
+input in order of arrival, applies it to the controller, runs to completion (internal transitions
+until none is enabled), and when the queue is drained performs the commands that are due (see
+:mod:`.scheduler`), running to completion after each. Between two commands it looks into the queue
+again, so that no command is sent from an older state than need be.
 
 ``cycle`` does all of that once and never blocks; ``run`` calls it for ever.
 """
@@ -157,7 +157,7 @@ class Engine:
     def _begin(self) -> None:
         for command in self._scheduler.commands:
             command.due = self._port.now()
-        self._settle()
+        self._run_to_completion()
         self._scheduler.update(None, self._port.now())
 
     def time_to_deadline(self) -> Optional[float]:
@@ -272,7 +272,7 @@ class Engine:
 
     def _after(self, ended: Optional[str]) -> None:
         if self._taus:
-            self._settle()
+            self._run_to_completion()
         undefined = self.controller.undefined
         if undefined:
             total = sum(undefined.values())
@@ -281,7 +281,7 @@ class Engine:
                 self._log("warning", "undefined", "undefined value: an array was too short")
         self._scheduler.update(ended, self._port.now())
 
-    def _settle(self) -> None:
+    def _run_to_completion(self) -> None:
         """Take enabled taus in source order until none is left."""
         steps = 0
         moved = True
@@ -294,8 +294,8 @@ class Engine:
                     steps += 1
                     self.recorder.counters["taus"] += 1
                     self.recorder.record("tau", tau.component, path, tau=tau.number)
-                    if steps > self.controller.SETTLE_BOUND:
-                        self._safe_stop("the components' own steps never end (%s)" % tau.component)
+                    if steps > self.controller.STEP_BOUND:
+                        self._safe_stop("the internal transitions never end (%s)" % tau.component)
                         return
 
     # Commands
@@ -379,7 +379,9 @@ class Engine:
             return
         self.recorder.counters["commands"] += 1
         self.recorder.record("request", name, data, detail=STOP_COMMAND)
-        if command.apply is not None and (command.consent is None or command.consent()):
+        if command.apply is not None and (
+            command.synchronisation is None or command.synchronisation()
+        ):
             command.apply()
 
     def _close(self) -> None:

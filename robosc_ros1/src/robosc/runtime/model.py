@@ -39,18 +39,19 @@ class Input(NamedTuple):
 class Command(NamedTuple):
     """Something that the controller may do: "request" of a communication or "cancel" of an action.
 
-    ``guard`` tells whether requirements and synthesis allow it, ``consent`` whether the components
-    that mention it accept it now (None: always); neither looks at the communication's own phase,
-    which is the attribute ``busy`` (None: a message has none). ``data`` gives the fields to send,
+    ``guard`` tells whether requirements and synthesis allow it, ``synchronisation`` whether it is
+    enabled in the components that mention it (None: always); neither looks at the
+    communication's own phase, which is the attribute ``busy`` (None: a message has none).
+    ``data`` gives the fields to send,
     ``apply`` changes the state. ``requirements`` are indexes into the table of requirements;
     ``reason`` is why synthesis forbids more than they do (None: it does not); ``partners`` are the
-    components whose consent it needs.
+    components that synchronise on it.
     """
 
     key: str
     kind: str
     guard: str
-    consent: Optional[str]
+    synchronisation: Optional[str]
     busy: Optional[str]
     data: Optional[str]
     apply: Optional[str]
@@ -60,7 +61,7 @@ class Command(NamedTuple):
 
 
 class Tau(NamedTuple):
-    """A component's own step. ``step`` takes it and tells ``"from->to"``, or None if it cannot."""
+    """An internal transition. ``step`` takes it and tells ``"from->to"``, or None if it cannot."""
 
     component: str
     number: int
@@ -85,8 +86,8 @@ class Controller:
     COMMANDS: Tuple[Command, ...]
     TAUS: Tuple[Tau, ...]
     REQUIREMENTS: Tuple[Requirement, ...]
-    SETTLE_BOUND: int
-    """More steps of settling than this mean a cycle; each step within it reaches a new state."""
+    STEP_BOUND: int
+    """More internal transitions in a row mean a cycle; each within it reaches a new state."""
 
     undefined: Dict[str, int]
     """How often an expression was undefined, by place in the model. Shared by all copies."""

@@ -16,7 +16,7 @@ STOP_COMMAND = "stop command"
 
 class Entry(NamedTuple):
     """One event. ``outcome`` is "applied", "mismatch", "failed" or "stopped";
-    ``tau`` is the number of a component's own step, else 0."""
+    ``tau`` is the number of an internal transition, else 0."""
 
     number: int
     time: float

@@ -77,17 +77,17 @@ def event_document(entry: Entry) -> Dict[str, Any]:
 def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]:
     """Why a command is not enabled now; empty if it is.
 
-    Each reason has a ``kind``: "phase", "consent", "requirement" (with its ``place`` in the model),
+    Each reason has a ``kind``: "phase", "synchronisation", "requirement" (with its ``place``),
     or "synthesis" where the requirements alone would allow it.
     """
     reasons = []
     if command.busy is not None and getattr(controller, command.busy) is (command.kind != "cancel"):
         word = "busy" if command.kind == "request" else "idle"
         reasons.append({"kind": "phase", "text": "it is " + word})
-    if command.consent is not None and not getattr(controller, command.consent)():
+    if command.synchronisation is not None and not getattr(controller, command.synchronisation)():
         states = controller.components()
         parties = " or ".join("%s in %s" % (name, states[name]) for name in command.partners)
-        reasons.append({"kind": "consent", "text": "not accepted by " + parties})
+        reasons.append({"kind": "synchronisation", "text": "blocked by " + parties})
     if getattr(controller, command.guard)():
         return reasons
     failed = violated(controller, command)

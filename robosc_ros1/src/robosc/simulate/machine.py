@@ -40,7 +40,9 @@ class Choice:
 
 @dataclass(frozen=True)
 class Reason:
-    """Why a command is not enabled: "phase", "consent", "range", "requirement" or "synthesis".
+    """Why a command is not enabled.
+
+    ``kind``: "phase", "synchronisation", "range", "requirement" or "synthesis".
 
     ``place`` is file and line of the requirement.
     """

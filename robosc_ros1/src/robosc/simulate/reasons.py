@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.emit.naming import place
-from robosc.ir.automaton import Event, Participant, PlantState
+from robosc.ir.automaton import Event, LocalAutomaton, PlantState
 from robosc.ir.expr import negation
 from robosc.ir.step import Verdict, holds, outcome
 from robosc.model.entities import EventKind
@@ -46,24 +46,24 @@ def _kept(supervisor: Supervisor, event: Event) -> Iterator[Reason]:
 
 def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iterator[Reason]:
     plant = supervisor.plant
-    if event.phase is not None and state[event.phase.axis] != event.phase.source:
+    if event.phase is not None and state[event.phase.variable] != event.phase.source:
         yield Reason("phase", "it is idle" if event.phase.source else "it is busy")
         return
     after = outcome(plant, event, (), state)
     if after is Verdict.OUT_OF_RANGE:
         yield Reason("range", "a variable would leave its range")
     elif after is Verdict.IMPOSSIBLE:
-        for participant in event.participants:
-            if participant.blocking and not _takes_part(supervisor, participant, state):
-                where = plant.axes[participant.axis].values[state[participant.axis]]
-                yield Reason("consent", f"not accepted by {participant.component} in {where}")
+        for automaton in event.automata:
+            if automaton.blocking and not _takes_part(supervisor, automaton, state):
+                where = plant.variables[automaton.variable].values[state[automaton.variable]]
+                yield Reason("synchronisation", f"blocked by {automaton.component} in {where}")
 
 
-def _takes_part(supervisor: Supervisor, participant: Participant, state: PlantState) -> bool:
+def _takes_part(supervisor: Supervisor, automaton: LocalAutomaton, state: PlantState) -> bool:
     return any(
-        edge.source == state[participant.axis]
+        edge.source == state[automaton.variable]
         and (edge.guard is None or holds(supervisor.plant, edge.guard, state))
-        for edge in participant.edges
+        for edge in automaton.edges
     )
 
 

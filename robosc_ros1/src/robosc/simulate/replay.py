@@ -176,7 +176,7 @@ class Follower:
         owed = next((t for t in controller.TAUS if _can_step(controller, t)), None)
         # Steps that never end are broken off by a stop: some are still owed then.
         if owed is not None and not self._stopped:
-            return f"{owed.component} had to take its own step {owed.number} before"
+            return f"{owed.component} had to take its internal transition {owed.number} before"
         input_ = self._inputs.get((entry.name, entry.kind))
         if input_ is not None:
             parts = self._carried.get((input_.key, input_.kind), {})
@@ -222,13 +222,13 @@ def _perform(controller: Controller, command: Command, value: Any, stopping: boo
         # A node that guards another controller passes that one's data, and does not tell them.
         if value is not None and provided != value:
             return f"the model sends {json.dumps(provided)}, the log has {json.dumps(value)}"
-    if command.apply is not None and (not reasons or _consents(controller, command)):
+    if command.apply is not None and (not reasons or _synchronises(controller, command)):
         getattr(controller, command.apply)()
     return None
 
 
-def _consents(controller: Controller, command: Command) -> bool:
-    return command.consent is None or bool(getattr(controller, command.consent)())
+def _synchronises(controller: Controller, command: Command) -> bool:
+    return command.synchronisation is None or bool(getattr(controller, command.synchronisation)())
 
 
 def _carried(supervisor: Supervisor) -> dict[tuple[str, str], dict[str, Type]]:

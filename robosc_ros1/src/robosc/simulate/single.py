@@ -190,11 +190,11 @@ class SingleEvents:
         def look(leaf: Leaf) -> Value | None:
             return given.get(leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
 
-        for participant in event.participants:
-            for edge in participant.edges:
-                taken = edge.source == self._now[0][participant.axis]
+        for automaton in event.automata:
+            for edge in automaton.edges:
+                taken = edge.source == self._now[0][automaton.variable]
                 if taken and (edge.guard is None or is_true(edge.guard, look)):
-                    yield from self._data_of(participant.component, edge, look)
+                    yield from self._data_of(automaton.component, edge, look)
                     break
 
     def _data_of(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from robosc.ir.automaton import AxisKind, Plant, PlantState
+from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate, widen
 from robosc.model.entities import Data, DataObject, Robot
 from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
@@ -58,18 +58,18 @@ def is_true(condition: Expr, look: Callable[[Leaf], Value | None]) -> bool:
 
 def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value]) -> State:
     """A state of the plant, with the data-only variables beside it, in model order."""
-    found: dict[AxisKind, dict[str, Value]] = {kind: {} for kind in AxisKind}
-    for axis, index in zip(plant.axes, state, strict=True):
-        found[axis.kind][axis.name] = axis.values[index]
-    known = {**found[AxisKind.VARIABLE], **data}
+    found: dict[VariableKind, dict[str, Value]] = {kind: {} for kind in VariableKind}
+    for variable, index in zip(plant.variables, state, strict=True):
+        found[variable.kind][variable.name] = variable.values[index]
+    known = {**found[VariableKind.DATA], **data}
     variables = {
         v.key: known[v.key] for c in plant.robot.components if c.behaviour
         for v in c.behaviour.variables
     }  # fmt: skip
     return State(
-        {name: str(value) for name, value in found[AxisKind.LOCATION].items()},
+        {name: str(value) for name, value in found[VariableKind.LOCATION].items()},
         variables,
-        {key: phase == "busy" for key, phase in found[AxisKind.PHASE].items()},
+        {key: phase == "busy" for key, phase in found[VariableKind.PHASE].items()},
     )
 
 

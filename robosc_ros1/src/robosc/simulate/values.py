@@ -68,8 +68,8 @@ def value_type(robot: Robot, event: Event) -> Type:
 def value_parts(event: Event) -> dict[Path, Type]:
     """The parts of an event's value that transitions read, data-only variables included."""
     found: dict[Path, Type] = {}
-    for participant in event.participants:
-        for edge in participant.edges:
+    for automaton in event.automata:
+        for edge in automaton.edges:
             readers = [e for _, e in edge.updates] + [a.value for a in edge.data]
             for expr in readers + ([edge.guard] if edge.guard is not None else []):
                 for part in walk(expr):

@@ -106,12 +106,12 @@ def _crowded(plant: Plant) -> str | None:
     """Which assignment has too many pairs of incoming and stored values for the dense engine."""
     for event in plant.events:
         values = {parameter.path: len(parameter.values) for parameter in event.parameters}
-        for participant in event.participants:
-            for axis, expr in {u for edge in participant.edges for u in edge.updates}:
+        for automaton in event.automata:
+            for axis, expr in {u for edge in automaton.edges for u in edge.updates}:
                 read = {node.path for node in walk(expr) if isinstance(node, ValueRef)}
                 taken = prod(values[path] for path in read)
-                if taken * plant.axes[axis].size > _MOST_PAIRS:
-                    name, size = plant.axes[axis].name, plant.axes[axis].size
+                if taken * plant.variables[axis].size > _MOST_PAIRS:
+                    name, size = plant.variables[axis].name, plant.variables[axis].size
                     return f"{event.name} brings {taken} values for the {size} of {name}"
     return None
 
@@ -127,7 +127,7 @@ def _nothing(plant: Plant) -> tuple[Guard, ...]:
 
 def _too_large(layout: Layout, max_states: int, engine: str) -> StateSpaceError:
     """What makes the product large, and what to do about it."""
-    axes = layout.plant.axes
+    axes = layout.plant.variables
     names = contributors(
         (listing([axes[axis].name for axis in dim.axes], "with"), dim.size)
         for dim in layout.dims

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from robosc.ir.automaton import AxisKind, Event, Plant, PlantState
+from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
 from robosc.ir.expr import to_dsl
 from robosc.ir.step import Values
 from robosc.model.entities import EventKind
@@ -104,24 +104,25 @@ def _any_value(plant: Plant, event: Event) -> dict[str, Any]:
     """A controllable event: a tau's value says where it leads, if that is the same everywhere."""
     value = None
     if event.kind is EventKind.TAU:
-        (participant,) = event.participants
-        ways = {(edge.source, edge.target) for edge in participant.edges}
-        names = plant.axes[participant.axis].values
+        (automaton,) = event.automata
+        ways = {(edge.source, edge.target) for edge in automaton.edges}
+        names = plant.variables[automaton.variable].values
         if len(ways) == 1:
             value = "->".join(str(names[location]) for location in ways.pop())
     return {**event_document(event), "value": value}
 
 
 def _state(plant: Plant, number: int, state: PlantState) -> dict[str, Any]:
-    found: dict[AxisKind, dict[str, Any]] = {kind: {} for kind in AxisKind}
-    for axis, value in zip(plant.axes, state, strict=True):
+    found: dict[VariableKind, dict[str, Any]] = {kind: {} for kind in VariableKind}
+    for axis, value in zip(plant.variables, state, strict=True):
         found[axis.kind][axis.name] = axis.values[value]
     return {
         "id": number,
-        "components": found[AxisKind.LOCATION],
-        "variables": found[AxisKind.VARIABLE],
+        "components": found[VariableKind.LOCATION],
+        "variables": found[VariableKind.DATA],
         "communications": {
-            plant.robot.display_names[key]: phase for key, phase in found[AxisKind.PHASE].items()
+            plant.robot.display_names[key]: phase
+            for key, phase in found[VariableKind.PHASE].items()
         },
         "marked": plant.is_marked(state),
     }

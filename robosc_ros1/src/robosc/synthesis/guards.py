@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
-from robosc.ir.automaton import AxisKind, Event, Plant
+from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.expr import conjunction
 from robosc.model.expr import FALSE, TRUE, Expr, Unary, walk
 from robosc.supervisor import Guard, Status
@@ -93,17 +93,17 @@ def _axis_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, bool,
 
     def rank(axis: int) -> tuple[bool, bool, int]:
         # Users cannot write a phase, so it is the first to go among equals.
-        return axis in near, plant.axes[axis].kind is not AxisKind.PHASE, -axis
+        return axis in near, plant.variables[axis].kind is not VariableKind.PHASE, -axis
 
     return rank
 
 
 def _touched(plant: Plant, event: Event) -> set[int]:
     """The axes that an event reads or writes."""
-    found = {participant.axis for participant in event.participants}
+    found = {automaton.variable for automaton in event.automata}
     expressions = [] if event.requirement is None else [event.requirement]
-    for participant in event.participants:
-        for edge in participant.edges:
+    for automaton in event.automata:
+        for edge in automaton.edges:
             found.update(axis for axis, _ in edge.updates)
             expressions += [expr for _, expr in edge.updates]
             expressions += [] if edge.guard is None else [edge.guard]

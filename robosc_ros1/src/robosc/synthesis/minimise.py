@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from robosc.ir.automaton import Axis, AxisKind, Plant
+from robosc.ir.automaton import Plant, StateVariable, VariableKind
 from robosc.ir.expr import conjunction, disjunction, negation
 from robosc.model.entities import Variable
 from robosc.model.expr import (
@@ -75,7 +75,7 @@ def condition_of(plant: Plant, table: Table) -> Expr:
         return FALSE
     if not table.refused.any():
         return TRUE
-    axes = [plant.axes[axis] for axis in table.axes]
+    axes = [plant.variables[axis] for axis in table.axes]
     positive = disjunction(
         conjunction(_literals(plant, axes, box, True))
         for box in _cover(table.allowed, table.refused)
@@ -172,7 +172,7 @@ def _irredundant(inside: Bools, boxes: list[_Box]) -> list[_Box]:
 # --- wording -------------------------------------------------------------------------------------
 
 
-def _literals(plant: Plant, axes: Sequence[Axis], box: _Box, positive: bool) -> list[Expr]:
+def _literals(plant: Plant, axes: Sequence[StateVariable], box: _Box, positive: bool) -> list[Expr]:
     """What a box says of each axis, or what its negation says."""
     found = []
     for axis, needed, free in zip(axes, box.needed, box.free, strict=True):
@@ -182,13 +182,13 @@ def _literals(plant: Plant, axes: Sequence[Axis], box: _Box, positive: bool) -> 
     return found
 
 
-def _literal(plant: Plant, axis: Axis, needed: Bools, free: Bools) -> Expr:
+def _literal(plant: Plant, axis: StateVariable, needed: Bools, free: Bools) -> Expr:
     """A condition on one axis that holds for all needed values and for no other than the free."""
     match axis.kind:
-        case AxisKind.PHASE:
+        case VariableKind.PHASE:
             busy = PhaseRef(axis.name)
             return busy if free[1] else negation(busy)
-        case AxisKind.LOCATION:
+        case VariableKind.LOCATION:
             return _member(needed, free, lambda v: StateRef(axis.name, str(axis.values[v])))
     component, name = axis.name.split(".")
     type_ = next(v.type for v in _variables(plant, component) if v.name == name)
@@ -218,7 +218,7 @@ def _member(needed: Bools, free: Bools, is_value: Callable[[int], Expr]) -> Expr
     return disjunction(some) if len(some) <= len(others) else conjunction(others)
 
 
-def _interval(axis: Axis, variable: VariableRef, needed: Bools, free: Bools) -> Expr:
+def _interval(axis: StateVariable, variable: VariableRef, needed: Bools, free: Bools) -> Expr:
     """Runs of values, each told by its bounds; they stretch over free values where that helps."""
     runs: list[Expr] = []
     last = len(needed) - 1
@@ -240,7 +240,7 @@ def _interval(axis: Axis, variable: VariableRef, needed: Bools, free: Bools) -> 
 
 
 def _between(
-    axis: Axis, variable: VariableRef, lower: tuple[int, int], upper: tuple[int, int]
+    axis: StateVariable, variable: VariableRef, lower: tuple[int, int], upper: tuple[int, int]
 ) -> Expr:
     """From one of the lower places to one of the upper ones; open where they reach the end."""
 

@@ -67,7 +67,7 @@ def defined_update(
     true, false = _truth(expr, chosen)
     if true == false == FALSE:
         return None
-    component, variable = plant.axes[axis].name.split(".")
+    component, variable = plant.variables[axis].name.split(".")
     old = before or VariableRef(component, variable, BooleanType())
     return disjunction([true, conjunction([negation(false), old])])
 

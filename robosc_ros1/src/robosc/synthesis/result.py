@@ -60,5 +60,5 @@ def make_supervisor(
             *warnings(system, guards),
             *properties.diagnostics,
         ),
-        settle_bound=properties.settle_bound,
+        step_bound=properties.step_bound,
     )

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from robosc.ir.automaton import Edge, Event, Participant, Plant, PlantState
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.ir.expr import Leaf, Undefined, divide, to_python, widen
 from robosc.ir.step import Outcome, Values, Verdict, valuations
 from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef, ValueRef, VariableRef, walk
@@ -53,7 +53,7 @@ class Stepper:
             "IMPOSSIBLE": Verdict.IMPOSSIBLE,
             "OUT_OF_RANGE": Verdict.OUT_OF_RANGE,
         }
-        for number, axis in enumerate(plant.axes):
+        for number, axis in enumerate(plant.variables):
             if not isinstance(axis.values, range):
                 self._namespace[f"V{number}"] = axis.values
                 self._namespace[f"I{number}"] = {v: i for i, v in enumerate(axis.values)}
@@ -110,22 +110,22 @@ class Stepper:
 
     def _event_lines(self, event: Event) -> Iterator[str]:
         if event.phase is not None:
-            yield f"if s[{event.phase.axis}] != {event.phase.source}: return IMPOSSIBLE"
+            yield f"if s[{event.phase.variable}] != {event.phase.source}: return IMPOSSIBLE"
         yield "t = list(s)"
         yield "inside = True"
         if event.phase is not None:
-            yield f"t[{event.phase.axis}] = {event.phase.target}"
+            yield f"t[{event.phase.variable}] = {event.phase.target}"
         slots = {p.path: (i, None in p.values) for i, p in enumerate(event.parameters)}
-        for participant in event.participants:
-            yield from self._participant_lines(participant, slots)
+        for automaton in event.automata:
+            yield from self._automaton_lines(automaton, slots)
         yield "return tuple(t) if inside else OUT_OF_RANGE"
 
-    def _participant_lines(
-        self, participant: Participant, slots: Mapping[tuple[str | int, ...], tuple[int, bool]]
+    def _automaton_lines(
+        self, automaton: LocalAutomaton, slots: Mapping[tuple[str | int, ...], tuple[int, bool]]
     ) -> Iterator[str]:
         yield "while True:"
-        for edge in participant.edges:
-            yield f"    if s[{participant.axis}] == {edge.source}:"
+        for edge in automaton.edges:
+            yield f"    if s[{automaton.variable}] == {edge.source}:"
             indent = " " * 8
             if edge.guard is not None:
                 text = to_python(edge.guard, lambda leaf: self._leaf(leaf, slots))
@@ -133,17 +133,17 @@ class Stepper:
                 yield f"{indent}except Undefined: holds = False"
                 yield f"{indent}if holds:"
                 indent += " " * 4
-            for line in self._edge_lines(participant, edge, slots):
+            for line in self._edge_lines(automaton, edge, slots):
                 yield indent + line
-        yield "    return IMPOSSIBLE" if participant.blocking else "    break"
+        yield "    return IMPOSSIBLE" if automaton.blocking else "    break"
 
     def _edge_lines(
         self,
-        participant: Participant,
+        automaton: LocalAutomaton,
         edge: Edge,
         slots: Mapping[tuple[str | int, ...], tuple[int, bool]],
     ) -> Iterator[str]:
-        yield f"t[{participant.axis}] = {edge.target}"
+        yield f"t[{automaton.variable}] = {edge.target}"
         for axis, expr in edge.updates:
             text = to_python(expr, lambda leaf: self._leaf(leaf, slots))
             undefined = any(isinstance(n, ValueRef) and slots[n.path][1] for n in walk(expr))
@@ -152,7 +152,7 @@ class Stepper:
                 yield "try:"
                 indent = " " * 4
             yield f"{indent}x = {text}"
-            values = self.plant.axes[axis].values
+            values = self.plant.variables[axis].values
             if isinstance(values, range):
                 yield f"{indent}if {values[0]} <= x <= {values[-1]}: t[{axis}] = x - {values[0]}"
             else:
@@ -170,11 +170,11 @@ class Stepper:
         assert axis is not None
         match leaf:
             case StateRef(state=name):
-                return f"(s[{axis}] == {self.plant.axes[axis].values.index(name)})"
+                return f"(s[{axis}] == {self.plant.variables[axis].values.index(name)})"
             case PhaseRef():
                 return f"(s[{axis}] == 1)"
             case VariableRef():
-                values = self.plant.axes[axis].values
+                values = self.plant.variables[axis].values
                 if isinstance(values, range):
                     return f"(s[{axis}] + {values[0]})" if values[0] else f"s[{axis}]"
                 return f"V{axis}[s[{axis}]]"

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Protocol
 
-from robosc.ir.automaton import Edge, Event, Participant, Plant, PlantState
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.ir.expr import conjunction, disjunction, negation
 from robosc.ir.step import Values
 from robosc.model.entities import EventKind
@@ -52,41 +52,41 @@ def possible(plant: Plant, event: Event) -> Expr:
     """Where the plant can do a controllable event."""
     parts: list[Expr] = []
     if event.phase is not None:
-        busy = PhaseRef(plant.axes[event.phase.axis].name)
+        busy = PhaseRef(plant.variables[event.phase.variable].name)
         parts.append(busy if event.phase.source else negation(busy))
-    for participant in event.participants:
+    for automaton in event.automata:
         cases: list[Expr] = []
         fails: dict[int, list[Expr]] = {}
-        for edge in participant.edges:
+        for edge in automaton.edges:
             before = fails.setdefault(edge.source, [])
-            here = StateRef(participant.component, _location(plant, participant.axis, edge.source))
+            here = StateRef(automaton.component, _location(plant, automaton.variable, edge.source))
             guard = [] if edge.guard is None else [edge.guard]
             cases.append(conjunction([here, *before, *guard, *_inside(plant, edge)]))
             before.append(FALSE if edge.guard is None else negation(edge.guard))
-        if not participant.blocking:
-            cases.append(_stays(plant, participant, fails))
+        if not automaton.blocking:
+            cases.append(_stays(plant, automaton, fails))
         parts.append(disjunction(cases))
     return conjunction(parts)
 
 
-def _stays(plant: Plant, participant: Participant, fails: dict[int, list[Expr]]) -> Expr:
-    """Where no edge of a participant is taken."""
+def _stays(plant: Plant, automaton: LocalAutomaton, fails: dict[int, list[Expr]]) -> Expr:
+    """Where no edge of an automaton is taken."""
     stays: list[Expr] = []
     for place, conditions in fails.items():
-        location = _location(plant, participant.axis, place)
-        elsewhere = negation(StateRef(participant.component, location))
+        location = _location(plant, automaton.variable, place)
+        elsewhere = negation(StateRef(automaton.component, location))
         stays.append(disjunction([elsewhere, conjunction(conditions)]))
     return conjunction(stays)
 
 
 def _location(plant: Plant, axis: int, place: int) -> str:
-    return str(plant.axes[axis].values[place])
+    return str(plant.variables[axis].values[place])
 
 
 def _inside(plant: Plant, edge: Edge) -> Iterator[Expr]:
     """That the edge's updates keep to the ranges."""
     for axis, expr in edge.updates:
-        values = plant.axes[axis].values
+        values = plant.variables[axis].values
         if isinstance(values, range):
             low = Literal(values[0], IntegerType())
             high = Literal(values[-1], IntegerType())
@@ -132,5 +132,5 @@ def make_step(
 
 def tau_values(plant: Plant, event: Event, before: PlantState, after: PlantState) -> Values:
     """The value of a tau: ``("from->to",)``."""
-    axis = event.participants[0].axis
+    axis = event.automata[0].variable
     return (f"{_location(plant, axis, before[axis])}->{_location(plant, axis, after[axis])}",)

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.ir.automaton import Axis, AxisKind, Plant
+from robosc.ir.automaton import Plant, StateVariable, VariableKind
 from robosc.language.operators import EXACT_IN_DOUBLE, EXACT_IN_INT64, Operator, Range
 from robosc.model.expr import (
     Expr,
@@ -42,11 +42,11 @@ def axis_of(plant: Plant, leaf: Expr) -> int | None:
     """The axis that a leaf reads; None for all that reads no state."""
     match leaf:
         case VariableRef(component=component, variable=name):
-            return plant.axis_index[AxisKind.VARIABLE, f"{component}.{name}"]
+            return plant.variable_index[VariableKind.DATA, f"{component}.{name}"]
         case StateRef(component=component):
-            return plant.axis_index[AxisKind.LOCATION, component]
+            return plant.variable_index[VariableKind.LOCATION, component]
         case PhaseRef(communication=key):
-            return plant.axis_index[AxisKind.PHASE, key]
+            return plant.variable_index[VariableKind.PHASE, key]
     return None
 
 
@@ -68,12 +68,12 @@ def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArr
             return _literal(node.value, node.type)
         axis = axis_of(plant, node)
         assert axis is not None, "a parameter without value"
-        return _leaf(plant.axes[axis], node, columns[axis])
+        return _leaf(plant.variables[axis], node, columns[axis])
 
     return fold(expr, leaf, _apply)
 
 
-def _leaf(axis: Axis, expr: Expr, indexes: Indexes) -> NDArray[Any]:
+def _leaf(axis: StateVariable, expr: Expr, indexes: Indexes) -> NDArray[Any]:
     match expr:
         case StateRef(state=name):
             result: NDArray[Any] = indexes == axis.values.index(name)

@@ -62,11 +62,11 @@ class BddCareSet:
 
     @property
     def size(self) -> int:
-        return prod(self.encoding.plant.axes[axis].size for axis in self.axes)
+        return prod(self.encoding.plant.variables[axis].size for axis in self.axes)
 
     def _array(self, states: Bdd, axes: Sequence[int]) -> Bools:
         manager = self.encoding.manager
-        shape = tuple(self.encoding.plant.axes[axis].size for axis in axes)
+        shape = tuple(self.encoding.plant.variables[axis].size for axis in axes)
         known: dict[tuple[int, Bdd], Bools] = {}
 
         def array(depth: int, states: Bdd) -> Bools:
@@ -136,7 +136,7 @@ class _Cover:
     def literals(self, box: _Box, positive: bool) -> Iterator[Expr]:
         """What a box says of each axis, or what its negation says."""
         for axis in sorted(box):
-            inside = np.isin(np.arange(self.plant.axes[axis].size), list(box[axis]))
+            inside = np.isin(np.arange(self.plant.variables[axis].size), list(box[axis]))
             table = Table((axis,), inside, ~inside) if positive else Table((axis,), ~inside, inside)
             yield condition_of(self.plant, table)
 
@@ -149,7 +149,7 @@ class _Cover:
         box: _Box = {}
         for number, axis in enumerate(order):
             near = outside & rest[len(order) - number - 1]
-            size = self.plant.axes[axis].size
+            size = self.plant.variables[axis].size
             values = frozenset(
                 index
                 for index in range(size)

@@ -66,7 +66,7 @@ class Encoding:
         parameters = [
             (e, p) for e, event in enumerate(plant.events) for p in range(len(event.parameters))
         ]
-        items: list[LeafSource] = [*range(len(plant.axes)), *parameters]
+        items: list[LeafSource] = [*range(len(plant.variables)), *parameters]
         self._blocks: dict[LeafSource, _Block] = {}
         self._known: dict[tuple[Expr, int | None], Partition] = {}
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
@@ -76,11 +76,11 @@ class Encoding:
             self._blocks[items[item]] = block
             first += len(block.now) + len(block.after)
         self.manager = Manager(first, memory)
-        self._bits = sum(len(self._blocks[axis].now) for axis in range(len(plant.axes)))
+        self._bits = sum(len(self._blocks[axis].now) for axis in range(len(plant.variables)))
 
     def _block(self, source: LeafSource, first: int) -> _Block:
         if isinstance(source, int):
-            size = self.plant.axes[source].size
+            size = self.plant.variables[source].size
             bits = (size - 1).bit_length()
             places = range(first, first + 2 * bits)
             return _Block(size, tuple(places[::2]), tuple(places[1::2]))
@@ -167,7 +167,7 @@ class Encoding:
     @cached_property
     def marked(self) -> Bdd:
         result = self.manager.true
-        for number, axis in enumerate(self.plant.axes):
+        for number, axis in enumerate(self.plant.variables):
             if axis.marked is not None:
                 result = result & self.values(number, axis.marked)
         return result
@@ -176,7 +176,7 @@ class Encoding:
         """One state of a set that is not empty."""
         assignment = self.manager.pick(states)
         state = []
-        for axis in range(len(self.plant.axes)):
+        for axis in range(len(self.plant.variables)):
             index = 0
             for variable in self._blocks[axis].now:
                 index = index << 1 | bool(assignment[variable])
@@ -201,7 +201,7 @@ class Encoding:
         if states == self.state(only):
             return only
         state = []
-        for axis in range(len(self.plant.axes)):
+        for axis in range(len(self.plant.variables)):
             for index in range(self._blocks[axis].size):
                 here = states & self.value(axis, index)
                 if here != self.manager.false:
@@ -292,7 +292,7 @@ class Encoding:
             assert event is not None and isinstance(leaf, ValueRef)
             taken = self.plant.events[event]
             return taken.parameters[self._parameter(taken, leaf)].values[index]
-        value = self.plant.axes[axis].values[index]
+        value = self.plant.variables[axis].values[index]
         match leaf:
             case StateRef(state=name):
                 return value == name
@@ -319,10 +319,10 @@ def _groups(plant: Plant, items: Sequence[LeafSource]) -> Iterator[list[int]]:
     for e, event in enumerate(plant.events):
         group = [number[e, p] for p in range(len(event.parameters))]
         if event.phase is not None:
-            group.append(event.phase.axis)
-        for participant in event.participants:
-            group.append(participant.axis)
-            for edge in participant.edges:
+            group.append(event.phase.variable)
+        for automaton in event.automata:
+            group.append(automaton.variable)
+            for edge in automaton.edges:
                 if edge.guard is not None:
                     group.extend(axes_read(plant, edge.guard))
                 for axis, expr in edge.updates:

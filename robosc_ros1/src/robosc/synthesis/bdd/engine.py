@@ -187,7 +187,7 @@ class SymbolicEngine:
     def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
         """A condition that tells two sets apart, and the few axes that it reads."""
         self.manager.collect_garbage()
-        axes = set(range(len(self.plant.axes)))
+        axes = set(range(len(self.plant.variables)))
         for axis in sorted(axes, key=self.encoding.place):
             cube = self.encoding.now([axis])
             wider = self.manager.exists(allowed, cube), self.manager.exists(refused, cube)

@@ -4,7 +4,7 @@ The transition relation of an event is a disjunction, kept as its *disjuncts* (B
 "Symbolic model checking with partitioned transition relations", VLSI 1991). A disjunct that gives
 axes constant values needs no variables for the state afterwards: its image quantifies those axes
 away and conjoins the new values. Only where that would make too many disjuncts (a counter, many
-participants with a choice each) do a disjunct's axes use the variables beside, as a relation
+automata with a choice each) do a disjunct's axes use the variables beside, as a relation
 between old and new values. Axes that an event does not write do not occur, so nothing says that
 they stay.
 """
@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from robosc.ir.automaton import Edge, Participant
+from robosc.ir.automaton import Edge, LocalAutomaton
 from robosc.ir.step import missing_together
 from robosc.model.expr import TRUE
 from robosc.synthesis.bdd.encoding import Encoding, axes_read
@@ -79,7 +79,7 @@ class _Case:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _LocalRelation:
-    """A component's part in an event: the cases, where it consents, where no range is left."""
+    """A component's part in an event: the cases, where it synchronises, where no range is left."""
 
     cases: list[_Case]
     enabled: Bdd
@@ -129,13 +129,13 @@ class Relations:
             start = start & (~gone[0] | gone[1])
         constants: tuple[tuple[int, int], ...] = ()
         if event.phase is not None:
-            start = start & encoding.value(event.phase.axis, event.phase.source)
+            start = start & encoding.value(event.phase.variable, event.phase.source)
             if event.phase.source != event.phase.target:
-                constants = ((event.phase.axis, event.phase.target),)
+                constants = ((event.phase.variable, event.phase.target),)
         cases = [_Case(start, constants, frozenset())]
         enabled = inside = start
-        for participant in event.participants:
-            part = self._local_relation(participant, number)
+        for automaton in event.automata:
+            part = self._local_relation(automaton, number)
             enabled, inside = enabled & part.enabled, inside & part.inside
             cases = self._product(cases, part.cases)
         disjuncts = self._disjuncts(cases, encoding.now(parameters))
@@ -162,24 +162,24 @@ class Relations:
             if (relation := one.relation & other.relation) != self.manager.false
         ]
 
-    def _local_relation(self, participant: Participant, event: int) -> _LocalRelation:
+    def _local_relation(self, automaton: LocalAutomaton, event: int) -> _LocalRelation:
         encoding, manager = self.encoding, self.manager
         edges: dict[int, list[Edge]] = {}
-        for edge in participant.edges:
+        for edge in automaton.edges:
             edges.setdefault(edge.source, []).append(edge)
         cases: list[_Case] = []
         enabled: list[Bdd] = []
         outside: list[Bdd] = []
-        for location in range(encoding.plant.axes[participant.axis].size):
-            left = encoding.value(participant.axis, location)
+        for location in range(encoding.plant.variables[automaton.variable].size):
+            left = encoding.value(automaton.variable, location)
             for edge in edges.get(location, ()):
                 here = left
                 if edge.guard is not None:
                     here = left & encoding.holds(edge.guard, event)
                 left = left & ~here
                 enabled.append(here)
-                cases.extend(self._edge(edge, participant.axis, here, event, outside))
-            if not participant.blocking:
+                cases.extend(self._edge(edge, automaton.variable, here, event, outside))
+            if not automaton.blocking:
                 enabled.append(left)
                 cases.append(_Case(left, (), frozenset()))
         everywhere = manager.union(enabled)
@@ -192,7 +192,7 @@ class Relations:
         constants = ((axis, edge.target),) if edge.target != edge.source else ()
         cases = [_Case(here, constants, frozenset())]
         for written, partition in self._assigned(edge, event).items():
-            values = self.encoding.plant.axes[written].values
+            values = self.encoding.plant.variables[written].values
             updates: list[_Case] = []
             for value, states in partition:
                 if value is None:
@@ -215,7 +215,7 @@ class Relations:
         for axis, expr in edge.updates:
             partition = self.encoding.partition(expr, event)
             if axis in found:
-                values = self.encoding.plant.axes[axis].values
+                values = self.encoding.plant.variables[axis].values
                 partition = [
                     (first if keep else second, both)
                     for first, states in found[axis]
@@ -297,17 +297,17 @@ class Relations:
         reads: set[int] = set()
         writes: set[int] = set()
         if event.phase is not None:
-            reads.add(event.phase.axis)
-            writes.add(event.phase.axis)
+            reads.add(event.phase.variable)
+            writes.add(event.phase.variable)
         if event.requirement is not None:
             reads |= axes_read(plant, event.requirement)
-        for participant in event.participants:
-            reads.add(participant.axis)
-            for edge in participant.edges:
+        for automaton in event.automata:
+            reads.add(automaton.variable)
+            for edge in automaton.edges:
                 if edge.guard is not None:
                     reads |= axes_read(plant, edge.guard)
                 if edge.target != edge.source:
-                    writes.add(participant.axis)
+                    writes.add(automaton.variable)
                 for axis, expr in edge.updates:
                     writes.add(axis)
                     reads |= axes_read(plant, expr)

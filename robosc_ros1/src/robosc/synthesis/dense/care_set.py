@@ -46,7 +46,7 @@ class DenseCareSet:
 
     def table(self) -> Table:
         axes = tuple(sorted(axis for dim in self.dims for axis in dim.axes))
-        shape = tuple(self.plant.axes[axis].size for axis in axes)
+        shape = tuple(self.plant.variables[axis].size for axis in axes)
         return Table(
             axes, self._spread(self.allowed, axes, shape), self._spread(self.refused, axes, shape)
         )

@@ -234,7 +234,7 @@ class DenseEngine:
 
     def _marked(self) -> Condition:
         allowed: dict[int, Bools] = {}
-        for number, axis in enumerate(self.plant.axes):
+        for number, axis in enumerate(self.plant.variables):
             if axis.marked is not None:
                 values = np.zeros(axis.size, np.bool_)
                 values[sorted(axis.marked)] = True
@@ -303,6 +303,6 @@ class DenseEngine:
         phase = step.event.phase
         if phase is None:
             return count(states) * step.rules.weight
-        values = np.zeros(self.plant.axes[phase.axis].size, np.bool_)
+        values = np.zeros(self.plant.variables[phase.variable].size, np.bool_)
         values[phase.source] = True
-        return self.count(states, [Condition({phase.axis: values})]) * step.rules.weight
+        return self.count(states, [Condition({phase.variable: values})]) * step.rules.weight

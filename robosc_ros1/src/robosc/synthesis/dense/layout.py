@@ -143,7 +143,7 @@ class Layout:
             plant,
             [
                 Dim((number,), np.arange(axis.size).reshape(-1, 1))
-                for number, axis in enumerate(plant.axes)
+                for number, axis in enumerate(plant.variables)
             ],
         )
 
@@ -181,7 +181,7 @@ class Layout:
         return place
 
     def state(self, place: int) -> PlantState:
-        values = [0] * len(self.plant.axes)
+        values = [0] * len(self.plant.variables)
         for number, dim in enumerate(self.dims):
             row = dim.table[self.position(number, place)]
             for axis, value in zip(dim.axes, row.tolist(), strict=True):

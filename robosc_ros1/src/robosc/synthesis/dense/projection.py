@@ -56,7 +56,7 @@ class _Projector:
                 self.writers.setdefault(axis, []).append(number)
         self.dim_of = {
             number: Dim((number,), np.arange(axis.size).reshape(-1, 1))
-            for number, axis in enumerate(plant.axes)
+            for number, axis in enumerate(plant.variables)
         }
 
     def dims(self) -> list[Dim]:

@@ -5,7 +5,7 @@ per axis and of tests over several axes, and what it writes: per axis, which old
 which new ones. For one combination of parameter values the conditions of an event's rules exclude
 each other; combinations that behave alike share one rule, whose writes are then sets.
 
-Events with many participants are cut into *stages*, sets of rules that follow one another. No stage
+Events with many automata are cut into *stages*, sets of rules that follow one another. No stage
 writes what a later one reads, so the result is that of all at once; within a stage exactly one rule
 holds in every state in which the event is possible.
 """
@@ -21,7 +21,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.ir.automaton import Edge, Event, Participant, Plant
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.model.expr import Binary, Expr, Unary
 from robosc.model.types import BooleanType, EnumType
 from robosc.synthesis.dense.stages import stages_of
@@ -132,9 +132,9 @@ class Compiler:
         writes: dict[int, Writes] = {}
         if event.phase is not None:
             phase = event.phase
-            entry = Condition({phase.axis: self._values(phase.axis, [phase.source])})
+            entry = Condition({phase.variable: self._values(phase.variable, [phase.source])})
             if phase.target != phase.source:
-                writes[phase.axis] = (((phase.source,), (phase.target,)),)
+                writes[phase.variable] = (((phase.source,), (phase.target,)),)
         stages: list[tuple[TransitionRule, ...]] = []
         range_violations: list[Condition] = []
         for number, group in enumerate(stages_of(self.plant, event)):
@@ -200,15 +200,15 @@ class Compiler:
         if len(axes) > 1:
             return Condition({}, (Factor(axes, test),))
         (axis,) = axes
-        size = self.plant.axes[axis].size
+        size = self.plant.variables[axis].size
         values = np.broadcast_to(test({axis: np.arange(size)}), (size,)).copy()
         return Condition({axis: values}) if values.any() else None
 
     def _size(self, axes: Iterable[int]) -> int:
-        return prod(self.plant.axes[axis].size for axis in axes)
+        return prod(self.plant.variables[axis].size for axis in axes)
 
     def _values(self, axis: int, chosen: Sequence[int]) -> Bools:
-        values = np.zeros(self.plant.axes[axis].size, dtype=np.bool_)
+        values = np.zeros(self.plant.variables[axis].size, dtype=np.bool_)
         values[list(chosen)] = True
         return values
 
@@ -217,13 +217,13 @@ class Compiler:
     def _stage(
         self,
         event: Event,
-        participants: Sequence[Participant],
+        automata: Sequence[LocalAutomaton],
         entry: Condition,
         writes: dict[int, Writes],
     ) -> tuple[tuple[TransitionRule, ...], list[Condition]]:
         merger = _Merger()
         range_violations: dict[tuple[object, ...], Condition] = {}
-        for options in product(*(self._options(participant) for participant in participants)):
+        for options in product(*(self._options(automaton) for automaton in automata)):
             condition: Condition | None = entry
             written = dict(writes)
             for option in options:
@@ -239,15 +239,15 @@ class Compiler:
                 range_violations.update((one.key(), one) for one in out)
         return merger.rules(), list(range_violations.values())
 
-    def _options(self, participant: Participant) -> list[_Option]:
+    def _options(self, automaton: LocalAutomaton) -> list[_Option]:
         edges: dict[int, list[Edge]] = {}
-        for edge in participant.edges:
+        for edge in automaton.edges:
             edges.setdefault(edge.source, []).append(edge)
         found: dict[
             tuple[tuple[Expr, ...], Expr | None, tuple[tuple[int, Expr], ...]],
             list[tuple[int, int]],
         ] = {}
-        for location in range(self.plant.axes[participant.axis].size):
+        for location in range(self.plant.variables[automaton.variable].size):
             fails: tuple[Expr, ...] = ()
             for edge in edges.get(location, ()):
                 key = fails, edge.guard, edge.updates
@@ -256,9 +256,9 @@ class Compiler:
                     break
                 fails = (*fails, edge.guard)
             else:
-                if not participant.blocking:
+                if not automaton.blocking:
                     found.setdefault((fails, None, ()), []).append((location, location))
-        return [_Option(participant.axis, tuple(t), *key) for key, t in found.items()]
+        return [_Option(automaton.variable, tuple(t), *key) for key, t in found.items()]
 
     def _choice(
         self,
@@ -303,7 +303,7 @@ class Compiler:
         self, axis: int, expr: Expr
     ) -> tuple[list[tuple[dict[int, Writes], Condition]], tuple[Condition, ...]]:
         """Writes with the conditions under which they happen, and where the range is left."""
-        size = self.plant.axes[axis].size
+        size = self.plant.variables[axis].size
         everything = tuple(range(size))
         axes = support(self.plant, expr)
         indexes = self._indexes_of(axis, expr)
@@ -324,7 +324,7 @@ class Compiler:
 
     def _indexes_of(self, axis: int, expr: Expr) -> Callable[[IndexArrays], NDArray[Any]]:
         """The index of the value that ``expr`` gives to the axis, -1 outside its range."""
-        values = self.plant.axes[axis].values
+        values = self.plant.variables[axis].values
 
         def indexes(columns: IndexArrays) -> NDArray[Any]:
             result = evaluate_vectorised(self.plant, expr, columns)
@@ -347,15 +347,15 @@ class Compiler:
     ) -> list[int]:
         """The indexes that an update can give: exactly if that is cheap to know."""
         if self._size(axes) > _WIDE:
-            return list(range(self.plant.axes[axis].size))
-        grid = np.ogrid[tuple(slice(self.plant.axes[a].size) for a in axes)] if axes else []
+            return list(range(self.plant.variables[axis].size))
+        grid = np.ogrid[tuple(slice(self.plant.variables[a].size) for a in axes)] if axes else []
         return [int(v) for v in np.unique(indexes(dict(zip(axes, grid, strict=True))))]
 
     def _index_test(
         self, axis: int, expr: Expr, indexes: Callable[[IndexArrays], NDArray[Any]], value: int
     ) -> tuple[Condition, ...]:
         if isinstance(expr.type, BooleanType) and value >= 0:
-            return self.condition(expr, bool(self.plant.axes[axis].values[value]))
+            return self.condition(expr, bool(self.plant.variables[axis].values[value]))
 
         def test(columns: IndexArrays) -> Bools:
             return np.asarray(indexes(columns) == value, dtype=np.bool_)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from robosc.ir.automaton import AxisKind, Edge, Event, Plant, PlantState
+from robosc.ir.automaton import Edge, Event, Plant, PlantState, VariableKind
 from robosc.model.entities import EventKind
 from robosc.source import Span
 from robosc.supervisor import Step
@@ -35,18 +35,18 @@ def why_blocked(stepper: Stepper, state: PlantState, steps: Sequence[Step]) -> B
         return None
     stuck = [
         number
-        for number, axis in enumerate(plant.axes)
+        for number, axis in enumerate(plant.variables)
         if axis.marked is not None and not any(state[number] in axis.marked for state in states)
     ]
     if not stuck:
         names = [
-            plant.axes[n].name
-            for n, axis in enumerate(plant.axes)
+            plant.variables[n].name
+            for n, axis in enumerate(plant.variables)
             if axis.marked is not None and any(s[n] not in axis.marked for s in states)
         ]
         reason = f"{listing(names)} are never in marked states at the same time again"
         return Blocked(reason, None, None)
-    axis = min(stuck, key=lambda n: plant.axes[n].kind is AxisKind.PHASE)
+    axis = min(stuck, key=lambda n: plant.variables[n].kind is VariableKind.PHASE)
     return _told(stepper, steps, states, axis)
 
 
@@ -74,9 +74,9 @@ def _told(
 ) -> Blocked:
     plant = stepper.plant
     places = sorted({state[axis] for state in states})
-    names = [str(plant.axes[axis].values[place]) for place in places]
-    name = plant.axes[axis].name
-    if plant.axes[axis].kind is AxisKind.PHASE:
+    names = [str(plant.variables[axis].values[place]) for place in places]
+    name = plant.variables[axis].name
+    if plant.variables[axis].kind is VariableKind.PHASE:
         return Blocked(f"{plant.robot.display_names[name]} stays busy for good", None, None)
     if len(places) > 1:
         reason = f"{name} never gets back to a marked state (it stays in {listing(names, 'or')})"
@@ -89,9 +89,9 @@ def _told(
 
 
 def _remedy(plant: Plant, steps: Sequence[Step], axis: int, place: int) -> str | None:
-    name = plant.axes[axis].name
-    here = str(plant.axes[axis].values[place])
-    back = plant.axes[axis].initial
+    name = plant.variables[axis].name
+    here = str(plant.variables[axis].values[place])
+    back = plant.variables[axis].initial
     for step in reversed(steps):
         event = step.event
         if event.kind is EventKind.TAU or _edges(event, axis, place):
@@ -99,7 +99,7 @@ def _remedy(plant: Plant, steps: Sequence[Step], axis: int, place: int) -> str |
         others = _leaving_by(plant, event.key, axis, place)
         if others:
             # What leads out on a good result is the best guess for what should on a bad one.
-            target = plant.axes[axis].values[others[0].target]
+            target = plant.variables[axis].values[others[0].target]
             direction = "to" if event.kind is EventKind.REQUEST else "from"
             return (
                 f"add 'on {event.kind.value} {direction} {event.name} goto {target}'"
@@ -111,7 +111,7 @@ def _remedy(plant: Plant, steps: Sequence[Step], axis: int, place: int) -> str |
         if any(edge.target != place for edge in _edges(event, axis, place))
     ]
     if not leaving:
-        target = plant.axes[axis].values[back]
+        target = plant.variables[axis].values[back]
         return f"nothing leaves state {here} of {name}: add a transition, as in 'goto {target}'"
     return None
 
@@ -120,9 +120,9 @@ def _edges(event: Event, axis: int, place: int) -> list[Edge]:
     """What a component, told by its axis, does on an event in a state."""
     return [
         edge
-        for participant in event.participants
-        if participant.axis == axis
-        for edge in participant.edges
+        for automaton in event.automata
+        if automaton.variable == axis
+        for edge in automaton.edges
         if edge.source == place
     ]
 

@@ -1,17 +1,17 @@
 """Properties of the controller that runs the supervisor (SEMANTICS section 3).
 
-Synthesis leaves open in which order things happen; the controller does not. It takes the own steps
-of components (taus) in source order until none is possible, after each event, and sends commands
-only when that has settled. What is checked follows the controller properties checker of the
+Synthesis leaves open in which order things happen; the controller does not. It takes the internal
+transitions (taus) in source order until none is possible, after each event, and sends commands only
+when that is over. What is checked follows the controller properties checker of the
 Eclipse ESCET toolset:
 
 - *bounded response*: completion always ends; the bound caps it at run time;
 - *confluence*: it ends in the same state whatever the order of the steps;
 - *nonblocking under control*: from each state in which the controller comes to rest, one that is
-  marked and at rest can be reached, own steps taken eagerly.
+  marked and at rest can be reached, internal transitions taken eagerly.
 
-Without own steps all three follow from synthesis. With them the controlled system is walked state
-by state; one that is too large for that leaves the properties out.
+Without internal transitions all three follow from synthesis. With them the controlled
+system is walked state by state; one that is too large for that leaves the properties out.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ _MOST_STATES = 100_000
 
 @dataclass(frozen=True)
 class Properties:
-    """What holds, by name; ``settle_bound`` is the longest completion, None: unknown or endless."""
+    """What holds, by name; ``step_bound`` is the longest completion, None: unknown or endless."""
 
     holds: tuple[tuple[str, bool], ...]
-    settle_bound: int | None
+    step_bound: int | None
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
@@ -212,7 +212,7 @@ class _Controller:
         return Diagnostic(
             Severity.WARNING,
             "endless-settling",
-            f"the components' own steps never end: {self._after(trace)} they repeat"
+            f"the internal transitions never end: {self._after(trace)} they repeat"
             f" {trace_text(cycle)}",
             cycle[0].event.span,
             "give one of the transitions a guard that fails after the step",
@@ -223,7 +223,7 @@ class _Controller:
         return Diagnostic(
             Severity.WARNING,
             "order-matters",
-            "where the components' own steps end depends on their order:"
+            "where the internal transitions end depends on their order:"
             f" {self._after(self._trace_to(start))}, in {self._difference(one, other)};"
             " the controller takes them in source order",
             self.plant.events[first.number].span,
@@ -234,7 +234,7 @@ class _Controller:
         told = [
             [
                 f"{axis.name}.{axis.values[state[n]]}"
-                for n, axis in enumerate(self.plant.axes)
+                for n, axis in enumerate(self.plant.variables)
                 if one[n] != other[n]
             ]
             for state in (one, other)
@@ -248,7 +248,7 @@ class _Controller:
             Severity.WARNING,
             "blocking-under-control",
             f"{self._after(trace)} the controller never again comes to rest in a marked state,"
-            " because it takes the components' own steps as soon as it can",
+            " because it takes the internal transitions as soon as it can",
             self.plant.robot.span,
             "mark the states in which it does come to rest, or guard the steps that leave them",
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from robosc.ir.automaton import Edge, Participant, Plant, PlantState
+from robosc.ir.automaton import Edge, LocalAutomaton, Plant, PlantState
 from robosc.ir.expr import Leaf, Undefined, evaluate, to_dsl
 from robosc.model.expr import Binary, Expr, Literal, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import BooleanType, Value
@@ -36,7 +36,7 @@ def leaving_remedy(stepper: Stepper, step: Step, state: PlantState) -> Leaving:
             )
         axis = axis_of(plant, leaf)
         assert axis is not None
-        value = plant.axes[axis].values[state[axis]]
+        value = plant.variables[axis].values[state[axis]]
         match leaf:
             case StateRef(state=name):
                 return value == name
@@ -44,22 +44,22 @@ def leaving_remedy(stepper: Stepper, step: Step, state: PlantState) -> Leaving:
                 return value == "busy"
         return value
 
-    for participant in step.event.participants:
-        edge = _taken(participant, state, lookup)
+    for automaton in step.event.automata:
+        edge = _taken(automaton, state, lookup)
         for axis, expr in edge.updates if edge is not None else ():
             try:
                 value = evaluate(expr, lookup)
             except Undefined:
                 continue
-            if value not in plant.axes[axis].values:
+            if value not in plant.variables[axis].values:
                 assert edge is not None
-                return _told(plant, participant, edge, axis, expr, value, step)
+                return _told(plant, automaton, edge, axis, expr, value, step)
     raise AssertionError("no variable leaves its range")
 
 
-def _taken(participant: Participant, state: PlantState, lookup: object) -> Edge | None:
-    for edge in participant.edges:
-        if edge.source != state[participant.axis]:
+def _taken(automaton: LocalAutomaton, state: PlantState, lookup: object) -> Edge | None:
+    for edge in automaton.edges:
+        if edge.source != state[automaton.variable]:
             continue
         if edge.guard is None:
             return edge
@@ -73,14 +73,14 @@ def _taken(participant: Participant, state: PlantState, lookup: object) -> Edge 
 
 def _told(
     plant: Plant,
-    participant: Participant,
+    automaton: LocalAutomaton,
     edge: Edge,
     axis: int,
     expr: Expr,
     value: Value,
     step: Step,
 ) -> Leaving:
-    name, values = plant.axes[axis].name, plant.axes[axis].values
+    name, values = plant.variables[axis].name, plant.variables[axis].values
     reason = f"{name} leaves its range {values[0]}..{values[-1]} (it becomes {value})"
     guard = _preventing(plant, axis, expr)
     widen = f"widen the range of {name}"
@@ -90,7 +90,7 @@ def _told(
     event = step.event
     where = (
         f"'on {event.kind.value} from {event.name}' in state"
-        f" {plant.axes[participant.axis].values[edge.source]} of {participant.component}"
+        f" {plant.variables[automaton.variable].values[edge.source]} of {automaton.component}"
     )
     remedy = f"add 'if {condition}' to {where}, or {widen}"
     return Leaving(reason, remedy, edge.span)
@@ -98,7 +98,7 @@ def _told(
 
 def _preventing(plant: Plant, axis: int, expr: Expr) -> Expr | None:
     """A guard that keeps ``x := x + c`` or ``x := x - c`` inside the range."""
-    values = plant.axes[axis].values
+    values = plant.variables[axis].values
     match expr:
         case Binary(
             operator="+" | "-" as op, left=VariableRef() as variable, right=Literal(value=int(by))

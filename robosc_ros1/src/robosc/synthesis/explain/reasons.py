@@ -211,7 +211,7 @@ def _avoiding(requirement: Requirement, event: Event | None) -> str:
         return "relax the requirement"
     if event is None:
         return f"let {listing(list(read))} start otherwise, or relax the requirement"
-    movers = [p.component for p in event.participants if p.component in read]
+    movers = [p.component for p in event.automata if p.component in read]
     return f"change what {event_text(event)} does to {listing(movers)}, or relax the requirement"
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 from robosc.errors import Diagnostic, Note, Severity
-from robosc.ir.automaton import Edge, Event, Participant, Plant
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.expr import conjunction, disjunction, negation, to_dsl
 from robosc.model.entities import EventKind, Kind, Provide, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr, PhaseRef, StateRef
@@ -169,23 +169,23 @@ class _Examiner:
 
     def overlaps(self) -> Iterator[Diagnostic]:
         for event in self.plant.events:
-            for participant in event.participants:
+            for automaton in event.automata:
                 told: set[tuple[Span, Span]] = set()
-                for first, second in _guarded_pairs(participant):
+                for first, second in _guarded_pairs(automaton):
                     # A transition of the whole automaton is an edge in every location.
                     if (first.span, second.span) not in told:
-                        found = list(self._overlap(event, participant, first, second))
+                        found = list(self._overlap(event, automaton, first, second))
                         told.update((first.span, second.span) for _ in found)
                         yield from found
 
     def _overlap(
-        self, event: Event, participant: Participant, first: Edge, second: Edge
+        self, event: Event, automaton: LocalAutomaton, first: Edge, second: Edge
     ) -> Iterator[Diagnostic]:
         assert first.guard is not None and second.guard is not None
-        state = str(self.plant.axes[participant.axis].values[first.source])
-        here: list[Expr] = [StateRef(participant.component, state)]
+        state = str(self.plant.variables[automaton.variable].values[first.source])
+        here: list[Expr] = [StateRef(automaton.component, state)]
         if event.phase is not None:
-            busy = PhaseRef(self.plant.axes[event.phase.axis].name)
+            busy = PhaseRef(self.plant.variables[event.phase.variable].name)
             here.append(busy if event.phase.source else negation(busy))
         both = disjunction(
             conjunction([specialise(first.guard, chosen), specialise(second.guard, chosen)])
@@ -198,7 +198,7 @@ class _Examiner:
                 Severity.ERROR,
                 "guard-overlap",
                 f"the guards '{guards[0]}' and '{guards[1]}' of two transitions on"
-                f" {event.name}.{event.kind.value} in state {state} of {participant.component} can"
+                f" {event.name}.{event.kind.value} in state {state} of {automaton.component} can"
                 f" hold together: {when}",
                 second.span,
                 "make the guards exclude each other",
@@ -206,7 +206,7 @@ class _Examiner:
             )
 
 
-def _guarded_pairs(participant: Participant) -> Iterator[tuple[Edge, Edge]]:
-    for first, second in combinations(participant.edges, 2):
+def _guarded_pairs(automaton: LocalAutomaton) -> Iterator[tuple[Edge, Edge]]:
+    for first, second in combinations(automaton.edges, 2):
         if first.source == second.source and first.guard is not None and second.guard is not None:
             yield first, second

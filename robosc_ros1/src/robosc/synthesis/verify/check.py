@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import AxisKind, Event, PlantState
+from robosc.ir.automaton import Event, PlantState, VariableKind
 from robosc.model.entities import EventKind
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
@@ -382,11 +382,11 @@ class _Verifier:
         event = self._plant.events[index]
         if event.kind is not EventKind.TAU:
             return Step(event, self._moves[index].valuations[values])
-        axis = self._plant.axis_index[AxisKind.LOCATION, event.key]
+        axis = self._plant.variable_index[VariableKind.LOCATION, event.key]
         before = self._coding.decode(code)
         change = dict(self._moves[index](before))[values] or 0
         after = self._coding.decode(code + change)
-        names = self._plant.axes[axis].values
+        names = self._plant.variables[axis].values
         return Step(event, (f"{names[before[axis]]}->{names[after[axis]]}",))
 
 

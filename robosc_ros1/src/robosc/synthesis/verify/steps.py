@@ -13,7 +13,7 @@ from math import prod
 from operator import itemgetter
 from typing import Any, Generic, TypeAlias, TypeVar
 
-from robosc.ir.automaton import AxisKind, Edge, Event, Participant, Plant, PlantState
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.model.expr import (
     Binary,
@@ -46,7 +46,7 @@ class Coding:
     """States as integers; the last axis counts fastest."""
 
     def __init__(self, plant: Plant) -> None:
-        sizes = [axis.size for axis in plant.axes]
+        sizes = [axis.size for axis in plant.variables]
         self.strides = [prod(sizes[i + 1 :]) for i in range(len(sizes))]
         # The axes in runs that are decoded together, each run with the product of its sizes.
         self._runs: list[tuple[int, list[int], dict[int, PlantState]]] = []
@@ -81,7 +81,7 @@ def _digits(number: int, sizes: list[int]) -> PlantState:
 
 
 def _size(plant: Plant, axes: Iterable[int]) -> int:
-    return prod(plant.axes[axis].size for axis in axes)
+    return prod(plant.variables[axis].size for axis in axes)
 
 
 def _getter(axes: Iterable[int]) -> Callable[[PlantState], Any]:
@@ -204,26 +204,26 @@ class EventSteps:
         after = list(state)
         phase = self.event.phase
         if phase is not None:
-            if state[phase.axis] != phase.source:
+            if state[phase.variable] != phase.source:
                 return "impossible"
-            after[phase.axis] = phase.target
+            after[phase.variable] = phase.target
         parameters = dict(zip((p.path for p in self.event.parameters), values, strict=True))
         escapes = False
-        for participant in self.event.participants:
-            edge = self._edge(participant, state, parameters)
+        for automaton in self.event.automata:
+            edge = self._edge(automaton, state, parameters)
             if edge is None:
-                if participant.blocking:
+                if automaton.blocking:
                     return "impossible"
                 continue
-            after[participant.axis] = edge.target
+            after[automaton.variable] = edge.target
             escapes |= not self._assign(edge, state, parameters, after)
         return "escapes" if escapes else after
 
     def _edge(
-        self, participant: Participant, state: PlantState, parameters: _Parameters
+        self, automaton: LocalAutomaton, state: PlantState, parameters: _Parameters
     ) -> Edge | None:
-        for edge in participant.edges:
-            if edge.source == state[participant.axis] and (
+        for edge in automaton.edges:
+            if edge.source == state[automaton.variable] and (
                 edge.guard is None or _holds(self._plant, edge.guard, state, parameters)
             ):
                 return edge
@@ -238,7 +238,7 @@ class EventSteps:
                 value = evaluate(expr, _lookup(self._plant, state, parameters))
             except Undefined:
                 continue
-            values = self._plant.axes[axis].values
+            values = self._plant.variables[axis].values
             if value not in values:
                 return False
             after[axis] = values.index(value)
@@ -272,7 +272,7 @@ def _lookup(
         if isinstance(leaf, ValueRef):
             return parameters[leaf.path]
         axis = _axis_of(plant, leaf)
-        value = plant.axes[axis].values[state[axis]]
+        value = plant.variables[axis].values[state[axis]]
         if isinstance(leaf, StateRef):
             return value == leaf.state
         return value == "busy" if isinstance(leaf, PhaseRef) else value
@@ -283,10 +283,10 @@ def _lookup(
 def _axis_of(plant: Plant, leaf: VariableRef | StateRef | PhaseRef) -> int:
     match leaf:
         case VariableRef(component=component, variable=variable):
-            return plant.axis_index[AxisKind.VARIABLE, f"{component}.{variable}"]
+            return plant.variable_index[VariableKind.DATA, f"{component}.{variable}"]
         case StateRef(component=component):
-            return plant.axis_index[AxisKind.LOCATION, component]
-    return plant.axis_index[AxisKind.PHASE, leaf.communication]
+            return plant.variable_index[VariableKind.LOCATION, component]
+    return plant.variable_index[VariableKind.PHASE, leaf.communication]
 
 
 def axes_of(plant: Plant, expr: Expr) -> set[int]:
@@ -299,10 +299,10 @@ def axes_of(plant: Plant, expr: Expr) -> set[int]:
 
 
 def _touched(plant: Plant, event: Event) -> set[int]:
-    axes = set() if event.phase is None else {event.phase.axis}
-    for participant in event.participants:
-        axes.add(participant.axis)
-        for edge in participant.edges:
+    axes = set() if event.phase is None else {event.phase.variable}
+    for automaton in event.automata:
+        axes.add(automaton.variable)
+        for edge in automaton.edges:
             if edge.guard is not None:
                 axes |= axes_of(plant, edge.guard)
             for axis, expr in edge.updates:

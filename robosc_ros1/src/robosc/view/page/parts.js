@@ -100,7 +100,7 @@ class CommandRow {
 
   show(command) {
     const waits = command.blocked_by.length > 0 &&
-      command.blocked_by.every((r) => r.kind === "phase" || r.kind === "consent");
+      command.blocked_by.every((r) => r.kind === "phase" || r.kind === "synchronisation");
     const word = command.enabled ? "enabled" : waits ? "waiting" : "forbidden";
     if (this.element.dataset.is !== word) {
       this.element.dataset.is = word;
@@ -130,7 +130,7 @@ class CommandRow {
 }
 
 function reasonLine(reason) {
-  const waits = reason.kind === "phase" || reason.kind === "consent";
+  const waits = reason.kind === "phase" || reason.kind === "synchronisation";
   const line = make("div", { className: waits ? "why wait" : "why" }, reason.text);
   if (reason.place) line.append(" ", make("span", { className: "place" }, reason.place));
   return line;

@@ -3,7 +3,7 @@
 
 The class keeps the state of the robot as the model sees it. What the robot sends is read by a
 ``read_`` method and applied by an ``on_`` method; what the controller may do is allowed by a
-``can_`` method (and, where components must agree, an ``accepts_`` method). The engine in
+``can_`` method (and, where components synchronise on it, a ``synchronises_`` method). The engine in
 ``_runtime`` calls them, one at a time, from the tables at the end of the class. A name and a number
 like gauntlet.rscd:1 are a line of the model.
 """
@@ -272,8 +272,8 @@ class GauntletController(Controller):
             and not (self.left_slipping or self.right_slipping)
         )
 
-    def accepts_request_of_reach(self):
-        """Whether the components accept it in the states that they are in."""
+    def synchronises_request_of_reach(self):
+        """Whether it is enabled in the components that mention it."""
         return self.arm == "initial"
 
     def data_for_reach(self):
@@ -322,8 +322,8 @@ class GauntletController(Controller):
             (self.count == "full" or self.count_items >= 2)
         )
 
-    def accepts_request_of_set_level(self):
-        """Whether the components accept it in the states that they are in."""
+    def synchronises_request_of_set_level(self):
+        """Whether it is enabled in the components that mention it."""
         return self.lamp == "resting"
 
     def data_for_set_level(self):
@@ -405,10 +405,10 @@ class GauntletController(Controller):
         # gauntlet.rscd:102
         return {"data": 1.0}
 
-    # What components do by themselves.
+    # Internal transitions of the components.
 
     def step_1_of_count(self):
-        """Take own step 1 of Count (gauntlet.rscd:32); None if it cannot."""
+        """Take internal transition 1 of Count (gauntlet.rscd:32); None if it cannot."""
         if self.count == "open" and self.count_items == 4:
             before, self.count = self.count, "full"
             return before + "->full"
@@ -446,7 +446,7 @@ class GauntletController(Controller):
 
     ROBOT = "Gauntlet"
     SOURCE = "gauntlet.rscd"
-    SETTLE_BOUND = 1
+    STEP_BOUND = 1
     COMMUNICATIONS = (
         Communication("Eye.scan", "scan", "outgoing"),
         Communication("Eye.spots", "spots", "outgoing"),
@@ -535,7 +535,7 @@ class GauntletController(Controller):
             key="Arm.reach",
             kind="request",
             guard="can_request_reach",
-            consent="accepts_request_of_reach",
+            synchronisation="synchronises_request_of_reach",
             busy="reach_busy",
             data="data_for_reach",
             apply="request_reach",
@@ -547,7 +547,7 @@ class GauntletController(Controller):
             key="Arm.reach",
             kind="cancel",
             guard="can_cancel_reach",
-            consent=None,
+            synchronisation=None,
             busy="reach_busy",
             data=None,
             apply="cancel_reach",
@@ -558,7 +558,7 @@ class GauntletController(Controller):
             key="Lamp.set_level",
             kind="request",
             guard="can_request_set_level",
-            consent="accepts_request_of_set_level",
+            synchronisation="synchronises_request_of_set_level",
             busy="set_level_busy",
             data="data_for_set_level",
             apply="request_set_level",
@@ -570,7 +570,7 @@ class GauntletController(Controller):
             key="Speaker.say",
             kind="request",
             guard="can_request_say",
-            consent=None,
+            synchronisation=None,
             busy=None,
             data="data_for_say",
             apply=None,
@@ -581,7 +581,7 @@ class GauntletController(Controller):
             key="Speaker.count",
             kind="request",
             guard="can_request_count",
-            consent=None,
+            synchronisation=None,
             busy=None,
             data="data_for_count",
             apply=None,
@@ -592,7 +592,7 @@ class GauntletController(Controller):
             key="Speaker.shout",
             kind="request",
             guard="can_request_shout",
-            consent=None,
+            synchronisation=None,
             busy=None,
             data="data_for_shout",
             apply=None,
@@ -603,7 +603,7 @@ class GauntletController(Controller):
             key="Left.turn",
             kind="request",
             guard="can_request_left_turn",
-            consent=None,
+            synchronisation=None,
             busy=None,
             data="data_for_left_turn",
             apply=None,
@@ -614,7 +614,7 @@ class GauntletController(Controller):
             key="Right.turn",
             kind="request",
             guard="can_request_right_turn",
-            consent=None,
+            synchronisation=None,
             busy=None,
             data="data_for_right_turn",
             apply=None,

@@ -3,7 +3,7 @@
 
 The class keeps the state of the robot as the model sees it. What the robot sends is read by a
 ``read_`` method and applied by an ``on_`` method; what the controller may do is allowed by a
-``can_`` method (and, where components must agree, an ``accepts_`` method). The engine in
+``can_`` method (and, where components synchronise on it, a ``synchronises_`` method). The engine in
 ``_runtime`` calls them, one at a time, from the tables at the end of the class. A name and a number
 like lantern.rscd:1 are a line of the model.
 """
@@ -67,8 +67,8 @@ class LanternController(Controller):
             self.sky_light == "dark"
         )
 
-    def accepts_request_of_kindle(self):
-        """Whether the components accept it in the states that they are in."""
+    def synchronises_request_of_kindle(self):
+        """Whether it is enabled in the components that mention it."""
         return self.flame == "cold"
 
     def request_kindle(self):
@@ -86,8 +86,8 @@ class LanternController(Controller):
             self.sky_light != "dark"
         )
 
-    def accepts_request_of_snuff(self):
-        """Whether the components accept it in the states that they are in."""
+    def synchronises_request_of_snuff(self):
+        """Whether it is enabled in the components that mention it."""
         return self.flame == "burning"
 
     def data_for_snuff(self):
@@ -103,17 +103,17 @@ class LanternController(Controller):
             flame = "cold"
         self.flame = flame
 
-    # What components do by themselves.
+    # Internal transitions of the components.
 
     def step_1_of_flame(self):
-        """Take own step 1 of Flame (lantern.rscd:21); None if it cannot."""
+        """Take internal transition 1 of Flame (lantern.rscd:21); None if it cannot."""
         if self.flame == "sparking" and self.sky_light == "dark":
             before, self.flame = self.flame, "burning"
             return before + "->burning"
         return None
 
     def step_2_of_flame(self):
-        """Take own step 2 of Flame (lantern.rscd:22); None if it cannot."""
+        """Take internal transition 2 of Flame (lantern.rscd:22); None if it cannot."""
         if self.flame == "sparking" and self.sky_light != "dark":
             before, self.flame = self.flame, "cold"
             return before + "->cold"
@@ -131,7 +131,7 @@ class LanternController(Controller):
 
     ROBOT = "Lantern"
     SOURCE = "lantern.rscd"
-    SETTLE_BOUND = 1
+    STEP_BOUND = 1
     COMMUNICATIONS = (
         Communication("Sky.brightness", "brightness", "outgoing"),
         Communication("Flame.kindle", "kindle", "incoming"),
@@ -150,7 +150,7 @@ class LanternController(Controller):
             key="Flame.kindle",
             kind="request",
             guard="can_request_kindle",
-            consent="accepts_request_of_kindle",
+            synchronisation="synchronises_request_of_kindle",
             busy=None,
             data=None,
             apply="request_kindle",
@@ -162,7 +162,7 @@ class LanternController(Controller):
             key="Flame.snuff",
             kind="request",
             guard="can_request_snuff",
-            consent="accepts_request_of_snuff",
+            synchronisation="synchronises_request_of_snuff",
             busy=None,
             data="data_for_snuff",
             apply="request_snuff",
