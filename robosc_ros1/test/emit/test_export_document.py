@@ -56,7 +56,7 @@ def keys(document: Any) -> Iterator[str]:
 def test_document_of_a_robot() -> None:
     document = export(BUFFER)
     assert document["version"] == 1
-    assert document["plant"]["axes"][1] == {
+    assert document["plant"]["variables"][1] == {
         "kind": "variable",
         "name": "Buffer.n",
         "values": [0, 1, 2],
@@ -107,7 +107,7 @@ def test_sizes_are_those_of_the_oracle() -> None:
         document, oracle = export(text), Oracle(robot_of(text))
         assert document["supervisor"]["empty"] == oracle.empty
         assert document["supervisor"]["plant_states"] == len(oracle.plant[0])
-        assert len(document["plant"]["axes"]) == len(oracle.slots)
+        assert len(document["plant"]["variables"]) == len(oracle.slots)
         assert len(document["plant"]["events"]) == len(oracle.events)
 
 

@@ -181,7 +181,7 @@ def test_it_is_content_with_the_controller(judging: Any, source: str, seed: int)
 
 FAULTS = (
     # what must be, where it is looked for, what is made of it
-    (r"self\.\w+ [!=]= \"\w+\"", r"    def (?:can_request|accepts)_.*", "True"),
+    (r"self\.\w+ [!=]= \"\w+\"", r"    def (?:can_request|synchronises)_.*", "True"),
     (r"= (?:\"\w+\"|True|False)$", r"    def (?:on|request|cancel)_.*", '= "elsewhere"'),
     (r"(?<=: )\d\.\d", r"    def data_for_.*", "7.5"),
     (r"0\.35", r"def clearance.*", "0.36"),
