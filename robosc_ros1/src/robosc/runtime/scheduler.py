@@ -2,9 +2,9 @@
 """The command scheduler: when each command is sent, and in which order.
 
 A command is *allowed* where its guard holds and it is enabled in the components, whatever the
-phase of its own service or action. When an event makes it allowed (a *rising edge*) it is due at once;
-while it stays allowed it is due again every period. Two rules keep a command that is always allowed from
-flooding the robot:
+phase of its own service or action. When an event makes it allowed (a *rising edge*) it is due at
+once; while it stays allowed it is due again every period. Two rules keep a command that is always
+allowed from flooding the robot:
 
 * the end of a request (response, error, cancel) is no rising edge for the next request of the same
   communication, even where a component mirrors its phase; that one waits for the period;
