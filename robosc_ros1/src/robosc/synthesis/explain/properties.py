@@ -255,5 +255,5 @@ class _Controller:
 
 
 def _moves(tau: CompiledEvent, state: PlantState) -> list[PlantState]:
-    """Where an own step leads; the controller does not take one that changes nothing."""
+    """Where an internal transition leads; the controller does not take one that changes nothing."""
     return [target for _, target in tau.targets(state) if target != state]
