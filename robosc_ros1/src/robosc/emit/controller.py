@@ -34,7 +34,7 @@ from robosc.emit.views import (
     RequirementView,
     TauView,
 )
-from robosc.ir.automaton import Event, Plant, VariableKind
+from robosc.ir.automaton import Event, Plant, VariableKind, value_parts
 from robosc.ir.expr import may_be_huge, negation
 from robosc.model.entities import (
     Communication,
@@ -44,7 +44,7 @@ from robosc.model.entities import (
     Kind,
     Provide,
 )
-from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, ValueRef, path_text, walk
+from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, path_text
 from robosc.model.types import (
     ArrayType,
     DoubleType,
@@ -277,11 +277,11 @@ class _Builder:
         carried = type_.source if isinstance(type_, EnumType) else type_
         if isinstance(carried, ObjectType) and isinstance(type_, ObjectType):
             lines = []
-            for reference in _value_parts(event):
-                text = converted(reference.type, access("message", reference.path), enums, counter)
-                if any(isinstance(part, int) for part in reference.path):
+            for path, part_type in value_parts(event).items():
+                text = converted(part_type, access("message", path), enums, counter)
+                if any(isinstance(part, int) for part in path):
                     text = f"optional(lambda: {text})"
-                lines.append((literal(path_text(reference.path)), text))
+                lines.append((literal(path_text(path)), text))
             return ("dict" if lines else None), tuple(lines)
         root = "message"
         if not isinstance(carried, ObjectType):
@@ -435,21 +435,6 @@ def _comments(texts: Iterable[str]) -> tuple[str, ...]:
     return tuple(
         line for text in texts for line in wrap(text.strip(), 88, subsequent_indent="    ")
     )
-
-
-def _value_parts(event: Event) -> list[ValueRef]:
-    """The parts of the value that any transition reads, data-only variables included."""
-    found: dict[tuple[str | int, ...], ValueRef] = {}
-    for automaton in event.automata:
-        for edge in automaton.edges:
-            readers = [expr for _, expr in edge.updates] + [a.value for a in edge.data]
-            if edge.guard is not None:
-                readers.append(edge.guard)
-            for expr in readers:
-                for part in walk(expr):
-                    if isinstance(part, ValueRef):
-                        found.setdefault(part.path, part)
-    return list(found.values())
 
 
 def _chain(expr: Expr, operator: str) -> list[Expr]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
 
 from robosc.language.operators import UNARY, Spelled
 from robosc.model.entities import Robot
@@ -28,7 +29,7 @@ from robosc.names import escape
 from robosc.runtime.values import divide, widen
 
 __all__ = [
-    "Leaf", "Undefined", "conjunction", "disjunction", "divide", "evaluate", "junction",
+    "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "divide", "evaluate", "junction",
     "may_be_huge", "negation", "to_dsl", "to_python", "widen",
 ]  # fmt: skip
 
@@ -79,17 +80,24 @@ def _joined(operator_: str, parts: Sequence[Expr]) -> Expr:
     return result
 
 
-def junction(expr: Expr, polarity: bool) -> tuple[bool, tuple[tuple[Expr, bool], ...]] | None:
-    """An expression of the given polarity as a conjunction (True) or disjunction of others.
+class Junction(NamedTuple):
+    """A conjunction or a disjunction of two expressions, each negated unless it goes with True."""
 
-    None if it is neither, as a comparison and a leaf are.
+    conjunctive: bool
+    parts: tuple[tuple[Expr, bool], tuple[Expr, bool]]
+
+
+def junction(expr: Expr, polarity: bool) -> Junction | None:
+    """The expression, or (``polarity`` False) its negation, taken apart at ``and``, ``or``, ``=>``.
+
+    None if it is none of these.
     """
     if not isinstance(expr, Binary) or expr.operation.decider is None:
         return None
     operation = expr.operation
     conjunctive = polarity != operation.decided
     left = operation.decider != conjunctive
-    return conjunctive, ((expr.left, left), (expr.right, polarity))
+    return Junction(conjunctive, ((expr.left, left), (expr.right, polarity)))
 
 
 # --- DSL text ------------------------------------------------------------------------------------

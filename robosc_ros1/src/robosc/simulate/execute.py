@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from robosc.emit.controller import SORTS
-from robosc.ir.automaton import Event, Plant
+from robosc.ir.automaton import Event, Plant, value_parts
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
 from robosc.model.expr import Expr, path_text
@@ -44,7 +44,6 @@ from robosc.simulate.values import (
     given_text,
     hint,
     random_raw,
-    value_parts,
     value_type,
 )
 from robosc.supervisor import Supervisor

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from robosc.errors import UsageError
+from robosc.ir.automaton import value_parts
 from robosc.model.expr import path_text
 from robosc.model.types import (
     BooleanType,
@@ -31,7 +32,7 @@ from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.report import blocked_by
 from robosc.runtime.values import Mismatch, jsonable
 from robosc.simulate.generated import make_controller
-from robosc.simulate.values import value_parts, value_type
+from robosc.simulate.values import value_type
 from robosc.supervisor import Supervisor
 
 __all__ = [

@@ -10,7 +10,7 @@ import random
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from robosc.ir.automaton import Edge, Event, Plant, PlantState
+from robosc.ir.automaton import Edge, Event, Plant, PlantState, value_parts
 from robosc.ir.expr import Leaf, Undefined, evaluate, widen
 from robosc.ir.step import Values, Verdict, valuations
 from robosc.model.entities import EventKind, Variable
@@ -35,7 +35,6 @@ from robosc.simulate.values import (
     hint,
     parameter_values,
     random_raw,
-    value_parts,
 )
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.stepper import Stepper
