@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
+from robosc.language.keywords import escape
 from robosc.language.operators import UNARY, Spelled
 from robosc.model.entities import Robot
 from robosc.model.evaluation import Undefined, evaluate
@@ -25,7 +26,6 @@ from robosc.model.expr import (
     walk,
 )
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
-from robosc.names import escape
 from robosc.runtime.values import divide, widen
 
 __all__ = [
