@@ -36,6 +36,7 @@ from robosc.emit.views import (
 )
 from robosc.ir.automaton import Event, Plant, VariableKind, value_parts
 from robosc.ir.expr import may_be_huge, negation
+from robosc.language.operators import HELPERS
 from robosc.model.entities import (
     Communication,
     Data,
@@ -76,8 +77,8 @@ SORTS = {
 _RESERVED = """
     Command Communication Controller Input Mismatch Requirement Tau Undefined annotations
     ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS REQUIREMENTS STEP_BOUND
-    assigned components copy count_undefined divide given holds in_range kept message only_field
-    optional self undefined value variables widen
+    assigned components copy count_undefined given holds in_range kept message only_field
+    optional self undefined value variables
 """
 
 
@@ -100,7 +101,7 @@ def _tables(context: ControllerContext) -> tuple[str, ...]:
 def _helpers(context: ControllerContext) -> tuple[str, ...]:
     """Those that some expression calls: all expressions are text in the context."""
     text = repr(context)
-    names = ("divide", "given", "in_range", "only_field", "optional", "widen")
+    names = sorted(["given", "in_range", "only_field", "optional", *HELPERS])
     used = [name for name in names if f"{name}(" in text]
     reactions = [i.reaction for i in context.inputs] + [c.reaction for c in context.commands]
     raises = any(reaction.busy_before for reaction in reactions)
@@ -114,7 +115,7 @@ class _Builder:
         self.supervisor = supervisor
         self.plant: Plant = supervisor.plant
         self.robot = supervisor.plant.robot
-        self.names = PythonNames(_RESERVED.split())
+        self.names = PythonNames([*_RESERVED.split(), *HELPERS])
         self.class_name = self.names.take(f"{self.robot.name}Controller")
         self.enums = _enums(self.robot.communications.values())
         functions = {e: self.names.take(snake_case(e.name)) for e in self.enums}
