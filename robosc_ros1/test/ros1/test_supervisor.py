@@ -206,21 +206,21 @@ def test_the_launch_file_starts_both_with_the_right_names(
 
 FAULTS = {
     "forbidden": (
-        "_runtime/supervisor_engine.py",
+        "_runtime/guard.py",
         "        if command.possible and command.allowed():\n",
         "        return []\n        if command.possible and command.allowed():\n",
         "against: requirement",
     ),
     "allowed": (
         "controller.py",
-        ' and self.motor == "stopped"\n',
-        " and False\n",
+        'and self.motor == "stopped"\n        )',
+        "and False)",
         "because of",
     ),
     "data": (
         "relay.py",
-        "            engine.offer(",
-        "            raw.bytes = b'?' * len(raw.bytes)\n            engine.offer(",
+        "            guard.offer(",
+        "            raw.bytes = b'?' * len(raw.bytes)\n            guard.offer(",
         "carries other messages",
     ),
 }

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Analysis
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
@@ -25,6 +25,7 @@ from robosc.syntax.nodes import (
     StateNode,
     VariableNode,
 )
+from robosc.syntax.scan import scan
 
 __all__ = ["OutlineItem", "Fold", "folds", "outline"]
 
@@ -128,18 +129,19 @@ def _behaviour(node: BehaviourNode) -> Iterator[OutlineItem]:
 
 def folds(source: Source) -> list[Fold]:
     """Blocks in braces and comments that are longer than a line, whatever the model's state."""
-    tokens = tokenize(source)
+    scanned = scan(source)
     found: list[Fold] = []
     opened: list[int] = []
-    for kind, offset in zip(tokens.kinds, tokens.starts, strict=True):
-        if kind == "{":
+    strings = _without_strings(scanned.text)
+    for offset, character in enumerate(strings):
+        if character == "{":
             opened.append(source.position(offset)[0])
-        elif kind == "}" and opened:
+        elif character == "}" and opened:
             first, last = opened.pop(), source.position(offset)[0] - 1
             if last > first:
                 found.append(Fold(first, last))
     start = end = 0
-    for comment in tokens.comments:
+    for comment in scanned.comments:
         first, last = source.position(comment.start)[0], source.position(comment.end)[0]
         own = not source.line(first)[: source.position(comment.start)[1] - 1].strip()
         if own and first == end + 1 and start:
@@ -151,3 +153,8 @@ def folds(source: Source) -> list[Fold]:
     if end > start:
         found.append(Fold(start, end, comment=True))
     return found
+
+
+def _without_strings(text: str) -> str:
+    """Equally long, with blanks for strings."""
+    return re.sub(r"\"[^\"\n]*\"|'[^'\n]*'", lambda match: " " * len(match.group()), text)

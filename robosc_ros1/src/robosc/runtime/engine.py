@@ -16,7 +16,6 @@ import threading
 import time
 import traceback
 from queue import Empty, SimpleQueue
-from types import MethodType
 from typing import Any, Callable, Dict, List, Optional, Tuple, Union
 
 from .calls import Calls
@@ -46,9 +45,9 @@ class _BoundInput:
         self.call = call  # belongs to a request of a service or an action
         self.ends = entry.key if call and entry.kind in _ENDS else None
         self.read: Optional[Callable[[Any], Any]] = (
-            None if entry.read is None else MethodType(entry.read, controller)
+            None if entry.read is None else getattr(controller, entry.read)
         )
-        self.apply: Callable[[Any], None] = MethodType(entry.apply, controller)
+        self.apply: Callable[[Any], None] = getattr(controller, entry.apply)
 
 
 _Item = Union[Tuple[_BoundInput, Any, int], Callable[[], None], None]
@@ -85,7 +84,7 @@ class Engine:
             for i in controller.INPUTS
         }
         self._taus: List[Tuple[Tau, Callable[[], Optional[str]]]] = [
-            (tau, MethodType(tau.step, controller)) for tau in controller.TAUS
+            (tau, getattr(controller, tau.step)) for tau in controller.TAUS
         ]
         self._scheduler = CommandScheduler(
             controller, self.settings.rate, self.settings.order, self.settings.seed

@@ -10,13 +10,12 @@ import random
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from robosc.ir.automaton import Edge, Event, Plant, PlantState, value_parts
-from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.automaton import Edge, Event, Plant, PlantState
+from robosc.ir.expr import Leaf, Undefined, evaluate, widen
 from robosc.ir.step import Values, Verdict, valuations
 from robosc.model.entities import EventKind, Variable
 from robosc.model.expr import Expr, ValueRef, VariableRef, path_text, walk
 from robosc.model.types import DoubleType, IntegerType, Value
-from robosc.runtime.values import widen
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machine import (
     Choice,
@@ -36,6 +35,7 @@ from robosc.simulate.values import (
     hint,
     parameter_values,
     random_raw,
+    value_parts,
 )
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.stepper import Stepper
