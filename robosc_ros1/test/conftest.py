@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -15,10 +16,16 @@ from view.browser import Browser, headless, missing_browser
 BUILT_ONCE = {"examples", "lsp", "ros1", "ros2", "view"}
 
 
+# What takes so long that ./dev test --quick leaves it out: ROS, browsers and editors. Other slow tests
+# are marked where they stand.
+SLOW = {"bed", "client", "extension", "ros", "shared_browser"}
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--renew", action="store_true", help="write the outputs anew that are kept")
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep together, where tests run side by side, what shares a fixture: a folder or a file.
 
@@ -27,9 +34,18 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if config.getoption("--renew"):
         items[:] = [i for i in items if "kept" in getattr(i, "fixturenames", ())]
     for item in items:
+        if SLOW.intersection(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.slow)
         folder = item.path.parent.name
         group = folder if folder in BUILT_ONCE else item.path.name
         item.add_marker(pytest.mark.xdist_group(group))
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Where changes are judged, a test that was skipped has failed."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if os.environ.get("CI") and reporter is not None and reporter.stats.get("skipped"):
+        session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
 
 
 @pytest.fixture(scope="session")

@@ -81,6 +81,19 @@ def free_port() -> int:
         return port
 
 
+def slowdown() -> float:
+    """How many times as long as on an idle machine a process takes just now; 1.0 or more.
+
+    Where a duration is what a test is about, its limit is multiplied by this.
+    """
+    program = (
+        "import time; wall, own = time.perf_counter(), time.process_time(); sum(range(6_000_000));"
+        "print((time.perf_counter() - wall) / (time.process_time() - own))"
+    )
+    done = subprocess.run([PYTHON, "-c", program], capture_output=True, text=True, check=True)
+    return max(1.0, float(done.stdout))
+
+
 def await_condition(condition, what: str, seconds: float = 30.0):  # type: ignore[no-untyped-def]
     """Wait until ``condition()`` is true; what it returned, or an AssertionError if never."""
     end = time.monotonic() + seconds

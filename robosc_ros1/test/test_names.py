@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robosc.language.keywords import escape
 from robosc.names import (
-    escape,
     is_identifier,
     package_name,
     package_name_fault,

@@ -12,29 +12,18 @@ import re
 import sys
 
 __all__ = [
-    "BASIC_TYPES", "IDENTIFIER", "RESERVED", "escape", "is_identifier", "package_name",
-    "package_name_fault", "ros_name_fault", "snake_case",
+    "IDENTIFIER", "is_identifier", "package_name", "package_name_fault", "ros_name_fault",
+    "snake_case",
 ]  # fmt: skip
 
 IDENTIFIER = r"[A-Za-z_][A-Za-z0-9_]*"
 """An identifier as a regular expression, without the escape ``^``."""
-
-RESERVED = frozenset({"value", "true", "false", "and", "or"})
-"""Words that are never a name unless escaped; all other keywords depend on where they stand."""
-
-BASIC_TYPES = frozenset({"string", "boolean", "double", "none", "integer", "array"})
-"""Words that, unescaped, are always the built-in type where a type is expected."""
 
 _IDENTIFIER = re.compile(IDENTIFIER, re.ASCII)
 
 
 def is_identifier(text: str) -> bool:
     return _IDENTIFIER.fullmatch(text) is not None
-
-
-def escape(name: str) -> str:
-    """How a name is written where any name may stand."""
-    return f"^{name}" if name in RESERVED else name
 
 
 def snake_case(name: str) -> str:

@@ -171,7 +171,7 @@ def is_constant(tree):
     if isinstance(tree, dict):
         return all(map(is_constant, tree.values()))
     if isinstance(tree, (list, tuple)):
-        reads = bool(tree) and tree[0] in ("variable", "state")
+        reads = bool(tree) and tree[0] in ("variable", "state", "busy")
         return not reads and all(map(is_constant, tree))
     return True
 

@@ -109,6 +109,8 @@ class Shadow:
             return self.variables[arguments[0]]
         if operator == "state":
             return self.states[arguments[0]] == arguments[1]
+        if operator == "busy":
+            return self.busy[arguments[0]]
         if operator == "value":
             return self.value(arguments[0], arguments[1], message)
         if operator == "!":

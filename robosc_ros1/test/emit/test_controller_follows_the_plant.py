@@ -6,6 +6,7 @@ The reference is ``ir.step``; the controller is real generated code.
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -62,8 +63,8 @@ class Twin:
             for axis, attribute in zip(self.plant.variables, self.attributes, strict=True)
         )
 
-    def call(self, method: str | None, *arguments: Any) -> Any:
-        return getattr(self.controller, method)(*arguments) if method is not None else None
+    def call(self, method: Callable[..., Any] | None, *arguments: Any) -> Any:
+        return method(self.controller, *arguments) if method is not None else None
 
 
 def incoming(plant: Plant, event: Event, values: tuple[Value | None, ...]) -> Any:
@@ -153,7 +154,31 @@ def check_tau(twin: Twin, event: Event, state: PlantState, expected: Any) -> Pla
 @pytest.mark.parametrize("seed", range(60))
 def test_walks_of_random_models(seed: int) -> None:
     rng = random.Random(seed)
-    twin = Twin(random_model(rng, 1 + seed % 3))
+    walk_through(Twin(random_model(rng, 1 + seed % 3)), rng)
+
+
+PHASES = """
+robot Phases {
+    component Arm {
+        service grab with request: none, response: none links empty
+        incoming message wave with type: none
+        behaviour {
+            initial marked state open { on response from grab if grab.busy goto shut }
+            marked state shut { transition if grab.idle goto open }
+        }
+    }
+    requirement wave needs Arm.grab.idle or Arm.shut
+    requirement grab.busy disables grab
+    interface empty use Empty from std_srvs
+}
+"""
+
+
+def test_a_walk_of_a_model_that_reads_phases() -> None:
+    walk_through(Twin(PHASES), random.Random(1))
+
+
+def walk_through(twin: Twin, rng: random.Random) -> None:
     state = twin.plant.initial
     assert twin.state() == state
     for _ in range(40):

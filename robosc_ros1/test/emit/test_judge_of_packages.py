@@ -181,7 +181,8 @@ def test_it_is_content_with_the_controller(judging: Any, source: str, seed: int)
 
 FAULTS = (
     # what must be, where it is looked for, what is made of it
-    (r"self\.\w+ [!=]= \"\w+\"", r"    def (?:can_request|synchronises)_.*", "True"),
+    (r"self\.\w+ [!=]= \"\w+\"", r"    def (?:requirement|can_request|synchronises)_.*", "True"),
+    (r"self\.requirement_\d+\(\)", r"    def can_request_.*", "True"),
     (r"= (?:\"\w+\"|True|False)$", r"    def (?:on|request|cancel)_.*", '= "elsewhere"'),
     (r"(?<=: )\d\.\d", r"    def data_for_.*", "7.5"),
     (r"0\.35", r"def clearance.*", "0.36"),
@@ -190,12 +191,13 @@ FAULTS = (
 
 
 HARMLESS = [
-    "True",  # grab while the way is free: move is sent first then, and the motor runs
-    'and True and self.motor == "stopped"',  # the first grab comes after the first distance
+    "return True",  # grab while the way is free: move is sent first then, and the motor runs
+    'return True and self.motor == "stopped"',  # the first grab comes after the first distance
+    'self.light_bulb == "unknown" or self.light_bulb_lit != (True)',  # it is lit once, for ever
+    "return True and self.requirement_5()",  # as the first
     'self.grab_busy = "elsewhere"',  # as good as True
-    '(self.light_bulb == "unknown" or self.light_bulb_lit != (True))',  # it is lit once, for ever
-    'return (True or self.light_bulb == "known")',  # its service is busy in the third state
-    'return (self.light_bulb == "unknown" or True)',
+    'return True or self.light_bulb == "known"',  # its service is busy in the third state
+    'return self.light_bulb == "unknown" or True',
     'self.set_light_state_busy = "elsewhere"',
 ]
 """Faults that let nothing happen that must not, here."""
@@ -210,7 +212,7 @@ def mutants(source: str) -> Iterator[tuple[str, str]]:
             place = line
         for pattern, where, wrong in FAULTS:
             for match in re.finditer(pattern, line.partition("  #")[0]):
-                if re.fullmatch(where, place) and place != line:
+                if re.fullmatch(where, place) and line.startswith(" " * 8):
                     spoilt = line[: match.start()] + wrong + line[match.end() :]
                     yield "\n".join([*lines[:number], spoilt, *lines[number + 1 :]]), spoilt
 

@@ -12,18 +12,20 @@ from robosc.ir.expr import (
     Undefined,
     conjunction,
     disjunction,
-    divide,
     evaluate,
     negation,
     to_dsl,
     to_python,
-    widen,
 )
+from robosc.language.operators import BINARY, HELPERS, Result
 from robosc.model.entities import Robot
 from robosc.model.expr import FALSE, TRUE, Binary, Literal, Unary, ValueRef, VariableRef
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
+from robosc.model.values import result_type
+from robosc.runtime.values import divide
 from robosc.source import Source, Span
 
+ARITHMETIC = [o.spelling for o in BINARY.values() if o.result is not Result.BOOLEAN]
 BOOL, INT, DOUBLE = BooleanType(), IntegerType(), DoubleType()
 ROBOT = Robot("R", (), (), (), span=Span(Source("r.rscd", ""), 0, 0))
 VALUES = {"p": True, "q": False, "i": 3, "j": -2, "x": 0.5, "huge": -(10**400)}
@@ -47,13 +49,13 @@ def numbers(depth: int):
     return (
         NUMBERS
         | st.builds(lambda e: Unary("-", e, e.type), below)
-        | st.builds(arithmetic, st.sampled_from("+-*/"), below, below)
+        | st.builds(arithmetic, st.sampled_from(ARITHMETIC), below, below)
     )
 
 
 def arithmetic(operator, left, right):
-    whole = isinstance(left.type, IntegerType) and isinstance(right.type, IntegerType)
-    return Binary(operator, left, right, INT if whole and operator != "/" else DOUBLE)
+    type_ = result_type(BINARY[operator].result, (left.type, right.type))
+    return Binary(operator, left, right, type_)
 
 
 def booleans(depth: int):
@@ -86,7 +88,7 @@ def lookup(leaf):
 @given(booleans(4))
 def test_python_text_means_the_expression(expr):
     source = to_python(expr, lambda leaf: f"v[{leaf.variable!r}]")
-    assert eval(source, {"divide": divide, "widen": widen, "v": VALUES}) is evaluate(expr, lookup)
+    assert eval(source, {**HELPERS, "v": VALUES}) is evaluate(expr, lookup)
 
 
 @settings(derandomize=True, deadline=None, max_examples=500)

@@ -11,7 +11,7 @@ from ros_support import SOURCES
 
 
 @pytest.fixture(scope="session")
-def python() -> str:
+def client() -> str:
     """A Python that has pygls."""
     try:
         return client_python()
@@ -20,16 +20,16 @@ def python() -> str:
 
 
 @pytest.fixture(scope="session")
-def robosc_program(python: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def robosc_program(client: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """robosc as it is installed for editors: with its extra, in an environment of its own."""
     program = tmp_path_factory.mktemp("bin") / "robosc"
-    program.write_text(f'#!/bin/sh\nPYTHONPATH={SOURCES} exec {python} -m robosc "$@"\n')
+    program.write_text(f'#!/bin/sh\nPYTHONPATH={SOURCES} exec {client} -m robosc "$@"\n')
     program.chmod(0o755)
     return program
 
 
 @pytest.fixture(scope="session")
-def folder() -> Path:
+def extension() -> Path:
     """Where the extension is built."""
     try:
         return extension_folder()

@@ -14,13 +14,13 @@ FILES = sorted((HERE / "client").glob("client_*.py"))
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
-def test_through_a_client(python: str, file: Path, tmp_path: Path) -> None:
+def test_through_a_client(client: str, file: Path, tmp_path: Path) -> None:
     environment = os.environ | {
         "PYTHONPATH": f"{SOURCES}{os.pathsep}{file.parent}",
         "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
         "PYTHONDONTWRITEBYTECODE": "1",
     }
-    command = [python, "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", str(tmp_path)]
+    command = [client, "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", str(tmp_path)]
     command += ["--confcutdir", str(file.parent), "-p", "no:cacheprovider"]
     command += ["-o", "asyncio_default_fixture_loop_scope=function"]
     for plugin in ("pytest_asyncio.plugin", "pytest_lsp", "lsp_session"):

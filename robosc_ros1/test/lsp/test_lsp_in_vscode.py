@@ -27,7 +27,7 @@ def place(words: str) -> tuple[int, int]:
 
 @pytest.fixture(scope="module")
 def editor(
-    folder: Path, robosc_program: Path, tmp_path_factory: pytest.TempPathFactory
+    extension: Path, robosc_program: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Code]:
     reason = missing_browser()
     if reason is not None:
@@ -36,11 +36,11 @@ def editor(
         command = code_server()
     except Unavailable as reason:
         pytest.skip(str(reason))
-    npm(folder, "run", "package")
+    npm(extension, "run", "package")
     home = tmp_path_factory.mktemp("code")
     with (
         headless(tmp_path_factory.mktemp("browser")) as browser,
-        running_code(browser, command, folder / "robosc.vsix", robosc_program, home) as code,
+        running_code(browser, command, extension / "robosc.vsix", robosc_program, home) as code,
     ):
         browser.look(1000, 640)
         code.start()

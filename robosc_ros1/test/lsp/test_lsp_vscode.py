@@ -15,15 +15,15 @@ from robosc.cli import VERBS
 MANIFEST: dict[str, Any] = json.loads((EXTENSION / "package.json").read_text(encoding="utf-8"))
 
 
-def test_grammar(folder: Path) -> None:
-    output = npm(folder, "test")
+def test_grammar(extension: Path) -> None:
+    output = npm(extension, "test")
     for file in (EXTENSION / "test").glob("*.rscd"):
         assert f"test/{file.name} run success" in output
 
 
-def test_package(folder: Path) -> None:
-    npm(folder, "run", "package")
-    with zipfile.ZipFile(folder / "robosc.vsix") as package:
+def test_package(extension: Path) -> None:
+    npm(extension, "run", "package")
+    with zipfile.ZipFile(extension / "robosc.vsix") as package:
         names = set(package.namelist())
     needed = {"extension.js", "package.json", "language-configuration.json", "readme.md"}
     needed |= {"syntaxes/rscd.tmLanguage.json", "snippets/rscd.json"}

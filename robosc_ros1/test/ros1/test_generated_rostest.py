@@ -46,13 +46,13 @@ def test_it_passes_and_tells_what_was_reached(generated_workspace: Workspace) ->
 
 FAULTS = {
     "guard": (
-        '            self.sky_light != "dark"\n',
-        "            True\n",
+        'return self.sky_light != "dark"\n',
+        "return True\n",
         "requested against: requirement Sky.light = dark disables snuff",
     ),
     "data": ('return {"data": True}', 'return {"data": False}', "is sent with"),
     "conversion": ("if value > 20:", "if value > 30:", "is read as"),
-    "state": ('            flame = "cold"', '            flame = "burning"', "Flame is "),
+    "state": ('self.flame = "cold"\n', 'self.flame = "burning"\n', "Flame is "),
 }
 
 

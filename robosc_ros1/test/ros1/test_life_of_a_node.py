@@ -7,29 +7,36 @@ import signal
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import pytest
 import ros_support
 from ros1.stage import Puppet, Stage, event, master_pid, stopped
-from ros_support import Workspace, await_condition
+from ros_support import Workspace, await_condition, slowdown
 
 RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
 ASK = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}
 BOOL = "std_msgs/Bool"
 
 BUDGET = 2.0
-"""A node ends within so many seconds, says the contract; the machine may be busy, so twice."""
+"""A node ends within so many seconds, says docs/running.md, on a machine that is not busy."""
 
 
 @contextmanager
-def ended_with(stage: Stage, how: str, pid: int) -> Iterator[None]:
+def ends_in_time() -> Iterator[None]:
+    """What is done here takes no longer than a node may take to end, in proportion."""
+    before, start = slowdown(), time.monotonic()
+    yield
+    spent = time.monotonic() - start
+    assert spent < 2 * BUDGET * max(before, slowdown())
+
+
+def end(stage: Stage, how: str, pid: int) -> None:
     if how == "rosnode kill":
         stage.workspace.run("rosnode", "kill", "/probe_controller", master=stage.master)
     else:
         os.kill(pid, getattr(signal, how))
-    yield
 
 
 @pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "rosnode kill"])
@@ -44,14 +51,12 @@ def test_shutdown_cancels_goals_and_sends_the_stop_command(
         puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
         node.tells(event("request", "blow"))
         mark = puppet.mark
-        start = time.monotonic()
-        with ended_with(stage, how, node.process.pid):
+        # The tool of the third way takes its own time.
+        with ends_in_time() if how != "rosnode kill" else nullcontext():
+            end(stage, how, node.process.pid)
             assert node.process.wait(20) in (0, -signal.SIGTERM, -signal.SIGINT)
-        spent = time.monotonic() - start
         puppet.wait(lambda line: line.get("cancelled") == "/run", "the cancel", since=mark)
         puppet.hears("/halt", since=mark)
-        if how != "rosnode kill":  # the tool itself takes its time
-            assert spent < 2 * BUDGET
         assert "Traceback" not in node.log
 
 
@@ -70,10 +75,9 @@ def test_the_end_waits_for_nobody_who_stands_still(
             still.wait(lambda line, name=name: line.get("asked") == name, "the request")
         mark = puppet.mark
         with stopped(still.process.pid), stopped(master_pid(stage.master)):
-            start = time.monotonic()
-            node.process.send_signal(signal.SIGINT)
-            assert node.process.wait(20) == 0
-            assert time.monotonic() - start < 2 * BUDGET
+            with ends_in_time():
+                node.process.send_signal(signal.SIGINT)
+                assert node.process.wait(20) == 0
             puppet.hears("/halt", since=mark)
         still.wait(lambda line: line.get("cancelled") == "/run", "the cancel")
         assert "Traceback" not in node.log
@@ -85,10 +89,9 @@ def test_it_may_end_before_there_is_a_master(generated_workspace: Workspace) -> 
     with generated_workspace.start("rosrun", name, name, master=nowhere) as process:
         log: Path = process.log  # type: ignore[attr-defined]
         await_condition(lambda: "master may not be running yet" in log.read_text(), "the wait")
-        start = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        assert process.wait(20) == 0
-        assert time.monotonic() - start < 2 * BUDGET
+        with ends_in_time():
+            process.send_signal(signal.SIGINT)
+            assert process.wait(20) == 0
         assert "Traceback" not in log.read_text()
 
 
@@ -211,7 +214,6 @@ def test_it_ends_when_the_master_is_gone(
         stage = Stage(generated_workspace, running)
         with stage.puppet() as ear, stage.controller(ear) as node:
             end_master(running)
-            start = time.monotonic()
-            node.process.send_signal(signal.SIGINT)
-            node.process.wait(20)
-            assert time.monotonic() - start < 2 * BUDGET
+            with ends_in_time():
+                node.process.send_signal(signal.SIGINT)
+                node.process.wait(20)

@@ -206,21 +206,21 @@ def test_the_launch_file_starts_both_with_the_right_names(
 
 FAULTS = {
     "forbidden": (
-        "_runtime/guard.py",
+        "_runtime/supervisor_engine.py",
         "        if command.possible and command.allowed():\n",
         "        return []\n        if command.possible and command.allowed():\n",
         "against: requirement",
     ),
     "allowed": (
         "controller.py",
-        'and self.motor == "stopped"\n        )',
-        "and False)",
+        ' and self.motor == "stopped"\n',
+        " and False\n",
         "because of",
     ),
     "data": (
         "relay.py",
-        "            guard.offer(",
-        "            raw.bytes = b'?' * len(raw.bytes)\n            guard.offer(",
+        "            engine.offer(",
+        "            raw.bytes = b'?' * len(raw.bytes)\n            engine.offer(",
         "carries other messages",
     ),
 }

@@ -26,37 +26,6 @@ class LampController(Controller):
         Communication(LAMP, "light", "service"),
         Communication(ARM, "reach", "action"),
     )
-    INPUTS = (
-        Input(SENSOR, "response", "read_range", "on_range"),
-        Input(LAMP, "response", "read_light", "on_light_end"),
-        Input(LAMP, "error", None, "on_light_end"),
-        Input(ARM, "response", None, "on_reach_end"),
-        Input(ARM, "feedback", None, "on_reach_feedback"),
-        Input(ARM, "error", None, "on_reach_end"),
-    )
-    COMMANDS = (
-        Command(GO, "request", "can_go", None, None, "data_go", None, (0,)),
-        Command(HALT, "request", "can_halt", None, None, None, None, (1,)),
-        Command(LAMP, "request", "can_light", None, "lamp_busy", None, "do_light", ()),
-        Command(
-            ARM,
-            "request",
-            "can_reach",
-            "arm_idle",
-            "arm_busy",
-            None,
-            "do_reach",
-            (2,),
-            partners=("Arm",),
-        ),
-        Command(ARM, "cancel", "can_cancel", None, "arm_busy", None, "on_cancel", (2,)),
-    )
-    TAUS = (Tau("Sensor", 1, "tau_settled"),)
-    REQUIREMENTS = (
-        Requirement("go needs clear", "lamp.rscd:1", "needs_clear"),
-        Requirement("halt needs blocked", "lamp.rscd:2", "needs_blocked"),
-        Requirement("reach needs blocked", "lamp.rscd:3", "needs_blocked"),
-    )
     STEP_BOUND = 3
 
     def __init__(self) -> None:
@@ -129,6 +98,37 @@ class LampController(Controller):
             return None
         self.spin -= 1
         return "a->b"
+
+    INPUTS = (
+        Input(SENSOR, "response", read_range, on_range, ("clear", "speed")),
+        Input(LAMP, "response", read_light, on_light_end, ("lamp_busy",)),
+        Input(LAMP, "error", None, on_light_end, ("lamp_busy",)),
+        Input(ARM, "response", None, on_reach_end, ("arm_busy", "arm")),
+        Input(ARM, "feedback", None, on_reach_feedback, ()),
+        Input(ARM, "error", None, on_reach_end, ("arm_busy", "arm")),
+    )
+    COMMANDS = (
+        Command(GO, "request", can_go, None, None, data_go, None, ("clear",), (), (0,)),
+        Command(HALT, "request", can_halt, None, None, None, None, ("clear",), (), (1,)),
+        Command(
+            LAMP, "request", can_light, None, "lamp_busy", None, do_light, ("lamp_allowed",),
+            ("lamp_busy",), (),
+        ),
+        Command(
+            ARM, "request", can_reach, arm_idle, "arm_busy", None, do_reach, ("arm", "clear"),
+            ("arm_busy", "arm"), (2,), partners=("Arm",),
+        ),
+        Command(
+            ARM, "cancel", can_cancel, None, "arm_busy", None, on_cancel, ("clear",),
+            ("arm_busy", "arm"), (2,),
+        ),
+    )  # fmt: skip
+    TAUS = (Tau("Sensor", 1, tau_settled, ("spin",), ("spin",)),)
+    REQUIREMENTS = (
+        Requirement("go needs clear", "lamp.rscd:1", needs_clear),
+        Requirement("halt needs blocked", "lamp.rscd:2", needs_blocked),
+        Requirement("reach needs blocked", "lamp.rscd:3", needs_blocked),
+    )
 
 
 class PlayedPort(Port):

@@ -248,7 +248,8 @@ def test_a_cycle_of_own_steps_is_a_safe_stop() -> None:
 
 def test_an_unforeseen_exception_is_a_safe_stop() -> None:
     played = Played()
-    played.controller.can_go = lambda: 1 / 0  # type: ignore[method-assign]
+    broken = LampController.COMMANDS[0]._replace(guard=lambda _: 1 / 0 > 0)
+    played.controller.COMMANDS = (broken,)
     played.engine = Engine(played.controller, played.port)
     played.begin()
     assert played.engine.stopped is not None

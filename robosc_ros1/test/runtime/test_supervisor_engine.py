@@ -214,14 +214,6 @@ def test_after_a_safe_stop_everything_is_blocked() -> None:
 class OnceController(LampController):
     """Going forbids to go again; that is no reason to stop it."""
 
-    COMMANDS = (
-        Command(GO, "request", "can_go_once", None, None, None, "do_go", (0, 3)),
-        *LampController.COMMANDS[1:],
-    )
-    REQUIREMENTS = (
-        *LampController.REQUIREMENTS,
-        Requirement("go needs standing", "lamp.rscd:4", "is_standing"),
-    )
     goes = False
 
     def is_standing(self) -> bool:
@@ -232,6 +224,17 @@ class OnceController(LampController):
 
     def do_go(self) -> None:
         self.goes = True
+
+    COMMANDS = (
+        Command(
+            GO, "request", can_go_once, None, None, None, do_go, ("clear", "goes"), ("goes",), (0, 3)
+        ),
+        *LampController.COMMANDS[1:],
+    )  # fmt: skip
+    REQUIREMENTS = (
+        *LampController.REQUIREMENTS,
+        Requirement("go needs standing", "lamp.rscd:4", is_standing),
+    )
 
 
 def test_what_a_command_forbids_by_itself_does_not_end_it() -> None:

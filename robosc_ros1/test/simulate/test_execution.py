@@ -156,7 +156,7 @@ def test_values_are_converted_as_the_controller_converts_messages(
     parts = {"position.x": 2.5, "position.side": side}
     parts |= {f"tags[{n}]": tag for n, tag in enumerate(tags)}
     given = complete(supervisor.plant.robot, event, parts, "pose")
-    read = getattr(controller, entry.read)(SimpleNamespace(position=point, tags=tags, label=""))
+    read = entry.read(controller, SimpleNamespace(position=point, tags=tags, label=""))
     assert {path_text(path): value for path, value in given.items()} == read
 
 

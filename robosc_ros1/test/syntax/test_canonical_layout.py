@@ -11,9 +11,9 @@ from random_text import model_text
 from syntax_support import parsed
 
 from robosc.errors import ModelError
+from robosc.language.tokens import tokenize
 from robosc.source import Source
 from robosc.syntax.format import WIDTH, format_text
-from robosc.syntax.scan import scan
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*/*.rscd"))
 
@@ -24,7 +24,7 @@ def formatted(text: str) -> str:
 
 def written_comments(text: str) -> list[list[str]]:
     """All comments in order, line by line, without the blanks around them."""
-    found = scan(Source("model.rscd", text)).comments
+    found = tokenize(Source("model.rscd", text)).comments
     return [[line.strip() for line in comment.text.split("\n")] for comment in found]
 
 
@@ -35,7 +35,7 @@ def check(text: str) -> None:
     assert formatted(once) == once
     assert once.endswith("}\n") or written_comments(text)
     assert "\n\n\n" not in "\n".join(line.strip() for line in once.split("\n"))
-    assert "\t" not in once or any("\t" in c.text for c in scan(Source("m", text)).comments)
+    assert "\t" not in once or any("\t" in c.text for c in tokenize(Source("m", text)).comments)
 
 
 @settings(derandomize=True, deadline=None, max_examples=150)
@@ -58,8 +58,7 @@ def test_every_comment_position_is_kept() -> None:
 
 
 def parsed_words(text: str) -> list[str]:
-    scanned = scan(Source("model.rscd", text)).text
-    return scanned.split()
+    return list(tokenize(Source("model.rscd", text)).texts())
 
 
 UGLY = """\

@@ -7,7 +7,7 @@ from dataclasses import fields, is_dataclass, replace
 import pytest
 from syntax_support import declarations, faults, parsed, read
 
-from robosc.names import BASIC_TYPES, RESERVED
+from robosc.language.keywords import BASIC_TYPES, RESERVED
 from robosc.syntax.nodes import ComponentNode, MessageNode, NamedTypeNode
 
 _WORDS = """

@@ -11,8 +11,10 @@ from synthesis.plants import plant_of
 
 from robosc.ir.automaton import Plant
 from robosc.ir.expr import Leaf, evaluate
+from robosc.language.operators import BINARY, Result
 from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, VariableRef
 from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Value
+from robosc.model.values import result_type
 from robosc.synthesis.vectorised import axis_of, evaluate_vectorised, support
 
 PLANT: Plant = plant_of(
@@ -25,6 +27,7 @@ PLANT: Plant = plant_of(
     " marked state two { on response from m goto one } } }"
     " requirement go needs A.x + A.y + A.huge > 0 or A.b or A.c = red"
 )
+ARITHMETIC = [o.spelling for o in BINARY.values() if o.result is not Result.BOOLEAN]
 BOOLEAN, INTEGER, DOUBLE = BooleanType(), IntegerType(), DoubleType()
 
 
@@ -53,10 +56,9 @@ enums = st.sampled_from(_leaves(EnumType)) | st.sampled_from(["red", "green", "b
 
 def _arithmetic(inner: st.SearchStrategy[Expr]) -> st.SearchStrategy[Expr]:
     def join(op: str, left: Expr, right: Expr) -> Expr:
-        real = op == "/" or isinstance(left.type, DoubleType) or isinstance(right.type, DoubleType)
-        return Binary(op, left, right, DOUBLE if real else INTEGER)
+        return Binary(op, left, right, result_type(BINARY[op].result, (left.type, right.type)))
 
-    return st.builds(join, st.sampled_from("+-*/"), inner, inner) | inner.map(
+    return st.builds(join, st.sampled_from(ARITHMETIC), inner, inner) | inner.map(
         lambda e: Unary("-", e, e.type)
     )
 

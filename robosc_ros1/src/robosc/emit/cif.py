@@ -20,8 +20,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from robosc.emit.cif_expr import CifNames, Context, condition, in_range, initial, offset, update
-from robosc.emit.partial_evaluation import Values, assigned, holds
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
+from robosc.ir.partial_evaluation import PartValues, assigned, holds
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr, StateRef, VariableRef
@@ -46,7 +46,7 @@ class _Occurrence:
     """An event with one value: an event of its own in CIF."""
 
     event: Event
-    values: Values
+    values: PartValues
     name: str
 
 

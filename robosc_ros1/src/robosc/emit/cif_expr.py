@@ -15,16 +15,19 @@ from functools import cached_property
 from itertools import product
 
 from robosc.ir.automaton import Plant, VariableKind
-from robosc.ir.expr import Leaf, evaluate
+from robosc.language.operators import Spelled, Text
 from robosc.model.entities import Variable
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import (
     Binary,
     Expr,
+    Leaf,
     Literal,
+    Operation,
     PhaseRef,
     StateRef,
-    Unary,
     VariableRef,
+    fold,
     walk,
 )
 from robosc.model.types import (
@@ -179,42 +182,59 @@ def initial(context: Context, type_: Type, value: Value) -> str:
 # --- booleans ------------------------------------------------------------------------------------
 
 _ATOM = 9
-_LEVELS = {"=>": 1, "or": 2, "and": 3}
 
 
 def condition(context: Context, expr: Expr, least: int = 0) -> str:
     """A boolean expression; in parentheses if it binds weaker than ``least``."""
-    text, level = _boolean(context, expr)
-    return f"({text})" if level < least else text
+    return f"{_boolean(context, expr):{least}}"
 
 
-def _boolean(context: Context, expr: Expr) -> tuple[str, int]:
-    match expr:
-        case VariableRef() | StateRef() | PhaseRef():
-            return context.reference(expr), _ATOM
-        case Unary(operand=operand):
-            return f"not {condition(context, operand, _ATOM)}", 8
-        case Binary(operator="and" | "or" | "=>" as operator, left=left, right=right):
-            level = _LEVELS[operator]
-            inner = [
-                condition(context, part, level + (not _same(part, operator)))
-                for part in (left, right)
-            ]
-            return f"{inner[0]} {operator} {inner[1]}", level
-        case Binary(operator=operator, left=left, right=right):
-            if is_number(left.type):
-                return _comparison(context, expr)
-            if isinstance(left.type, BooleanType):
-                sides = [condition(context, part, _ATOM) for part in (left, right)]
-                return f"{sides[0]} {operator} {sides[1]}", 4
-            if isinstance(left.type, EnumType):
-                return f"{_enum(context, left)} {operator} {_enum(context, right)}", 4
-    return ("true" if evaluate(expr, _no_leaf) else "false"), _ATOM
+def _boolean(context: Context, expr: Expr) -> Spelled:
+
+    def whole(node: Expr) -> Spelled | None:
+        """A comparison of anything but booleans."""
+        if not isinstance(node, Binary) or isinstance(node.left.type, BooleanType):
+            return None
+        if is_number(node.left.type):
+            return _comparison(context, node)
+        if isinstance(node.left.type, EnumType):
+            sides = (Spelled(_enum(context, side), _ATOM) for side in node.operands)
+            return _text(node).of(sides)
+        return _constant(evaluate(node, _no_leaf))
+
+    def leaf(node: Literal | Leaf) -> Spelled:
+        if isinstance(node, Literal):
+            return _constant(node.value)
+        return Spelled(context.reference(node), _ATOM)
+
+    def operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
+        text = _text(node)
+        return text.of(
+            Spelled(inner.text, _ATOM) if _same(part, node) else inner
+            for part, inner in zip(node.operands, operands, strict=True)
+        )
+
+    return fold(expr, leaf, operation, known=whole)
 
 
-def _same(part: Expr, operator: str) -> bool:
+def _text(node: Operation) -> Text:
+    text = node.operation.cif
+    assert text is not None
+    return text
+
+
+def _constant(value: Value) -> Spelled:
+    return Spelled("true" if value else "false", _ATOM)
+
+
+def _same(part: Expr, node: Operation) -> bool:
     """Whether parentheses can be left out: ``a and (b and c)`` is ``a and b and c``."""
-    return isinstance(part, Binary) and part.operator == operator != "=>"
+    return (
+        isinstance(part, Binary)
+        and part.operator == node.operator
+        and part.operation.is_lazy
+        and not part.operation.right_associative
+    )
 
 
 def _enum(context: Context, expr: Expr) -> str:
@@ -269,25 +289,26 @@ def _sum(expr: Expr) -> _Sum | None:
 
 
 def _any_sum(expr: Expr) -> _Sum | None:
-    match expr:
-        case Literal(value=value):
-            return _Sum({}, int(value)) if float(value).is_integer() else None
-        case VariableRef():
-            return _Sum({expr: 1}, 0)
-        case Unary(operand=operand):
-            inner = _any_sum(operand)
-            return None if inner is None else _Sum({}, 0).plus(inner, -1)
-        case Binary(operator="+" | "-" | "*" as operator, left=left, right=right):
-            first, second = _any_sum(left), _any_sum(right)
-            if first is None or second is None:
-                return None
-            if operator != "*":
-                return first.plus(second, 1 if operator == "+" else -1)
-            if first.terms and second.terms:
-                return None
-            if first.terms:
-                first, second = second, first
-            return _Sum({}, 0).plus(second, first.constant)
+    def leaf(node: Literal | Leaf) -> _Sum | None:
+        if isinstance(node, VariableRef):
+            return _Sum({node: 1}, 0)
+        assert isinstance(node, Literal)
+        value = float(node.value)
+        return _Sum({}, int(node.value)) if value.is_integer() else None
+
+    return fold(expr, leaf, _linear)
+
+
+def _linear(node: Operation, operands: tuple[_Sum | None, ...]) -> _Sum | None:
+    """Sums, differences and multiples of sums; everything else is none."""
+    match node.operator, operands:
+        case "-", (_Sum() as inner,):
+            return _Sum({}, 0).plus(inner, -1)
+        case "+" | "-", (_Sum() as left, _Sum() as right):
+            return left.plus(right, 1 if node.operator == "+" else -1)
+        case "*", (_Sum() as left, _Sum() as right) if not (left.terms and right.terms):
+            terms, factor = (left, right) if left.terms else (right, left)
+            return _Sum({}, 0).plus(terms, factor.constant)
     return None
 
 
@@ -303,15 +324,15 @@ def _added(context: Context, sum_: _Sum, sign: int) -> list[str]:
     return parts
 
 
-def _comparison(context: Context, expr: Binary) -> tuple[str, int]:
+def _comparison(context: Context, expr: Binary) -> Spelled:
     left, right = _sum(expr.left), _sum(expr.right)
     difference = None if left is None or right is None else left.plus(right, -1).shifted()
     if difference is None:
         return _written_out(context, expr)
     if not difference.terms:
-        return ("true" if evaluate(expr, _zero) else "false"), _ATOM
-    sides = [" + ".join(_added(context, difference, sign)) or "0" for sign in (1, -1)]
-    return f"{sides[0]} {expr.operator} {sides[1]}", 4
+        return _constant(evaluate(expr, _zero))
+    sides = (" + ".join(_added(context, difference, sign)) or "0" for sign in (1, -1))
+    return _text(expr).of(Spelled(side, _ATOM) for side in sides)
 
 
 def _zero(leaf: Leaf) -> Value:
@@ -335,15 +356,15 @@ def _point(context: Context, values: Mapping[Expr, Value]) -> str:
     return " and ".join(parts)
 
 
-def _written_out(context: Context, expr: Expr) -> tuple[str, int]:
+def _written_out(context: Context, expr: Expr) -> Spelled:
     """A condition as the values of its variables for which it holds."""
     found = [(evaluate(expr, values.__getitem__), values) for values in _valuations(expr)]
     points = [_point(context, values) for holds, values in found if holds]
     if len(points) in (0, len(found)):
-        return ("true" if points else "false"), _ATOM
+        return _constant(bool(points))
     several = len(found[0][1]) > 1
     texts = [f"({point})" if several and len(points) > 1 else point for point in points]
-    return " or ".join(texts), 2 if len(points) > 1 else (3 if several else 4)
+    return Spelled(" or ".join(texts), 2 if len(points) > 1 else (3 if several else 4))
 
 
 # --- assignments ---------------------------------------------------------------------------------

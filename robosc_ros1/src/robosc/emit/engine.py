@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from robosc.emit.line_breaks import break_long_lines
 from robosc.resources import templates_folder
 
 __all__ = ["render", "verbatim"]
@@ -15,7 +17,7 @@ __all__ = ["render", "verbatim"]
 
 @cache
 def _environment() -> Environment:
-    return Environment(
+    environment = Environment(
         loader=FileSystemLoader(templates_folder()),
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -23,16 +25,25 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
         autoescape=False,  # the output is source code, not markup
     )
+    environment.filters["quoted"] = _quoted
+    return environment
+
+
+def _quoted(names: Iterable[str]) -> str:
+    """A tuple of strings as Python source."""
+    texts = [f'"{name}"' for name in names]
+    return f"({', '.join(texts)}{',' * (len(texts) == 1)})"
 
 
 def render(template: str, context: Any) -> str:
     """The template (its path below the templates' folder) filled from a frozen dataclass.
 
     The fields of the context are the names that the template sees; one that is missing is an error.
+    Long lines of Python are broken.
     """
     fields = {f.name: getattr(context, f.name) for f in dataclasses.fields(context)}
     text: str = _environment().get_template(template).render(fields)
-    return text
+    return break_long_lines(text) if template.endswith(".py.jinja") else text
 
 
 def verbatim(name: str) -> str:

@@ -282,8 +282,8 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
                 return ["state", component, state]
             case ValueRef(path=path, type=type_):
                 return ["value", list(path), _type(type_, enums)]
-            case PhaseRef():
-                raise TypeError("a phase in the text of a model")
+            case PhaseRef(communication=key):
+                return ["busy", key]
 
     def operation(node: Operation, operands: tuple[Json, ...]) -> Json:
         return [node.operation.key, *operands]

@@ -25,8 +25,8 @@ from robosc.model.expr import (
 from robosc.model.types import BooleanType, EnumType, IntegerType, StringType, Type, Value
 
 __all__ = [
-    "Attributes", "access", "converted", "converter_counts", "in_controller", "in_enum_rule",
-    "literal", "operand", "reads_array", "within",
+    "Attributes", "Spelling", "access", "converted", "converter_counts", "in_controller",
+    "in_enum_rule", "literal", "operand", "reads_array", "within",
 ]  # fmt: skip
 
 Path = tuple[str | int, ...]
@@ -42,6 +42,20 @@ class Attributes:
     variables: Mapping[str, str]
     phases: Mapping[str, str]
     enums: Mapping[EnumType, str]
+
+
+@dataclass(frozen=True)
+class Spelling:
+    """Expressions as texts with the names that were given out."""
+
+    attributes: Attributes
+
+    def text(self, expr: Expr) -> str:
+        return in_controller(expr, self.attributes)
+
+    def operand(self, expr: Expr) -> str:
+        """The text of a condition as an operand of ``and``."""
+        return operand(expr, self.text(expr))
 
 
 def literal(value: Value) -> str:

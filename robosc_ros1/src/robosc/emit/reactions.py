@@ -1,45 +1,61 @@
-"""What an event does to the controller, and when the plant can do it.
+"""What an event does to the controller, and when the plant can do it, as Python text.
 
-Conditions and right-hand sides are texts over the state before the event; the template evaluates
-all of them before it assigns anything, because assignments are simultaneous.
+Assignments are simultaneous: conditions and right-hand sides see the state before the event, and
+nothing is changed if one of them raises Mismatch. So an attribute is assigned at once only if
+nothing that is evaluated afterwards reads it or raises; else its new value waits in a local
+variable of its name.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from robosc.emit.line_breaks import unparenthesised
 from robosc.emit.naming import place
-from robosc.emit.python import (
-    Attributes,
-    in_controller,
-    literal,
-    operand,
-    reads_array,
-    within,
-)
-from robosc.emit.views import BranchView, ReactionView
+from robosc.emit.python import Spelling, literal, operand, reads_array, within
+from robosc.emit.views import ReactionView
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.ir.expr import may_be_huge
 from robosc.model.entities import Variable
 from robosc.model.expr import Expr
 from robosc.model.types import DoubleType, IntegerType
 
-__all__ = ["Reactions", "Spelling", "alike"]
+__all__ = ["Reactions", "alike", "attributes_read"]
+
+_ATTRIBUTE = re.compile(r"\bself\.(\w+)\b(?!\()")
 
 
 @dataclass(frozen=True)
-class Spelling:
-    """Expressions as texts with the names that were given out."""
+class _Branch:
+    """One way in which a component takes part: ``condition`` (empty: always) and its effects.
 
-    attributes: Attributes
+    ``effects`` are (attribute, right-hand side), both over the old state.
+    """
 
-    def text(self, expr: Expr) -> str:
-        return in_controller(expr, self.attributes)
+    condition: str
+    place: str
+    effects: tuple[tuple[str, str], ...]
 
-    def operand(self, expr: Expr) -> str:
-        """The text of a condition as an operand of ``and``."""
-        return operand(expr, self.text(expr))
+
+@dataclass(frozen=True)
+class _Part:
+    """What an event does to one component."""
+
+    component: str
+    branches: tuple[_Branch, ...]
+
+    @property
+    def texts(self) -> list[str]:
+        """All that is evaluated."""
+        effects = [text for branch in self.branches for _, text in branch.effects]
+        return [branch.condition for branch in self.branches] + effects
+
+
+def attributes_read(texts: Iterable[str]) -> frozenset[str]:
+    """The controller's attributes that expressions read, calls apart."""
+    return frozenset(name for text in texts for name in _ATTRIBUTE.findall(text))
 
 
 class Reactions:
@@ -54,26 +70,24 @@ class Reactions:
         }
 
     def reaction(self, event: Event) -> ReactionView:
-        automata = []
-        changed: dict[str, None] = {}
+        parts = []
         for automaton in event.automata:
-            branches = []
-            for edges in alike(automaton.edges):
-                branch = self._branch(event, automaton, edges)
-                changed.update(dict.fromkeys(name for name, _ in branch.effects))
-                branches.append(branch)
+            groups = alike(automaton.edges)
+            branches = tuple(self._branch(event, automaton, edges) for edges in groups)
             if any(branch.effects for branch in branches):
-                automata.append((automaton.component, tuple(branches)))
+                parts.append(_Part(automaton.component, branches))
+        body = list(_body(parts))
+        changed = {name: None for part in parts for b in part.branches for name, _ in b.effects}
         phase = event.phase
-        return ReactionView(
-            busy=None if phase is None else self.spelling.attributes.phases[event.key],
-            busy_before=phase is not None and phase.source == 1,
-            busy_after=phase is not None and phase.target == 1,
-            automata=tuple(automata),
-            attributes=tuple(changed),
-        )
+        if phase is None:
+            return ReactionView(None, tuple(body), tuple(changed))
+        busy = self.spelling.attributes.phases[event.key]
+        if phase.source != phase.target:
+            body.append(f"self.{busy} = {phase.target == 1}")
+            changed[busy] = None
+        return ReactionView(busy if phase.source == 1 else None, tuple(body), tuple(changed))
 
-    def _branch(self, event: Event, automaton: LocalAutomaton, edges: list[Edge]) -> BranchView:
+    def _branch(self, event: Event, automaton: LocalAutomaton, edges: list[Edge]) -> _Branch:
         edge = edges[0]
         effects = []
         for index, expr in edge.updates:
@@ -86,7 +100,7 @@ class Reactions:
         if any(e.source != e.target for e in edges):
             target = literal(location.values[edge.target])
             effects.append((self.spelling.attributes.locations[automaton.component], target))
-        return BranchView(
+        return _Branch(
             self._edge_condition(location, edges, automaton), place(edge.span), tuple(effects)
         )
 
@@ -132,8 +146,15 @@ class Reactions:
             text = f"self.assigned(lambda: {text}, self.{attribute}, {where})"
         return attribute, text
 
-    def synchronisation(self, event: Event) -> Iterator[str]:
-        """Conditions under which the plant can do a controllable event, its phase apart."""
+    def synchronisation(self, event: Event) -> str:
+        """The condition under which the plant can do a controllable event, its phase apart; empty
+        if it always can."""
+        conditions = list(self._synchronisation(event))
+        if len(conditions) == 1:
+            return unparenthesised(conditions[0])
+        return " and ".join(conditions)
+
+    def _synchronisation(self, event: Event) -> Iterator[str]:
         for automaton in event.automata:
             location = self.plant.variables[automaton.variable]
             ways = []
@@ -172,3 +193,49 @@ def alike(edges: Iterable[Edge]) -> list[list[Edge]]:
         span = edge.span
         groups.setdefault((id(span.source), span.start, span.end), []).append(edge)
     return list(groups.values())
+
+
+def _body(parts: list[_Part]) -> Iterator[str]:
+    """The statements that change the state."""
+    waiting = _waiting(parts)
+    assigned = {name for part in parts for name in _always_assigned(part)}
+    for name in waiting:
+        if name not in assigned:
+            yield f"{name} = self.{name}"
+    for part in parts:
+        first = part.branches[0]
+        if not first.condition:
+            yield f"# {part.component} ({first.place})"
+            yield from _effects(first, waiting, "")
+            continue
+        yield f"# {part.component}"
+        for number, branch in enumerate(part.branches):
+            word = "if" if number == 0 else "elif"
+            head = f"{word} {branch.condition}:" if branch.condition else "else:"
+            yield f"{head}  # {branch.place}"
+            yield from _effects(branch, waiting, "    ") if branch.effects else ["    pass"]
+    for name in waiting:
+        yield f"self.{name} = {name}"
+
+
+def _effects(branch: _Branch, waiting: Iterable[str], indent: str) -> Iterator[str]:
+    for name, text in branch.effects:
+        yield f"{indent}{'' if name in waiting else 'self.'}{name} = {text}"
+
+
+def _always_assigned(part: _Part) -> Iterator[str]:
+    if not part.branches[0].condition:
+        yield from (name for name, _ in part.branches[0].effects)
+
+
+def _waiting(parts: list[_Part]) -> list[str]:
+    """The attributes whose new values must wait until all of the event is evaluated."""
+    found: dict[str, None] = {}
+    for number, part in enumerate(parts):
+        later = [text for other in parts[number + 1 :] for text in other.texts]
+        for branch in part.branches:
+            for at, (name, _) in enumerate(branch.effects):
+                after = [text for _, text in branch.effects[at + 1 :]] + later
+                if name in attributes_read(after) or any("in_range(" in text for text in after):
+                    found[name] = None
+    return list(found)

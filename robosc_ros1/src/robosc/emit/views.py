@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from robosc.emit.python import literal
 
 __all__ = [
-    "AttributeView", "BranchView", "CommandView", "ComponentView", "ControllerContext", "EnumView",
-    "GuardLine", "InputView", "ProvideView", "ReactionView", "RequirementView", "TauView",
+    "AttributeView", "CommandView", "ComponentView", "ControllerContext", "EnumView",
+    "InputView", "ProvideView", "ReactionView", "RequirementView", "TauView",
 ]  # fmt: skip
 
 
@@ -41,30 +41,15 @@ class ComponentView:
 
 
 @dataclass(frozen=True)
-class BranchView:
-    """One way in which a component takes part: ``condition`` (empty: always) and its effect.
+class ReactionView:
+    """What an event does: the statements, and the attributes that they may change.
 
-    ``effects`` are (attribute, right-hand side) to be evaluated over the old state.
+    ``busy`` is the phase that must be true, else the event is a mismatch; None: there is no such.
     """
 
-    condition: str
-    place: str
-    effects: tuple[tuple[str, str], ...]
-
-
-@dataclass(frozen=True)
-class ReactionView:
-    """What an event does: the branches of each component, and the attributes that they set."""
-
     busy: str | None
-    busy_before: bool
-    busy_after: bool
-    automata: tuple[tuple[str, tuple[BranchView, ...]], ...]
-    attributes: tuple[str, ...]
-
-    @property
-    def does_something(self) -> bool:
-        return bool(self.attributes) or self.busy_before != self.busy_after
+    body: tuple[str, ...]
+    writes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -84,43 +69,37 @@ class InputView:
 
 
 @dataclass(frozen=True)
-class GuardLine:
-    """A part of a conjunction under the comments that say where it comes from."""
-
-    comments: tuple[str, ...]
-    text: str
-
-
-@dataclass(frozen=True)
 class ProvideView:
-    """A provide statement; ``data`` are the lines of a dict, the first without indentation."""
+    """A provide statement; ``data`` is a dict as Python source."""
 
     condition: str | None
-    data: tuple[str, ...]
+    data: str
     place: str
 
 
 @dataclass(frozen=True)
 class CommandView:
-    """A controllable event of a communication."""
+    """A controllable event of a communication; conditions are Python source."""
 
     key: str
     kind: str
     name: str
     place: str
     description: str
+    permission: str
+    """What the guard tells, such as "drive may be requested"."""
     guard: str
     guard_notes: tuple[str, ...]
-    guard_lines: tuple[GuardLine, ...]
-    joiner: str
-    """What stands between the guard's lines: "and" or "or"."""
+    guard_text: str
     synchronisation: str | None
-    synchronisation_conditions: tuple[str, ...]
+    synchronisation_text: str
     busy: str | None
     data: str | None
     provides: tuple[ProvideView, ...]
     applier: str | None
     reaction: ReactionView
+    reads: tuple[str, ...]
+    """The attributes that decide whether it is allowed, its own phase apart."""
     requirements: tuple[int, ...]
     reason: str
     """Python source: a string, or None."""
@@ -136,6 +115,7 @@ class TauView:
     attribute: str
     moves: tuple[tuple[str, str], ...]
     """(condition, target) per way to take it."""
+    reads: tuple[str, ...]
 
 
 @dataclass(frozen=True)

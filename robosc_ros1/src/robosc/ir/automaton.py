@@ -19,13 +19,13 @@ from functools import cached_property
 from typing import TypeAlias
 
 from robosc.model.entities import Assignment, EventKind, Robot
-from robosc.model.expr import Expr
+from robosc.model.expr import Expr, ValueRef, walk
 from robosc.model.types import Type, Value
 from robosc.source import Span
 
 __all__ = [
     "Edge", "Event", "LocalAutomaton", "Parameter", "PhaseStep", "Plant", "PlantState",
-    "StateVariable", "VariableKind",
+    "StateVariable", "VariableKind", "value_parts",
 ]  # fmt: skip
 
 PlantState: TypeAlias = tuple[int, ...]
@@ -180,3 +180,16 @@ def _writes(event: Event) -> frozenset[int]:
             if edge.target != edge.source:
                 variables.add(automaton.variable)
     return frozenset(variables)
+
+
+def value_parts(event: Event) -> dict[tuple[str | int, ...], Type]:
+    """The parts of an event's value that transitions read, data-only variables included."""
+    found: dict[tuple[str | int, ...], Type] = {}
+    for automaton in event.automata:
+        for edge in automaton.edges:
+            readers = [e for _, e in edge.updates] + [a.value for a in edge.data]
+            for expr in readers + ([edge.guard] if edge.guard is not None else []):
+                for part in walk(expr):
+                    if isinstance(part, ValueRef):
+                        found.setdefault(part.path, part.type)
+    return found

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
 
-from robosc.language.operators import UNARY, Spelled
+from robosc.language.keywords import escape
+from robosc.language.operators import PYTHON_ATOM, UNARY, Spelled
 from robosc.model.entities import Robot
 from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import (
@@ -24,12 +26,10 @@ from robosc.model.expr import (
     walk,
 )
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
-from robosc.names import escape
-from robosc.runtime.values import divide, widen
 
 __all__ = [
-    "Leaf", "Undefined", "conjunction", "disjunction", "divide", "evaluate", "junction",
-    "may_be_huge", "negation", "to_dsl", "to_python", "widen",
+    "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "evaluate", "junction",
+    "may_be_huge", "negation", "to_dsl", "to_python",
 ]  # fmt: skip
 
 _BOOLEAN = BooleanType()
@@ -79,17 +79,24 @@ def _joined(operator_: str, parts: Sequence[Expr]) -> Expr:
     return result
 
 
-def junction(expr: Expr, polarity: bool) -> tuple[bool, tuple[tuple[Expr, bool], ...]] | None:
-    """An expression of the given polarity as a conjunction (True) or disjunction of others.
+class Junction(NamedTuple):
+    """A conjunction or a disjunction of two expressions, each negated unless it goes with True."""
 
-    None if it is neither, as a comparison and a leaf are.
+    conjunctive: bool
+    parts: tuple[tuple[Expr, bool], tuple[Expr, bool]]
+
+
+def junction(expr: Expr, polarity: bool) -> Junction | None:
+    """The expression, or (``polarity`` False) its negation, taken apart at ``and``, ``or``, ``=>``.
+
+    None if it is none of these.
     """
     if not isinstance(expr, Binary) or expr.operation.decider is None:
         return None
     operation = expr.operation
     conjunctive = polarity != operation.decided
     left = operation.decider != conjunctive
-    return conjunctive, ((expr.left, left), (expr.right, polarity))
+    return Junction(conjunctive, ((expr.left, left), (expr.right, polarity)))
 
 
 # --- DSL text ------------------------------------------------------------------------------------
@@ -149,8 +156,6 @@ def _literal(node: Literal) -> str:
 
 # --- Python text ---------------------------------------------------------------------------------
 
-_PYTHON_ATOM = 8
-
 
 def may_be_huge(expr: Expr) -> bool:
     """Whether this is an integer that may lie beyond the doubles.
@@ -175,21 +180,21 @@ def to_python(
     """The expression as Python source; ``leaf`` and ``literal`` spell the parts.
 
     Division reads ``divide(a, b)``, and an integer that may be too large for the double beside it
-    ``widen(a)``: the caller's namespace must hold functions like :func:`divide` and :func:`widen`.
+    ``widen(a)``: the caller's namespace must hold the functions of ``HELPERS``.
     Spellings that are not one operand (``a == b``) must bring their own parentheses.
     """
 
     def of_leaf(node: Literal | Leaf) -> Spelled:
         if not isinstance(node, Literal):
-            return Spelled(leaf(node), _PYTHON_ATOM)
+            return Spelled(leaf(node), PYTHON_ATOM)
         spelled = literal(node)
-        return Spelled(spelled, _PYTHON_ATOM - spelled.startswith("-"))
+        return Spelled(spelled, PYTHON_ATOM - spelled.startswith("-"))
 
     def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
         operation = node.operation
-        if isinstance(node.type, DoubleType) and operation.python.level < _PYTHON_ATOM:
+        if isinstance(node.type, DoubleType) and operation.python.level < PYTHON_ATOM:
             operands = tuple(
-                Spelled(f"widen({text.text})", _PYTHON_ATOM) if may_be_huge(part) else text
+                Spelled(f"widen({text.text})", PYTHON_ATOM) if may_be_huge(part) else text
                 for part, text in zip(node.operands, operands, strict=True)
             )
         return operation.python.of(operands)

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 from robosc.runtime.values import divide, widen
 
 __all__ = [
-    "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "UNARY", "Operand", "Operator", "Range",
-    "Result", "Spelled", "Text", "symbols",
+    "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "HELPERS", "PYTHON_ATOM", "UNARY", "Operand",
+    "Operator", "Range", "Result", "Spelled", "Text", "symbols",
 ]  # fmt: skip
 
 
@@ -35,6 +35,10 @@ class Result(Enum):
     BOOLEAN = "boolean"
     NUMBER = "integer if all operands are, else double"
     DOUBLE = "double"
+
+
+PYTHON_ATOM = 8
+"""The level of names, literals and calls in Python's text."""
 
 
 class Spelled(NamedTuple):
@@ -131,6 +135,11 @@ class Operator:
         left = self.level + self.right_associative
         right = self.level + (not self.right_associative)
         return Text(f"{{0:{left}}} {self.spelling} {{1:{right}}}", self.level)
+
+
+def _call(function: Callable[..., Any]) -> Text:
+    """A call of a function of the runtime with two arguments."""
+    return Text(f"{function.__name__}({{0:0}}, {{1:0}})", PYTHON_ATOM)
 
 
 def _widening(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
@@ -250,11 +259,18 @@ BINARY: Mapping[str, Operator] = {
         ),
         Operator(
             "/", 7, Operand.NUMBER, Result.DOUBLE, divide, "true_divide", _both_are_doubles,
-            python=Text("divide({0:0}, {1:0})", 8),
+            python=_call(divide),
         ),
     )
 }  # fmt: skip
 """The operators between two operands by spelling, loosest first."""
+
+
+HELPERS: Mapping[str, Callable[..., Any]] = {
+    function.__name__: function
+    for function in (widen, *(o.scalar for o in BINARY.values() if o.python.level == PYTHON_ATOM))
+}
+"""The functions of the runtime that Python texts may call, by name."""
 
 
 def symbols(*, words: bool) -> tuple[str, ...]:

@@ -6,28 +6,16 @@ looked at here, and whatever is wrong further up does no harm beyond its block.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 
+from robosc.language.keywords import starts_of
+from robosc.language.tokens import STRING, Tokens, is_word, tokenize
 from robosc.source import Source
-from robosc.syntax.scan import scan
 
 __all__ = ["Block", "Context", "context_at"]
 
-_TOKEN = re.compile(
-    r"\"[^\"\n]*\"?|'[^'\n]*'?|\^?[A-Za-z_]\w*|\d[\w.]*|:=|=>|->|<=|>=|!=|\.\.|[^\s\w]", re.ASCII
-)
-_WORD = re.compile(r"\^?[A-Za-z_]\w*\Z", re.ASCII)
-
-_STARTS = {
-    "file": ("robot", "library"),
-    "robot": ("component", "requirement", "provide", "datatype", "interface"),
-    "library": ("component", "datatype", "interface"),
-    "component": ("incoming", "outgoing", "service", "action", "behaviour"),
-    "behaviour": ("variable", "initial", "marked", "state", "on", "transition"),
-    "state": ("on", "transition"),
-    "enum": ("default",),
-}
+_BLOCKS = ("file", "robot", "library", "component", "behaviour", "state", "enum")
+_STARTS = {block: starts_of(block) for block in _BLOCKS}
 """The first words of the declarations of each block."""
 
 _EXPECT_NAME = frozenset({
@@ -87,18 +75,23 @@ _FILE = Block("file", "", ())
 
 def context_at(source: Source, offset: int) -> Context:
     """The context of a place."""
-    scanned = scan(source)
-    if any(c.start < offset < c.end or _at_end(c.text, c.end, offset) for c in scanned.comments):
+    tokens = tokenize(source)
+    if any(c.start < offset < c.end or _at_end(c.text, c.end, offset) for c in tokens.comments):
         return Context((_FILE,), (), "", offset, inside_text=True)
-    text = scanned.text[:offset] if scanned.text else ""
-    typed = _WORD.search(text)
-    start = typed.start() if typed else offset
+    end = tokens.before(offset)
+    prefix, start, inside = "", offset, False
+    if end and tokens.ends[end - 1] >= offset:
+        start = tokens.starts[end - 1]
+        prefix = source.text[start:offset]
+        inside = tokens.kinds[end - 1] == STRING and _is_open(tokens, end - 1, offset)
+        if is_word(tokens.kinds[end - 1]):
+            end -= 1
+        else:
+            prefix, start = "", offset
     blocks = [_FILE]
     words: list[str] = []
     outer: list[list[str]] = []
-    last = ""
-    for match in _TOKEN.finditer(text, 0, start):
-        word = match.group()
+    for word in tokens.texts(0, end):
         if word == "{":
             blocks.append(_opened(blocks[-1], words))
             outer.append(words)
@@ -113,11 +106,12 @@ def context_at(source: Source, offset: int) -> Context:
             if _begins(blocks[-1].kind, word, words):
                 words = []
             words.append(word)
-        last = word
-    unfinished = last[:1] in ("'", '"') and (len(last) < 2 or last[-1] != last[0])
-    if unfinished and "\n" in text[text.rfind(last) :]:
-        unfinished = False
-    return Context(tuple(blocks), tuple(words), typed.group() if typed else "", start, unfinished)
+    return Context(tuple(blocks), tuple(words), prefix, start, inside)
+
+
+def _is_open(tokens: Tokens, index: int, offset: int) -> bool:
+    """Is a place in a string, or at the end of one that is not closed?"""
+    return offset < tokens.ends[index] or tokens.is_fault(index)
 
 
 def _at_end(comment: str, end: int, offset: int) -> bool:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Analysis
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
@@ -25,7 +25,6 @@ from robosc.syntax.nodes import (
     StateNode,
     VariableNode,
 )
-from robosc.syntax.scan import scan
 
 __all__ = ["OutlineItem", "Fold", "folds", "outline"]
 
@@ -129,19 +128,18 @@ def _behaviour(node: BehaviourNode) -> Iterator[OutlineItem]:
 
 def folds(source: Source) -> list[Fold]:
     """Blocks in braces and comments that are longer than a line, whatever the model's state."""
-    scanned = scan(source)
+    tokens = tokenize(source)
     found: list[Fold] = []
     opened: list[int] = []
-    strings = _without_strings(scanned.text)
-    for offset, character in enumerate(strings):
-        if character == "{":
+    for kind, offset in zip(tokens.kinds, tokens.starts, strict=True):
+        if kind == "{":
             opened.append(source.position(offset)[0])
-        elif character == "}" and opened:
+        elif kind == "}" and opened:
             first, last = opened.pop(), source.position(offset)[0] - 1
             if last > first:
                 found.append(Fold(first, last))
     start = end = 0
-    for comment in scanned.comments:
+    for comment in tokens.comments:
         first, last = source.position(comment.start)[0], source.position(comment.end)[0]
         own = not source.line(first)[: source.position(comment.start)[1] - 1].strip()
         if own and first == end + 1 and start:
@@ -153,8 +151,3 @@ def folds(source: Source) -> list[Fold]:
     if end > start:
         found.append(Fold(start, end, comment=True))
     return found
-
-
-def _without_strings(text: str) -> str:
-    """Equally long, with blanks for strings."""
-    return re.sub(r"\"[^\"\n]*\"|'[^'\n]*'", lambda match: " " * len(match.group()), text)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from robosc.language.keywords import KEYWORDS, Role
+from robosc.language.tokens import INTEGER, NUMBER, STRING, tokenize
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.positions import Encoding, position_of
 from robosc.model.occurrences import SymbolKind
 from robosc.source import Source
-from robosc.syntax.scan import scan
 
 __all__ = ["MODIFIERS", "TYPES", "encoded"]
 
@@ -36,19 +36,7 @@ _OF_SYMBOL = {
     SymbolKind.ROS_PACKAGE: "namespace",
     SymbolKind.INCOMING: "parameter",
 }
-_KEYWORDS = frozenset({
-    "robot", "library", "component", "from", "import", "with", "prefix", "incoming", "outgoing",
-    "message", "service", "action", "identifier", "type", "request", "response", "feedback",
-    "links", "behaviour", "variable", "initial", "marked", "state", "on", "error", "cancel",
-    "to", "if", "do", "goto", "transition", "requirement", "needs", "disables", "never",
-    "always", "provide", "datatype", "object", "enum", "default", "interface", "use", "and",
-    "or", "true", "false",
-})  # fmt: skip
-_BASIC = frozenset({"string", "boolean", "integer", "double", "none", "array"})
-_LEXEME = re.compile(
-    r"(?P<string>\"[^\"\n]*\"?|'[^'\n]*'?)|(?P<word>\^?[A-Za-z_]\w*)|(?P<number>\d[\d.eE]*)",
-    re.ASCII,
-)
+_TYPE_OF = {INTEGER: "number", NUMBER: "number", STRING: "string"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,14 +86,18 @@ def _tokens(analysis: Analysis) -> list[_Token]:
             span.start, span.end, _OF_SYMBOL[occurrence.symbol.kind], modifiers
         )
     found = list(names.values())
-    scanned = scan(analysis.source)
-    found += (_Token(c.start, c.end, "comment") for c in scanned.comments)
-    for match in _LEXEME.finditer(scanned.text):
-        if match.start() in names:
-            continue
-        kind, word = match.lastgroup or "", match.group()
-        if kind == "word":
-            kind = "keyword" if word in _KEYWORDS else "type" if word in _BASIC else ""
-        if kind:
-            found.append(_Token(match.start(), match.end(), kind))
+    tokens = tokenize(analysis.source)
+    found += (_Token(c.start, c.end, "comment") for c in tokens.comments)
+    for index, kind in enumerate(tokens.kinds):
+        start = tokens.starts[index]
+        type_ = _TYPE_OF.get(kind) or _type_of_word(tokens.text(index))
+        if start not in names and type_:
+            found.append(_Token(start, tokens.ends[index], type_))
     return sorted(found, key=lambda token: token.start)
+
+
+def _type_of_word(word: str) -> str:
+    keyword = KEYWORDS.get(word)
+    if keyword is None or Role.VALUE in keyword.roles:
+        return ""
+    return "type" if Role.TYPE in keyword.roles else "keyword"

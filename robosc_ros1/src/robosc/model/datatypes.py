@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
+from robosc.language.keywords import BASIC_TYPES
 from robosc.model.expr import Expr
 from robosc.model.report import Report
 from robosc.model.scope import FileScope, report_duplicate
@@ -24,7 +25,6 @@ from robosc.model.types import (
     StringType,
     Type,
 )
-from robosc.names import BASIC_TYPES
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,

@@ -16,6 +16,7 @@ import threading
 import time
 import traceback
 from queue import Empty, SimpleQueue
+from types import MethodType
 from typing import Any, Callable, Dict, List, Optional, Tuple, Union
 
 from .calls import Calls
@@ -45,9 +46,9 @@ class _BoundInput:
         self.call = call  # belongs to a request of a service or an action
         self.ends = entry.key if call and entry.kind in _ENDS else None
         self.read: Optional[Callable[[Any], Any]] = (
-            None if entry.read is None else getattr(controller, entry.read)
+            None if entry.read is None else MethodType(entry.read, controller)
         )
-        self.apply: Callable[[Any], None] = getattr(controller, entry.apply)
+        self.apply: Callable[[Any], None] = MethodType(entry.apply, controller)
 
 
 _Item = Union[Tuple[_BoundInput, Any, int], Callable[[], None], None]
@@ -84,7 +85,7 @@ class Engine:
             for i in controller.INPUTS
         }
         self._taus: List[Tuple[Tau, Callable[[], Optional[str]]]] = [
-            (tau, getattr(controller, tau.step)) for tau in controller.TAUS
+            (tau, MethodType(tau.step, controller)) for tau in controller.TAUS
         ]
         self._scheduler = CommandScheduler(
             controller, self.settings.rate, self.settings.order, self.settings.seed

@@ -84,11 +84,11 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
     if command.busy is not None and getattr(controller, command.busy) is (command.kind != "cancel"):
         word = "busy" if command.kind == "request" else "idle"
         reasons.append({"kind": "phase", "text": "it is " + word})
-    if command.synchronisation is not None and not getattr(controller, command.synchronisation)():
+    if command.synchronisation is not None and not command.synchronisation(controller):
         states = controller.components()
         parties = " or ".join("%s in %s" % (name, states[name]) for name in command.partners)
         reasons.append({"kind": "synchronisation", "text": "blocked by " + parties})
-    if getattr(controller, command.guard)():
+    if command.guard(controller):
         return reasons
     failed = violated(controller, command)
     if command.kind == "cancel":
@@ -113,7 +113,7 @@ def violated(controller: Controller, command: Command) -> List[Dict[str, str]]:
     return [
         {"kind": "requirement", "text": requirement.text, "place": requirement.place}
         for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
-        if not getattr(controller, requirement.holds)()
+        if not requirement.holds(controller)
     ]
 
 

@@ -17,6 +17,7 @@ Periods count from the last time that the command was performed.
 from __future__ import annotations
 
 import random
+from types import MethodType
 from typing import Any, Callable, List, Optional
 
 from .model import Command, Controller
@@ -46,10 +47,10 @@ class ScheduledCommand:
     )  # fmt: skip
 
     def __init__(self, controller: Controller, command: Command, sort: str) -> None:
-        def method(name: Optional[str]) -> Optional[Callable[[], Any]]:
-            return None if name is None else getattr(controller, name)
+        def method(function: Optional[Callable[[Any], Any]]) -> Optional[Callable[[], Any]]:
+            return None if function is None else MethodType(function, controller)
 
-        guard: Callable[[], bool] = getattr(controller, command.guard)
+        guard: Callable[[], bool] = MethodType(command.guard, controller)
         synchronisation = method(command.synchronisation)
         self.allowed = guard if synchronisation is None else _both(synchronisation, guard)
         self.synchronisation = synchronisation

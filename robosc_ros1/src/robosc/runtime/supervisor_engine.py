@@ -15,6 +15,7 @@ it does (a requirement that it does not start twice); that is no reason to stop 
 from __future__ import annotations
 
 import time
+from types import MethodType
 from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
 from .engine import Engine
@@ -62,12 +63,14 @@ class SupervisorEngine(Engine):
         }
         requests = [c for c in controller.COMMANDS if c.kind == "request"]
         self._guards: Dict[str, Callable[[], bool]] = {
-            c.key: getattr(controller, c.guard) for c in requests
+            c.key: MethodType(c.guard, controller) for c in requests
         }
         # A guard may leave out what follows in all states that the supervisor allows; the stop
         # command may lead elsewhere.
         self._required: Dict[str, List[Callable[[], bool]]] = {
-            c.key: [getattr(controller, controller.REQUIREMENTS[i].holds) for i in c.requirements]
+            c.key: [
+                MethodType(controller.REQUIREMENTS[i].holds, controller) for i in c.requirements
+            ]
             for c in requests
         }
         # By topic or key of an action: what is in effect, and what itself has brought against it.

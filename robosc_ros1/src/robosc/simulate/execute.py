@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from robosc.emit.controller import SORTS
-from robosc.ir.automaton import Event, Plant
+from robosc.ir.automaton import Event, Plant, value_parts
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
 from robosc.model.expr import Expr, path_text
@@ -44,7 +44,6 @@ from robosc.simulate.values import (
     given_text,
     hint,
     random_raw,
-    value_parts,
     value_type,
 )
 from robosc.supervisor import Supervisor
@@ -182,7 +181,7 @@ class Execution:
             Command(
                 self._events[c.key, c.kind],
                 self._reasons(c),
-                None if c.data is None else getattr(self._controller, c.data)(),
+                None if c.data is None else c.data(self._controller),
                 counts[c.key, c.kind],
             )
             for c in self._controller.COMMANDS
@@ -284,18 +283,20 @@ def _read_given(controller: Controller, plant: Plant) -> None:
     What a message says was found out before, by the same rules; that a value lies in its range is
     for the controller to check.
     """
-    for entry in controller.INPUTS:
-        if entry.read is None:
-            continue
-        event = next(e for e in plant.events if (e.key, e.kind.value) == (entry.key, entry.kind))
-        setattr(controller, entry.read, _reader(plant, event))
+    events = {(e.key, e.kind.value): e for e in plant.events}
+    controller.INPUTS = tuple(
+        entry
+        if entry.read is None
+        else entry._replace(read=_reader(plant, events[entry.key, entry.kind]))
+        for entry in controller.INPUTS
+    )
 
 
-def _reader(plant: Plant, event: Event) -> Callable[[Given], Any]:
+def _reader(plant: Plant, event: Event) -> Callable[[Controller, Given], Any]:
     whole = value_type(plant.robot, event)
     parts = value_parts(event)
 
-    def read_given(given: Given) -> Any:
+    def read_given(_: Controller, given: Given) -> Any:
         for path, type_ in {(): whole, **parts}.items():
             if isinstance(type_, IntegerType) and type_.bounds and given.get(path) is not None:
                 in_range(given[path], *type_.bounds, "the value")

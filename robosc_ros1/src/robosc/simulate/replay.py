@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from robosc.errors import UsageError
+from robosc.ir.automaton import value_parts
 from robosc.model.expr import path_text
 from robosc.model.types import (
     BooleanType,
@@ -31,7 +32,7 @@ from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.report import blocked_by
 from robosc.runtime.values import Mismatch, jsonable
 from robosc.simulate.generated import make_controller
-from robosc.simulate.values import value_parts, value_type
+from robosc.simulate.values import value_type
 from robosc.supervisor import Supervisor
 
 __all__ = [
@@ -191,20 +192,20 @@ class Follower:
 
 
 def _can_step(controller: Controller, tau: Tau) -> bool:
-    return getattr(controller.copy(), tau.step)() is not None
+    return tau.step(controller.copy()) is not None
 
 
 def _step(controller: Controller, tau: Tau | None, path: Any) -> str | None:
     if tau is None:
         return "the model has no such step"
-    taken = getattr(controller, tau.step)()
+    taken = tau.step(controller)
     return None if taken == path else f"the model goes {taken or 'nowhere'} here, not {path}"
 
 
 def _apply(controller: Controller, input_: Input, told: Any, parts: dict[str, Type]) -> str | None:
     try:
         value = None if input_.read is None else _restored(told, parts)
-        getattr(controller, input_.apply)(value)
+        input_.apply(controller, value)
     except Mismatch as mismatch:
         return str(mismatch)
     except (ValueError, ArithmeticError) as error:
@@ -218,17 +219,17 @@ def _perform(controller: Controller, command: Command, value: Any, stopping: boo
         return "; ".join(f"{r['text']} ({r['place']})" if "place" in r else r["text"]
                          for r in reasons)  # fmt: skip
     if command.data is not None:
-        provided = json.loads(json.dumps(jsonable(getattr(controller, command.data)())))
+        provided = json.loads(json.dumps(jsonable(command.data(controller))))
         # A node that guards another controller passes that one's data, and does not tell them.
         if value is not None and provided != value:
             return f"the model sends {json.dumps(provided)}, the log has {json.dumps(value)}"
     if command.apply is not None and (not reasons or _synchronises(controller, command)):
-        getattr(controller, command.apply)()
+        command.apply(controller)
     return None
 
 
 def _synchronises(controller: Controller, command: Command) -> bool:
-    return command.synchronisation is None or bool(getattr(controller, command.synchronisation)())
+    return command.synchronisation is None or bool(command.synchronisation(controller))
 
 
 def _carried(supervisor: Supervisor) -> dict[tuple[str, str], dict[str, Type]]:

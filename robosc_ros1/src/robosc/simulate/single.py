@@ -10,12 +10,13 @@ import random
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from robosc.ir.automaton import Edge, Event, Plant, PlantState
-from robosc.ir.expr import Leaf, Undefined, evaluate, widen
+from robosc.ir.automaton import Edge, Event, Plant, PlantState, value_parts
+from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.ir.step import Values, Verdict, valuations
 from robosc.model.entities import EventKind, Variable
 from robosc.model.expr import Expr, ValueRef, VariableRef, path_text, walk
 from robosc.model.types import DoubleType, IntegerType, Value
+from robosc.runtime.values import widen
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machine import (
     Choice,
@@ -35,7 +36,6 @@ from robosc.simulate.values import (
     hint,
     parameter_values,
     random_raw,
-    value_parts,
 )
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.stepper import Stepper

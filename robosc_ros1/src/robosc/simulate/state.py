@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from robosc.ir.automaton import Plant, PlantState, VariableKind
-from robosc.ir.expr import Leaf, Undefined, evaluate, widen
+from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.model.entities import Data, DataObject, Robot
 from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import DoubleType, IntegerType, ObjectType, Type, Value
+from robosc.runtime.values import widen
 
 __all__ = ["State", "is_true", "sent_data", "state_of"]
 

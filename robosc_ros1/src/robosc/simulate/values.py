@@ -13,11 +13,11 @@ import re
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
-from robosc.ir.automaton import Event
+from robosc.ir.automaton import Event, value_parts
 from robosc.ir.expr import Leaf
 from robosc.ir.step import Values, missing_together
 from robosc.model.entities import EventKind, Robot
-from robosc.model.expr import ValueRef, path_text, walk
+from robosc.model.expr import ValueRef, path_text
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -38,7 +38,7 @@ from robosc.synthesis.formatting import listing
 
 __all__ = [
     "Given", "Path", "Raw", "complete", "given_json", "given_text", "hint", "literal_text",
-    "parameter_values", "parse_raw", "random_raw", "value_parts", "value_type",
+    "parameter_values", "parse_raw", "random_raw", "value_type",
 ]  # fmt: skip
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -63,19 +63,6 @@ def value_type(robot: Robot, event: Event) -> Type:
     if event.kind in (EventKind.RESPONSE, EventKind.FEEDBACK):
         return robot.communications[event.key].value_type(event.kind)
     return NoneType()
-
-
-def value_parts(event: Event) -> dict[Path, Type]:
-    """The parts of an event's value that transitions read, data-only variables included."""
-    found: dict[Path, Type] = {}
-    for automaton in event.automata:
-        for edge in automaton.edges:
-            readers = [e for _, e in edge.updates] + [a.value for a in edge.data]
-            for expr in readers + ([edge.guard] if edge.guard is not None else []):
-                for part in walk(expr):
-                    if isinstance(part, ValueRef):
-                        found.setdefault(part.path, part.type)
-    return found
 
 
 def parameter_values(event: Event, given: Given) -> Values:

@@ -1,9 +1,10 @@
 """Blocks ``{ … }`` of declarations, and what is done about faults in them.
 
-A declaration that fails is reported once and skipped; reading resumes at the next thing that looks
-like a declaration of this block or of one around it. A brace that is missing or too many shows as
-a declaration in the wrong block: the block is then closed, or opened again, as the declaration
-demands, so that one wrong brace is one error.
+The grammar reads one declaration at a time, or, of one that has a block itself, what stands before
+its brace. A declaration that fails is reported once and skipped; reading resumes at the next thing
+that looks like a declaration of this block or of one around it. A brace that is missing or too many
+shows as a declaration in the wrong block: the block is then closed, or opened again, as the
+declaration demands, so that one wrong brace is one error.
 """
 
 from __future__ import annotations
@@ -14,30 +15,47 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from pyparsing import ParseBaseException, ParseException, ParserElement
+from pyparsing import ParserElement
 
 from robosc.errors import Note
-from robosc.syntax.elements import Build, Fault, ModelText, skip_space, text_of
-from robosc.syntax.landmarks import Landmarks, nearest_keyword, word_at
+from robosc.language.tokens import pattern
+from robosc.syntax.elements import ended
 from robosc.syntax.nodes import ImportNode
+from robosc.syntax.reading import Build, Fault, Reading
+from robosc.syntax.synchronise import Synchroniser, nearest_keyword
 
-__all__ = ["Block", "Child", "Header", "Items", "Rule"]
+__all__ = ["Block", "Child", "Header", "Items", "Rule", "late_brace"]
 
-_JUNK = re.compile(r"[^{}\n]{0,200}\{")
+_NEVER = r"(?!)"
+_FAR = 50
+"""How many tokens behind its place an opening brace may come."""
 
 
-@dataclass(frozen=True)
 class Rule:
     """One kind of declaration: its grammar behind the first keyword, and its node.
 
-    ``tail`` names what could still follow at the end of a node, for messages. ``refusal`` says why
-    the declaration, though well formed, may not stand here; it is then reported and left out.
+    ``block`` tells from the parts which block follows, if any; its declarations become the last
+    part. ``opening`` says what was expected where it does not begin. ``tail`` names what could
+    still follow at the end of a node, for messages. ``refusal`` says why the declaration, though
+    well formed, may not stand here; it is then reported and left out.
     """
 
-    body: ParserElement
-    build: Build
-    tail: Callable[[Any], tuple[str, ...]] = lambda node: ()
-    refusal: str = ""
+    def __init__(
+        self,
+        grammar: ParserElement,
+        build: Build,
+        *,
+        block: Callable[[list[Any]], Block | None] = lambda parts: None,
+        opening: str = "",
+        tail: Callable[[Any], tuple[str, ...]] = lambda node: (),
+        refusal: str = "",
+    ) -> None:
+        self.grammar = ended(grammar)
+        self.build = build
+        self.block = block
+        self.opening = opening
+        self.tail = tail
+        self.refusal = refusal
 
 
 @dataclass(frozen=True)
@@ -46,16 +64,18 @@ class Items:
 
     ``words`` name the declarations in messages. ``rules`` are found by their first keyword. A block
     whose declarations begin with no keyword has ``free`` instead: ``begins`` is what one begins
-    with, and ``marks`` how the next one is found (see Landmarks). ``advice`` are patterns of what
-    people write in such a block, each with its remedy; ``meant`` are those that stand for a whole
-    declaration.
+    with, and ``item``, ``past`` and ``lines`` how the next one is found (see Synchroniser).
+    ``advice`` are patterns of what people write in such a block, each with its remedy; ``meant``
+    are those that stand for a whole declaration.
     """
 
     words: tuple[str, ...]
     rules: dict[str, Rule]
     free: Rule | None = None
-    begins: str = r"(?!)"
-    marks: str = ""
+    begins: str = _NEVER
+    item: str = _NEVER
+    past: str = _NEVER
+    lines: bool = False
     advice: tuple[tuple[str, str], ...] = ()
     meant: tuple[tuple[str, str], ...] = ()
 
@@ -70,43 +90,28 @@ class Child:
 
 @dataclass(frozen=True)
 class Header:
-    """What stands before the opening brace of a block."""
+    """What stands before the opening brace of a block, in tokens."""
 
     start: int
     end: int
 
-    def quoted(self, text: ModelText) -> str:
-        folded = " ".join(text[self.start : self.end].split())
-        return f"'{folded[:60]}'"
+    def quoted(self, reading: Reading) -> str:
+        words = " ".join(reading.tokens.texts(self.start, self.end))
+        return f"'{words[:60]}'"
 
-    def note(self, text: ModelText) -> tuple[Note, ...]:
-        return (Note("it is opened here", text.span(self.start, self.end)),)
+    def note(self, reading: Reading) -> tuple[Note, ...]:
+        return (Note("it is opened here", reading.span(self.start, self.end)),)
 
 
-class Block(ParserElement):
-    """``{ declaration* }``; leaves the nodes of its declarations."""
+class Block:
+    """``{ declaration* }``."""
 
     def __init__(self, items: Items, *, child: Child | None = None) -> None:
-        super().__init__()
         self.items = items
         self.child = child
         self.parent: Block | None = None
         if child:
             child.block.parent = self
-        for rule in (*items.rules.values(), items.free):
-            if rule:
-                # pyparsing does this only for what it can reach from the element it is started on.
-                rule.body.streamline()
-        self.mayIndexError = False
-
-    def _generateDefaultName(self) -> str:
-        return "block"
-
-    def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
-        text = text_of(instring)
-        header = Header(text.item_start, loc)
-        nodes: list[Any] = []
-        return self.read(text, self._open(text, loc, header), header, nodes), nodes
 
     # --- what may stand where ---
 
@@ -125,210 +130,220 @@ class Block(ParserElement):
         return self.child.block._inner.union(self.child.block.items.rules)
 
     @cached_property
-    def landmarks(self) -> Landmarks:
+    def synchroniser(self) -> Synchroniser:
         outermost = self
         while outermost.parent is not None:
             outermost = outermost.parent
-        return Landmarks(
-            tuple(self.items.rules),
+        items = self.items
+        return Synchroniser(
+            tuple(items.rules),
             self._outer,
             frozenset(outermost.items.rules),
-            self.items.marks,
-            tuple(pattern for pattern, _ in self.items.meant),
+            items.item,
+            items.past,
+            items.lines,
+            tuple(pattern(kinds) for kinds, _ in items.meant),
         )
 
     @cached_property
     def _begins(self) -> re.Pattern[str]:
-        return re.compile(self.items.begins, re.ASCII)
+        return re.compile(self.items.begins)
 
     @cached_property
     def _advice(self) -> list[tuple[re.Pattern[str], str]]:
         advice = (*self.items.advice, *self.items.meant)
-        return [(re.compile(pattern, re.ASCII), hint) for pattern, hint in advice]
+        return [(re.compile(pattern(kinds)), hint) for kinds, hint in advice]
 
-    def begins(self, text: ModelText, loc: int) -> bool:
+    def begins(self, reading: Reading, at: int) -> bool:
         """Does a declaration of this block seem to begin here?"""
         if self.items.free:
-            return self._begins.match(text, loc) is not None
-        return word_at(text, loc) in self.items.rules
+            return self._begins.match(reading.kinds, at) is not None
+        return reading.text(at) in self.items.rules
 
-    def belongs(self, text: ModelText, loc: int) -> bool:
+    def belongs(self, reading: Reading, at: int) -> bool:
         """Does a declaration of this block, or of one inside it, begin here?"""
-        word = word_at(text, loc)
+        word = reading.text(at)
         return word in self.items.rules or word in self._inner
 
-    def _belongs_outside(self, text: ModelText, loc: int, word: str) -> bool:
+    def _belongs_outside(self, reading: Reading, at: int, word: str) -> bool:
         if word not in self._outer:
             return False
-        return not self.items.free or self.landmarks.looks_like(text, loc, word)
+        return not self.items.free or self.synchroniser.looks_like(reading, at, word)
 
     # --- reading ---
 
-    def _open(self, text: ModelText, loc: int, header: Header) -> int:
-        """The place behind ``{``, which may be missing or come late."""
-        if text.startswith("{", loc):
-            return loc + 1
-        message = f"expected '{{' to open {header.quoted(text)}"
-        closed = text.startswith("}", loc) and "\n" not in text[text.trimmed(loc) : loc]
-        if closed or self.begins(text, loc):
-            text.report("missing-brace", message, loc)
-            text.settled = loc
-            return loc
-        junk = _JUNK.match(text, loc)
-        if junk and not self.landmarks.any_in(text, loc, junk.end() - 1):
-            text.report("syntax", message, loc)
-            return junk.end()
-        raise ParseException(text, loc, message, self)
+    def enter(
+        self, reading: Reading, at: int, header: Header, opening: str = ""
+    ) -> tuple[Any, int]:
+        """The nodes of the block that begins at a token, and the place behind it. Raises Fault."""
+        nodes: list[Any] = []
+        inside = self._open(reading, at, header, opening)
+        end = self.read(reading, inside, header, nodes)
+        return tuple(nodes), end
 
-    def read(self, text: ModelText, loc: int, header: Header | None, nodes: list[Any]) -> int:
+    def _open(self, reading: Reading, at: int, header: Header, opening: str) -> int:
+        """The place behind ``{``, which may be missing or come late."""
+        if reading.kind(at) == "{":
+            return at + 1
+        message = f"expected '{{' to open {header.quoted(reading)}"
+        closed = reading.kind(at) == "}" and not reading.tokens.begins_line(at)
+        if closed or self.begins(reading, at):
+            reading.report("missing-brace", message, at)
+            reading.settled = at
+            return at
+        late = late_brace(reading, at)
+        if late is not None and not self.synchroniser.any_in(reading, at, late):
+            reading.report("syntax", message, at)
+            return late + 1
+        raise reading.expected(at, f"expected {opening}" if opening else message)
+
+    def read(self, reading: Reading, at: int, header: Header | None, nodes: list[Any]) -> int:
         """Read declarations up to the closing brace into ``nodes``; the place behind it.
 
         ``header`` is None for a block that is opened again, whose end nobody will miss.
         """
         tail: tuple[str, ...] = ()
         while True:
-            loc = skip_space(text, loc)
-            if loc >= len(text) or text.exhausted:
-                self._end_of_file(text, header)
-                loc = len(text)
+            if at >= len(reading.kinds) or reading.exhausted:
+                self._end_of_file(reading, header)
+                at = len(reading.kinds)
                 break
-            if text.startswith("}", loc):
-                loc += 1
+            if reading.kind(at) == "}":
+                at += 1
                 break
-            rule, after = self._rule(text, loc)
+            rule, after = self._rule(reading, at)
             if rule:
                 count = len(nodes)
-                loc = self._declaration(text, loc, after, rule, nodes)
+                at = self._declaration(reading, at, after, rule, nodes)
                 tail = rule.tail(nodes[-1]) if len(nodes) > count else ()
                 continue
-            word = word_at(text, loc)
-            if not self._belongs_outside(text, loc, word):
-                loc = self._stranger(text, loc, word, nodes, tail)
-            elif header and _is_nested(text, loc, header):
-                loc = self._misplaced(text, loc, word, header)
+            word = reading.text(at)
+            if not self._belongs_outside(reading, at, word):
+                at = self._stranger(reading, at, word, nodes, tail)
+            elif header and _is_nested(reading, at, header):
+                at = self._misplaced(reading, at, word, header)
             else:
-                self._close_early(text, loc, word, header)
+                self._close_early(reading, at, word, header)
                 break
             tail = ()
-        nodes += text.lifted.pop(self, [])
-        return loc
+        nodes += reading.lifted.pop(self, [])
+        return at
 
-    def _rule(self, text: ModelText, loc: int) -> tuple[Rule | None, int]:
-        """The rule for the declaration at ``loc``, and where its grammar goes on."""
-        word = word_at(text, loc)
+    def _rule(self, reading: Reading, at: int) -> tuple[Rule | None, int]:
+        """The rule for the declaration at ``at``, and where its grammar goes on."""
+        word = reading.text(at)
         if self.items.free is None:
-            return self.items.rules.get(word), loc + len(word)
-        if text.startswith("{", loc) or self._belongs_outside(text, loc, word):
-            return None, loc
-        return self.items.free, loc
+            return self.items.rules.get(word), at + 1
+        if reading.kind(at) == "{" or self._belongs_outside(reading, at, word):
+            return None, at
+        return self.items.free, at
 
     def _declaration(
         self,
-        text: ModelText,
-        loc: int,
+        reading: Reading,
+        at: int,
         after: int,
         rule: Rule,
         nodes: list[Any],
         told: bool = False,
     ) -> int:
         """Read one declaration; ``told`` says that a fault in it was reported already."""
-        text.item_start = loc
-        depth = text.depth
         try:
-            end, parts = rule.body._parse(text, after)
-            node = rule.build(text, loc, text.trimmed(end), list(parts))
-        except ParseBaseException as fault:
-            # The traceback would keep every frame of the parse alive.
-            fault.__traceback__ = None
-            text.depth = depth
-            return self._recover(text, loc, fault, told)
+            parts, end = reading.parse(rule.grammar, after)
+            block = rule.block(parts)
+            if block:
+                inside, end = block.enter(reading, end, Header(at, end), rule.opening)
+                parts.append(inside)
+            node = rule.build(reading, at, end, parts)
+        except Fault as fault:
+            return self._recover(reading, at, fault, told)
         if rule.refusal:
-            text.report("misplaced", rule.refusal, loc)
+            reading.report("misplaced", rule.refusal, at)
         else:
             nodes.append(node)
-        return int(end)
+        return end
 
     # --- faults ---
 
-    def _recover(
-        self, text: ModelText, start: int, fault: ParseBaseException, told: bool = False
-    ) -> int:
+    def _recover(self, reading: Reading, start: int, fault: Fault, told: bool = False) -> int:
         """Report the fault and find where to go on."""
-        resume = self.landmarks.resume(text, start, skip_space(text, fault.loc))
-        text.skipped(start, resume)
+        resume = self.synchroniser.resume(reading, start, fault.at)
+        reading.skipped(start, resume)
         if not told:
-            text.report_fault(start, resume, fault)
-        text.settled = resume if resume < len(text) else text.body_end
+            reading.report_fault(start, resume, fault)
+        reading.settled = resume
         return resume
 
     def _stranger(
-        self, text: ModelText, loc: int, word: str, nodes: list[Any], tail: tuple[str, ...]
+        self, reading: Reading, at: int, word: str, nodes: list[Any], tail: tuple[str, ...]
     ) -> int:
         """Something that begins no declaration of this block or of one around it."""
-        if text.startswith("{", loc) and not nodes:
-            text.report("unexpected-brace", "this '{' opens nothing", loc)
-            return len(text) - len(text[loc:].lstrip("{ \t\n"))
+        if reading.kind(at) == "{" and not nodes:
+            reading.report("unexpected-brace", "this '{' opens nothing", at)
+            while reading.kind(at) == "{":
+                at += 1
+            return at
         if word in self._inner:
-            return self._open_again(text, loc, word, nodes)
+            return self._open_again(reading, at, word, nodes)
         keyword = nearest_keyword(word, tuple(self.items.rules))
         if keyword:
             message = f"expected {_either(self.items.words)}"
-            text.report("syntax", message, loc, hint=f"did you mean '{keyword}'?")
+            reading.report("syntax", message, at, hint=f"did you mean '{keyword}'?")
             rule = self.items.rules[keyword]
-            return self._declaration(text, loc, loc + len(word), rule, nodes, told=True)
+            return self._declaration(reading, at, at + 1, rule, nodes, told=True)
         message = f"expected {_either((*tail, *self.items.words, _CLOSE))}"
-        if text.follows_lexical_fault(loc):
-            return self._recover(text, loc, ParseException(text, loc, message), told=True)
-        if text.startswith("{", loc) and isinstance(nodes[-1], ImportNode):
+        if reading.tokens.follows_fault(at):
+            return self._recover(reading, at, Fault(at, message), told=True)
+        if reading.kind(at) == "{" and isinstance(nodes[-1], ImportNode):
             message = "an imported component cannot be extended"
-            return self._recover(text, loc, Fault(text, loc, message))
-        for pattern, hint in self._advice:
-            if pattern.match(text, loc):
-                return self._recover(text, loc, Fault(text, loc, message, hint=hint))
-        return self._recover(text, loc, ParseException(text, loc, message))
+            return self._recover(reading, at, Fault(at, message))
+        for kinds, hint in self._advice:
+            if kinds.match(reading.kinds, at):
+                return self._recover(reading, at, Fault(at, message, hint=hint))
+        return self._recover(reading, at, reading.expected(at, message))
 
-    def _open_again(self, text: ModelText, loc: int, word: str, nodes: list[Any]) -> int:
+    def _open_again(self, reading: Reading, at: int, word: str, nodes: list[Any]) -> int:
         """A declaration of an inner block: that one was closed too early."""
         assert self.child is not None
-        if text.settled != loc:
-            text.settled = loc
+        if reading.settled != at:
+            reading.settled = at
             hint = "is there a '}' too many above?"
-            text.report("unexpected-brace", f"'{word}' cannot stand here", loc, hint=hint)
-        text.reopened = True
+            reading.report("unexpected-brace", f"'{word}' cannot stand here", at, hint=hint)
+        reading.reopened = True
         late: list[Any] = []
-        end = self.child.block.read(text, loc, None, late)
+        end = self.child.block.read(reading, at, None, late)
         if nodes and (node := self.child.adopt(nodes[-1], late)) is not None:
             nodes[-1] = node
         else:
-            text.skipped(loc, end)
+            reading.skipped(at, end)
         return end
 
-    def _misplaced(self, text: ModelText, loc: int, word: str, header: Header) -> int:
+    def _misplaced(self, reading: Reading, at: int, word: str, header: Header) -> int:
         """A declaration that stands one block too deep: read it, and give it to the right one."""
-        message = f"'{word}' cannot stand inside {header.quoted(text)}"
-        text.report("misplaced", message, loc, notes=header.note(text))
+        message = f"'{word}' cannot stand inside {header.quoted(reading)}"
+        reading.report("misplaced", message, at, notes=header.note(reading))
         owner = self.parent
         while owner and word not in owner.items.rules:
             owner = owner.parent
         assert owner is not None
-        nodes = text.lifted.setdefault(owner, [])
-        return owner._declaration(text, loc, loc + len(word), owner.items.rules[word], nodes)
+        nodes = reading.lifted.setdefault(owner, [])
+        return owner._declaration(reading, at, at + 1, owner.items.rules[word], nodes)
 
-    def _close_early(self, text: ModelText, loc: int, word: str, header: Header | None) -> None:
+    def _close_early(self, reading: Reading, at: int, word: str, header: Header | None) -> None:
         """A declaration of an outer block: this one was not closed."""
-        if header is None or text.settled == loc:
+        if header is None or reading.settled == at:
             return
-        text.settled = loc
-        message = f"expected '}}' to close {header.quoted(text)} before '{word}'"
-        text.report("missing-brace", message, loc, notes=header.note(text))
+        reading.settled = at
+        message = f"expected '}}' to close {header.quoted(reading)} before '{word}'"
+        reading.report("missing-brace", message, at, notes=header.note(reading))
 
-    def _end_of_file(self, text: ModelText, header: Header | None) -> None:
-        told = text.reopened or text.scan.open_end or text.settled >= text.body_end
+    def _end_of_file(self, reading: Reading, header: Header | None) -> None:
+        told = reading.reopened or reading.tokens.open_end or reading.settled >= len(reading.kinds)
         if header is None or told:
             return
-        text.settled = text.body_end
-        message = f"expected '}}' to close {header.quoted(text)}"
-        text.report("missing-brace", message, len(text), notes=header.note(text))
+        reading.settled = len(reading.kinds)
+        message = f"expected '}}' to close {header.quoted(reading)}"
+        reading.report("missing-brace", message, len(reading.kinds), notes=header.note(reading))
 
 
 _CLOSE = "'}'"
@@ -340,12 +355,24 @@ def _either(phrases: Sequence[str]) -> str:
     return f"{', '.join(first)} or {last}" if first else last
 
 
-def _is_nested(text: ModelText, loc: int, header: Header) -> bool:
-    """Does the line of ``loc`` begin there, and further in than the line of the header?"""
-    inner, outer = _before(text, loc), _before(text, header.start)
+def late_brace(reading: Reading, at: int) -> int | None:
+    """The next ``{`` on the line of a token, with no ``}`` before it."""
+    for place in range(at, min(at + _FAR, len(reading.kinds))):
+        if reading.kinds[place] == "}" or (place > at and reading.tokens.begins_line(place)):
+            return None
+        if reading.kinds[place] == "{":
+            return place
+    return None
+
+
+def _is_nested(reading: Reading, at: int, header: Header) -> bool:
+    """Does a token begin its line, and further in than the line of the header?"""
+    inner, outer = _before(reading, at), _before(reading, header.start)
     indent = len(outer.expandtabs()) - len(outer.lstrip().expandtabs())
     return not inner.strip() and len(inner.expandtabs()) > indent
 
 
-def _before(text: ModelText, loc: int) -> str:
-    return text[text.rfind("\n", 0, loc) + 1 : loc]
+def _before(reading: Reading, at: int) -> str:
+    """What stands before a token on its line."""
+    text, end = reading.source.text, reading.tokens.offset(at)
+    return text[text.rfind("\n", 0, end) + 1 : end]

@@ -1,26 +1,34 @@
 """Expressions: one element of the grammar that reads them without recursion.
 
 pyparsing's ``infix_notation`` tries every level of precedence for every operand and recurses for
-each parenthesis. This element keeps operands and pending operators on two lists instead, so the
-cost is linear and no text can exhaust the stack.
+each parenthesis. This element finds operands and operators in one loop instead, and two stacks put
+them together, so the cost is linear and no text can exhaust the interpreter's stack.
 """
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Any, Literal, cast
+from typing import Any, Literal, TypeAlias, cast
 
-from pyparsing import ParseException, ParserElement, ParseSyntaxException
+from pyparsing import Empty, ParseException, ParseSyntaxException
 
 from robosc.language.operators import BINARY, UNARY
-from robosc.names import RESERVED
-from robosc.source import Span
-from robosc.syntax.elements import Fault, ModelText, skip_space, text_of
-from robosc.syntax.keywords import NAME, is_declaration
-from robosc.syntax.nodes import Access, BinaryNode, ExprNode, LiteralNode, Name, UnaryNode
+from robosc.language.tokens import (
+    BAD_NUMBER,
+    FOREIGN,
+    INTEGER,
+    NUMBER,
+    STRING,
+    kind_of,
+    kinds_of,
+    pattern,
+)
+from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode, UnaryNode
+from robosc.syntax.reading import Fault, Form, Reading, Stop
+from robosc.syntax.values import make_access, make_number, make_string
 
-__all__ = ["ACCESS", "MAX_DEPTH", "Expression", "make_access", "make_integer", "make_name"]
+__all__ = ["ACCESS", "MAX_DEPTH", "MAX_NESTING", "Expression"]
 
 MAX_DEPTH = 200
 """Levels that the tree of an expression may have, so that later stages may recurse.
@@ -38,90 +46,19 @@ The parser of Python 3.8 gives up at 90, and in generated code expressions are p
 BALANCE_FROM = 64
 """Chains of ``and`` or ``or`` up to this length are left-associative trees as usual."""
 
-MAX_INTEGER = 2**64 - 1
-"""The largest whole number of any ROS type (uint64)."""
-
-ACCESS = rf"{NAME}(?:\s*\.\s*{NAME}|\s*\[\s*\d+\s*\])*"
+ACCESS = "NAME (?: '.' WORD | '[' INTEGER ']' )*"
 
 # A name with a colon behind it is a property: the brace before it is missing.
 _OPERAND = re.compile(
-    rf"""\s*(?:
-      (?P<access>(?!(?:true|false|and|or)\b){ACCESS}(?!\w|\s*:(?!=)))
-    | (?P<number>\d\w*(?:\.\d\w*)?(?:(?<=[eE])[+-]\w+)?)
-    | (?P<prefix>!(?!=)|-(?!>))
-    | (?P<open>\()
-    | (?P<boolean>(?:true|false)\b)
-    | (?P<string>"[^"\\\n]*(?:\\.[^"\\\n]*)*"|'[^'\\\n]*(?:\\.[^'\\\n]*)*')
-    )""",
-    re.VERBOSE | re.ASCII,
+    pattern(f"(?! true | false | and | or ) {ACCESS} (?! ':' ) | NUMBER | STRING | true | false")
 )
-_SPELLINGS = "|".join(
-    rf"{o}\b" if o.isalpha() else re.escape(o) + ("(?!>)" if o == "-" else "")
-    for o in sorted(BINARY, key=len, reverse=True)
-)
-_OPERATOR = re.compile(
-    rf"\s*(?:(?P<close>\))|(?P<foreign>==|<>|=<|=/=)|(?P<operator>{_SPELLINGS})|(?P<stray>[.\[]))",
-    re.ASCII,
-)
-_PART = re.compile(rf"({NAME})|(\d+)", re.ASCII)
-_DOUBLE = re.compile(r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
+_PREFIX = {kind_of(symbol): symbol for symbol in UNARY}
+_INFIX = {kind: symbol for symbol in BINARY for kind in kinds_of(symbol)}
+_FOREIGN = {kind_of(symbol): symbol for symbol in FOREIGN}
+_BOOLEANS = frozenset((*kinds_of("true"), *kinds_of("false")))
+_OPEN, _CLOSE = kind_of("("), kind_of(")")
 
-_FOREIGN = {"==": "=", "<>": "!=", "=/=": "!=", "=<": "<="}
-
-_PREFIX_STRENGTH = UNARY["!"].level
-
-
-def make_name(text: ModelText, start: int, end: int, found: str) -> Name:
-    """A name; a reserved word without its escape is reported and taken all the same."""
-    if found in RESERVED:
-        hint = f"write '^{found}'"
-        text.report("reserved-name", f"'{found}' is a keyword everywhere", start, end, hint)
-    return Name(found.removeprefix("^"), span=Span(text.source, start, end))
-
-
-def make_access(text: ModelText, start: int, end: int, found: str) -> Access:
-    span = Span(text.source, start, end)
-    if found.isidentifier():
-        return Access(Name(found, span=span), (), span=span)
-    parts: list[Name | int] = []
-    for match in _PART.finditer(found):
-        at = start + match.start()
-        if match.group(1) is None:
-            parts.append(make_integer(text, at, start + match.end(), match.group()))
-        elif not parts:
-            at_end = start + match.end()
-            root = Name(match.group().removeprefix("^"), span=Span(text.source, at, at_end))
-            parts.append(root)
-        else:
-            parts.append(make_name(text, at, start + match.end(), match.group()))
-    return Access(cast(Name, parts[0]), tuple(parts[1:]), span=span)
-
-
-def make_integer(text: ModelText, start: int, end: int, found: str) -> int:
-    """The value of digits with an optional sign; limited, as Python's own conversion is."""
-    digits = found.lstrip("- \t\r\n").lstrip("0") or "0"
-    if len(digits) > 20 or int(digits) > MAX_INTEGER:
-        message = f"this number is too large: whole numbers go up to {MAX_INTEGER}"
-        raise Fault(text, start, message, end=end, code="number-too-large")
-    return -int(digits) if found.startswith("-") else int(digits)
-
-
-def unquote(text: ModelText, start: int, found: str) -> str:
-    """The text that a string literal at ``start`` stands for."""
-    body = found[1:-1]
-    if "\\" not in body:
-        return body
-
-    def replace(match: re.Match[str]) -> str:
-        try:
-            return {"n": "\n", "t": "\t", "\\": "\\", '"': '"', "'": "'"}[match.group(1)]
-        except KeyError:
-            at = start + 1 + match.start()
-            message = f"'{match.group()}' is no escape"
-            hint = r"there are \n \t \\ \" \'"
-            raise Fault(text, at, message, end=at + 2, code="bad-escape", hint=hint) from None
-
-    return re.sub(r"\\(.)", replace, body)
+_PREFIX_LEVEL = UNARY["!"].level
 
 
 @dataclass(slots=True)
@@ -154,8 +91,8 @@ class _Pending:
 class _Builder:
     """Operator precedence with two stacks."""
 
-    def __init__(self, text: ModelText) -> None:
-        self.text = text
+    def __init__(self, reading: Reading) -> None:
+        self.reading = reading
         self.operands: list[_Operand] = []
         self.pending: list[_Pending] = []
         self.open: list[int] = []
@@ -164,11 +101,9 @@ class _Builder:
         self.operands.append(_Operand(node, start, end))
 
     def prefix(self, symbol: str, at: int) -> None:
-        self._wait(_Pending(symbol, _PREFIX_STRENGTH, at))
+        self._wait(_Pending(symbol, _PREFIX_LEVEL, at))
 
     def parenthesis(self, at: int) -> None:
-        if len(self.open) >= MAX_DEPTH:
-            raise self._too_deep(at)
         self.open.append(at)
         self.pending.append(_Pending("(", 0, at))
 
@@ -202,7 +137,7 @@ class _Builder:
         while self.pending and self.pending[-1].strength >= strength:
             pending = self.pending.pop()
             right = self.operands.pop()
-            if pending.strength == _PREFIX_STRENGTH:
+            if pending.strength == _PREFIX_LEVEL:
                 self.operands.append(self._unary(pending, self._finished(right)))
             elif pending.symbol in ("and", "or"):
                 self.operands.append(self._chain(pending, self.operands.pop(), right))
@@ -213,20 +148,19 @@ class _Builder:
 
     def _unary(self, pending: _Pending, operand: _Operand) -> _Operand:
         assert operand.node is not None
-        span = Span(self.text.source, pending.at, operand.end)
+        span = self.reading.span(pending.at, operand.end)
         node = UnaryNode(cast(Literal["!", "-"], pending.symbol), operand.node, span=span)
         depth, nesting = operand.depth + 1, operand.nesting + 1
         return self._limited(_Operand(node, pending.at, operand.end, depth, nesting), pending.at)
 
     def _binary(self, symbol: str, at: int, left: _Operand, right: _Operand) -> _Operand:
         assert left.node is not None and right.node is not None
-        source = self.text.source
         node = BinaryNode(
             symbol,
             left.node,
             right.node,
-            operator_span=Span(source, at, at + len(symbol)),
-            span=Span(source, left.start, right.end),
+            operator_span=self.reading.span(at, at + 1),
+            span=self.reading.span(left.start, right.end),
         )
         depth = 1 + max(left.depth, right.depth)
         nesting = max(left.nesting + _is_bracketed(left, symbol), right.nesting + 1)
@@ -267,8 +201,7 @@ class _Builder:
         return operand
 
     def _too_deep(self, at: int, limit: int = MAX_DEPTH) -> Fault:
-        message = f"this expression is nested more than {limit} levels deep"
-        return Fault(self.text, at, message, end=at + 1, code="too-deep", hint="split it")
+        return Fault(at, _nested_too_deep(limit), code="too-deep", hint=_SPLIT)
 
 
 def _is_bracketed(left: _Operand, symbol: str) -> bool:
@@ -278,98 +211,109 @@ def _is_bracketed(left: _Operand, symbol: str) -> bool:
     return symbol == "=>" or BINARY[left.node.operator].level != BINARY[symbol].level
 
 
-class Expression(ParserElement):
+_Step: TypeAlias = tuple[Literal["operand", "prefix", "open", "close", "operator"], int, int, str]
+"""A token or operand of an expression: its extent, and the spelling of an operator."""
+
+
+class Expression(Empty):
     """An expression; ``expected`` says in the user's words what is missing where none begins."""
 
     def __init__(self, expected: str) -> None:
-        super().__init__()
+        super().__init__()  # type: ignore[no-untyped-call]
+        self.leave_whitespace()
+        self.set_name(expected)
         self._expected = expected
-        self.errmsg = f"expected {expected}"
-        self.mayIndexError = False
-
-    def _generateDefaultName(self) -> str:
-        return self._expected
 
     def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
-        text = text_of(instring)
-        builder = _Builder(text)
+        steps: list[_Step] = []
+        opened: list[int] = []
         expected = self._expected
+        start = loc
         while True:
-            match = _OPERAND.match(text, loc)
-            kind = match.lastgroup or "" if match else ""
-            found = match.group(kind) if match else ""
-            if match is None or is_declaration(text, match.start(kind), found):
-                # Once something was read there is no other rule to try.
-                failure = ParseException if expected is self._expected else ParseSyntaxException
-                raise failure(text, skip_space(text, loc), f"expected {expected}", self)
-            start, loc = match.span(kind)
-            if kind == "prefix":
-                builder.prefix(found, start)
-                expected = f"a value after '{found}'"
-                continue
-            if kind == "open":
-                builder.parenthesis(start)
+            match = _OPERAND.match(instring, loc)
+            kind = instring[loc : loc + 1]
+            if match:
+                steps.append(("operand", loc, match.end(), ""))
+                loc, symbol = _after_operand(instring, match.end(), steps, opened)
+                if not symbol:
+                    return loc, [Form(_build, start, loc, [start, steps])]
+                expected = f"a value after '{symbol}'"
+            elif kind in _PREFIX:
+                steps.append(("prefix", loc, loc + 1, _PREFIX[kind]))
+                expected = f"a value after '{_PREFIX[kind]}'"
+                loc += 1
+            elif kind == _OPEN:
+                if len(opened) >= MAX_DEPTH:
+                    raise Stop(instring, loc, _nested_too_deep(), code="too-deep", hint=_SPLIT)
+                opened.append(loc)
+                steps.append(("open", loc, loc + 1, ""))
                 expected = "an expression after '('"
-                continue
-            builder.operand(_leaf(text, kind, start, loc, found), start, loc)
-            loc, symbol = _after_operand(builder, loc)
-            if not symbol:
-                return loc, [builder.finish()]
-            expected = f"a value after '{symbol}'"
+                loc += 1
+            else:
+                # Once something was read there is no other rule to try.
+                failure = ParseSyntaxException if steps else ParseException
+                raise failure(instring, loc, f"expected {expected}", self)
 
 
-def _after_operand(builder: _Builder, loc: int) -> tuple[int, str]:
+def _after_operand(kinds: str, loc: int, steps: list[_Step], opened: list[int]) -> tuple[int, str]:
     """Close parentheses and take the next binary operator; none: the expression ends at ``loc``."""
-    text = builder.text
     while True:
-        match = _OPERATOR.match(text, loc)
-        kind = match.lastgroup if match else None
-        if match and kind == "operator":
-            symbol = match.group("operator")
-            builder.operator(symbol, match.start("operator"))
-            return match.end(), symbol
-        if match and kind == "foreign":
-            raise _foreign(text, match.start("foreign"), match.group("foreign"))
-        if match and kind == "stray" and not text.startswith("..", match.start("stray")):
-            raise _stray(text, match.start("stray"))
-        if match and kind == "close" and builder.open:
-            loc = match.end()
-            builder.close(loc)
+        kind = kinds[loc : loc + 1]
+        if kind in _INFIX:
+            steps.append(("operator", loc, loc + 1, _INFIX[kind]))
+            return loc + 1, _INFIX[kind]
+        if kind == _CLOSE and opened:
+            opened.pop()
+            loc += 1
+            steps.append(("close", loc - 1, loc, ""))
             continue
-        if builder.open:
-            opened = text.source.position(builder.open[-1])
-            message = f"expected an operator, or ')' to close the '(' of {opened[0]}:{opened[1]}"
-            raise Fault(text, skip_space(text, loc), message)
+        if kind in _FOREIGN:
+            found = _FOREIGN[kind]
+            raise Stop(kinds, loc, f"'{found}' is no operator", hint=f"write '{FOREIGN[found]}'")
+        if kind == ".":
+            raise Stop(kinds, loc + 1, "expected a name after '.'")
+        if kind == "[":
+            message = "expected a whole number in '[…]'"
+            raise Stop(kinds, loc + 1, message, hint="an index is a literal")
+        if opened:
+            message = "expected an operator, or ')' to close the '('"
+            raise Stop(kinds, loc, message, opened=opened[-1])
         return loc, ""
 
 
-def _foreign(text: ModelText, at: int, found: str) -> Fault:
-    hint = f"write '{_FOREIGN[found]}'"
-    return Fault(text, at, f"'{found}' is no operator", end=at + len(found), hint=hint)
+def _build(reading: Reading, start: int, end: int, parts: list[Any]) -> ExprNode:
+    """The tree of an expression from its steps, whose places count from ``first``."""
+    first, steps = parts
+    base = start - first
+    builder = _Builder(reading)
+    for what, begin, stop, symbol in steps:
+        at = base + begin
+        if what == "operand":
+            builder.operand(_leaf(reading, at, base + stop), at, base + stop)
+        elif what == "operator":
+            builder.operator(symbol, at)
+        elif what == "prefix":
+            builder.prefix(symbol, at)
+        elif what == "open":
+            builder.parenthesis(at)
+        else:
+            builder.close(at + 1)
+    return builder.finish()
 
 
-def _stray(text: ModelText, at: int) -> Fault:
-    if text[at] == ".":
-        return Fault(text, at + 1, "expected a name after '.'")
-    return Fault(text, at + 1, "expected a whole number in '[…]'", hint="an index is a literal")
+def _leaf(reading: Reading, start: int, end: int) -> ExprNode:
+    kind = reading.kind(start)
+    if kind in _BOOLEANS:
+        return LiteralNode(reading.text(start) == "true", span=reading.span(start, end))
+    if kind == STRING:
+        return LiteralNode(make_string(reading, start), span=reading.span(start, end))
+    if kind in (INTEGER, NUMBER, BAD_NUMBER):
+        return LiteralNode(make_number(reading, start), span=reading.span(start, end))
+    return make_access(reading, start, end, [])
 
 
-def _leaf(text: ModelText, kind: str, start: int, end: int, found: str) -> ExprNode:
-    if kind == "access":
-        return make_access(text, start, end, found)
-    span = Span(text.source, start, end)
-    if kind == "boolean":
-        return LiteralNode(found == "true", span=span)
-    if kind == "string":
-        return LiteralNode(unquote(text, start, found), span=span)
-    if found.isdigit():
-        return LiteralNode(make_integer(text, start, end, found), span=span)
-    if not _DOUBLE.fullmatch(found):
-        message = f"'{found[:40]}' is no number"
-        hint = "numbers look like 42, 4.25 or 1e-3"
-        raise Fault(text, start, message, end=end, code="bad-number", hint=hint)
-    number = float(found)
-    if number == float("inf"):
-        message = "this number is too large for a double"
-        raise Fault(text, start, message, end=end, code="number-too-large")
-    return LiteralNode(number, span=span)
+_SPLIT = "split it"
+
+
+def _nested_too_deep(limit: int = MAX_DEPTH) -> str:
+    return f"this expression is nested more than {limit} levels deep"

@@ -1,6 +1,7 @@
 """The grammar of the language, and the nodes that its rules become.
 
-It is built once, on first use. ``a - b`` in a rule means: once ``a`` has matched, ``b`` must.
+It is built once, on first use, and works on the kinds of tokens. ``a - b`` in a rule means: once
+``a`` has matched, ``b`` must. What stands between braces is read by blocks.
 """
 
 from __future__ import annotations
@@ -10,13 +11,26 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from pyparsing import Forward, MatchFirst, Opt, ParserElement
+from pyparsing import ParserElement
 
+from robosc.language.keywords import Role, words_of
+from robosc.language.tokens import pattern
 from robosc.syntax import terminals as t
 from robosc.syntax.blocks import Block, Child, Items, Rule
-from robosc.syntax.elements import Build, Built, Fault, ModelText, Nested, Terminal
-from robosc.syntax.expressions import ACCESS, Expression, make_access, make_name
-from robosc.syntax.keywords import NAME
+from robosc.syntax.elements import (
+    built,
+    choice,
+    either,
+    keyword,
+    label,
+    listed,
+    maybe,
+    nested,
+    nothing,
+    symbol,
+    terminal,
+)
+from robosc.syntax.expressions import ACCESS, Expression
 from robosc.syntax.nodes import (
     Access,
     ActionNode,
@@ -40,6 +54,8 @@ from robosc.syntax.nodes import (
     TauNode,
     VariableNode,
 )
+from robosc.syntax.reading import Build, Fault, Reading
+from robosc.syntax.values import make_access, make_name
 
 __all__ = ["library_block", "robot_block"]
 
@@ -47,21 +63,16 @@ __all__ = ["library_block", "robot_block"]
 def _node(kind: Callable[..., Any], *first: Any, fixed: int | None = None) -> Build:
     """Builds a node from its parts in order; those from ``fixed`` on become one tuple."""
 
-    def build(text: ModelText, start: int, end: int, parts: list[Any]) -> Any:
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
         if fixed is not None:
             parts[fixed:] = [tuple(parts[fixed:])]
-        return kind(*first, *parts, span=text.span(start, end))
+        return kind(*first, *parts, span=reading.span(start, end))
 
     return build
 
 
-def _tuple(text: ModelText, start: int, end: int, parts: list[Any]) -> Any:
+def _tuple(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
     return tuple(parts)
-
-
-def _from_keyword(text: ModelText, start: int, end: int, parts: list[Any]) -> Any:
-    """The node that the body made, extended to the keyword before it."""
-    return replace(parts[0], span=text.span(start, end))
 
 
 # --- data types and interfaces -------------------------------------------------------------------
@@ -70,69 +81,72 @@ def _from_keyword(text: ModelText, start: int, end: int, parts: list[Any]) -> An
 def _object_block() -> Block:
     properties = Rule(
         t.name("a property name or '}'")
-        - t.symbol(":", "':' after the property name")
+        - symbol(":", "':' after the property name")
         - t.type_("a type after ':'"),
         _node(PropertyNode),
     )
+    begins = pattern("WORD ':'")
     return Block(
-        Items(
-            ("a property 'name: type'",),
-            {},
-            free=properties,
-            begins=rf"{NAME}\s*:",
-            marks=rf"(?P<item>(?<![\w.^]){NAME}\s*:(?!=))",
-        )
+        Items(("a property 'name: type'",), {}, free=properties, begins=begins, item=begins)
     )
 
 
 def _enum_block() -> Block:
     # What an operator follows is no value: it is missing, and this begins the next rule.
-    value = rf"{NAME}(?!\w|\s*(?:->|!=|[<>=.+*/\[]))"
-    condition = Expression("a rule 'condition -> value' or '}'") - t.symbol("->")
-    default = Terminal(r"default\s*->", "", lambda text, start, end, found: None)
+    value = "WORD (?! '->' | '!=' | '<' | '<=' | '<>' | '=' | '=>' | '==' | '=<' | '=/='"
+    value += " | '>' | '>=' | '.' | '..' | '+' | '*' | '/' | '[' )"
+    condition = Expression("a rule 'condition -> value' or '}'") - symbol("->")
+    default = terminal("default '->'", "", lambda reading, start, end, parts: None)
     rules = Rule(
-        MatchFirst([default, condition]).set_name("a rule 'condition -> value' or '}'")
-        - Terminal(value, "the name of the value after '->'", make_name),
+        either([default, condition], "a rule 'condition -> value' or '}'")
+        - terminal(value, "the name of the value after '->'", make_name),
         _node(EnumRuleNode),
     )
+    begins = pattern("value | default")
     return Block(
         Items(
             ("a rule 'condition -> value'",),
             {},
             free=rules,
-            begins=r"(?:value|default)\b",
-            marks=rf"(?P<item>(?:value|default)\b)|(?P<past>->[ \t]*{value}|\n)",
+            begins=begins,
+            item=begins,
+            past=pattern(f"'->' {value}"),
+            lines=True,
         )
     )
 
 
 def _datatype(object_block: Block, enum_block: Block) -> Rule:
-    object_rule = Built(
-        t.keyword("object") - t.name("a name for the object") - object_block,
-        _node(ObjectNode, fixed=1),
-    )
-    enum_rule = Built(
-        t.keyword("enum")
+    object_rule = choice("object", "'object'") - t.name("a name for the object")
+    enum_rule = (
+        choice("enum", "'enum'")
         - t.name("a name for the enum")
-        - t.keyword("from", "'from' and the type that is converted")
+        - keyword("from", "'from' and the type that is converted")
         - t.type_("the type that is converted after 'from'")
-        - t.keyword("to", "'to' after the type")
-        - enum_block,
-        _node(EnumNode, fixed=2),
+        - keyword("to", "'to' after the type")
     )
-    either = MatchFirst([object_rule, enum_rule]).set_name("'object' or 'enum' after 'datatype'")
-    return Rule(either, _from_keyword)
+
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> ObjectNode | EnumNode:
+        kind: Any = ObjectNode if parts[0] == "object" else EnumNode
+        node: ObjectNode | EnumNode = kind(*parts[1:], span=reading.span(start, end))
+        return node
+
+    return Rule(
+        either([object_rule, enum_rule], "'object' or 'enum' after 'datatype'"),
+        build,
+        block=lambda parts: object_block if parts[0] == "object" else enum_block,
+    )
 
 
 def _interface() -> Rule:
-    body = (
+    grammar = (
         t.name("a name for the interface")
-        - t.keyword("use", "'use' and the ROS type")
+        - keyword("use", "'use' and the ROS type")
         - t.name("the name of the ROS type after 'use'")
-        - t.keyword("from", "'from' and the ROS package")
+        - keyword("from", "'from' and the ROS package")
         - t.name("the name of the ROS package after 'from'")
     )
-    return Rule(body, _node(InterfaceNode))
+    return Rule(grammar, _node(InterfaceNode))
 
 
 # --- communications ------------------------------------------------------------------------------
@@ -140,22 +154,21 @@ def _interface() -> Rule:
 
 def _identifier(first: str) -> ParserElement:
     """``with``, an optional identifier, and the label of the first type."""
-    label = t.label(first)
-    comma = t.symbol(",", f"',' and '{first}:'")
-    given = t.label("identifier") - t.string("a string after 'identifier:'") - comma - label
-    return t.keyword("with", f"'with' and '{first}:'") - MatchFirst(
-        [label + t.nothing(), given]
-    ).set_name(f"'identifier:' or '{first}:' after 'with'")
-
-
-def _typed(first: str) -> ParserElement:
-    return (
-        t.symbol(",", f"',' and '{first}:'") - t.label(first) - t.type_(f"a type after '{first}:'")
+    first_label = label(first)
+    comma = symbol(",", f"',' and '{first}:'")
+    given = label("identifier") - t.string("a string after 'identifier:'") - comma - first_label
+    return keyword("with", f"'with' and '{first}:'") - either(
+        [built(first_label, lambda reading, start, end, parts: None), given],
+        f"'identifier:' or '{first}:' after 'with'",
     )
 
 
+def _typed(first: str) -> ParserElement:
+    return symbol(",", f"',' and '{first}:'") - label(first) - t.type_(f"a type after '{first}:'")
+
+
 def _links() -> ParserElement:
-    return t.maybe(t.keyword("links") - t.name("the name of an interface after 'links'"))
+    return maybe(keyword("links") - t.name("the name of an interface after 'links'"))
 
 
 def _links_missing(node: Any) -> tuple[str, ...]:
@@ -163,29 +176,29 @@ def _links_missing(node: Any) -> tuple[str, ...]:
 
 
 def _message(direction: str) -> Rule:
-    body = (
-        t.keyword("message", f"'message' after '{direction}'")
+    grammar = (
+        keyword("message", f"'message' after '{direction}'")
         - t.name("a name for the message")
         - _identifier("type")
         - t.type_("a type after 'type:'")
         - _links()
     )
-    return Rule(body, _node(MessageNode, direction), tail=_links_missing)
+    return Rule(grammar, _node(MessageNode, direction), tail=_links_missing)
 
 
 def _service() -> Rule:
-    body = (
+    grammar = (
         t.name("a name for the service")
         - _identifier("request")
         - t.type_("a type after 'request:'")
         - _typed("response")
         - _links()
     )
-    return Rule(body, _node(ServiceNode), tail=_links_missing)
+    return Rule(grammar, _node(ServiceNode), tail=_links_missing)
 
 
 def _action() -> Rule:
-    body = (
+    grammar = (
         t.name("a name for the action")
         - _identifier("request")
         - t.type_("a type after 'request:'")
@@ -193,37 +206,38 @@ def _action() -> Rule:
         - _typed("feedback")
         - _links()
     )
-    return Rule(body, _node(ActionNode), tail=_links_missing)
+    return Rule(grammar, _node(ActionNode), tail=_links_missing)
 
 
 # --- behaviour -----------------------------------------------------------------------------------
 
 
 def _condition() -> ParserElement:
-    return t.keyword("if") - Expression("a condition after 'if'")
+    return keyword("if") - Expression("a condition after 'if'")
 
 
 def _transitions() -> dict[str, Rule]:
-    goto = t.maybe(t.keyword("goto") - t.name("the name of a state after 'goto'"))
-    assignment = Built(
-        Terminal(ACCESS, "a variable to assign to", make_access)
-        - t.symbol(":=", "':=' after the variable")
+    goto = maybe(keyword("goto") - t.name("the name of a state after 'goto'"))
+    assignment = built(
+        terminal(ACCESS, "a variable to assign to", make_access)
+        - symbol(":=", "':=' after the variable")
         - Expression("a value after ':='"),
         _node(AssignmentNode),
     )
-    events = "request|response|feedback|error|cancel"
+    events = words_of(Role.EVENT)
+    *others, last = (f"'{word}'" for word in events)
     result = (
-        t.choice(events, "'request', 'response', 'feedback', 'error' or 'cancel' after 'on'")
-        - Terminal(r"(?:from|to)(?!\w)", "'from' or 'to' after the kind of event")
+        terminal(" | ".join(events), f"{', '.join(others)} or {last} after 'on'", _build_event)
+        - terminal("from | to", "'from' or 'to' after the kind of event")
         - t.communication("the name of a communication")
-        - t.maybe(_condition())
-        - Opt(t.keyword("do") - t.listed(assignment))
+        - maybe(_condition())
+        - maybe(built(keyword("do") - listed(assignment), _tuple), ())
         - goto
     )
-    tau = t.maybe(_condition()) + goto
+    tau = maybe(_condition()) + goto
     return {
-        "on": Rule(Built(result, _build_result), _from_keyword, tail=_clauses_missing),
-        "transition": Rule(Built(tau, _node(TauNode)), _from_keyword, tail=_clauses_missing),
+        "on": Rule(result, _build_result, tail=_clauses_missing),
+        "transition": Rule(tau, _node(TauNode), tail=_clauses_missing),
     }
 
 
@@ -238,59 +252,59 @@ def _clauses_missing(node: Any) -> tuple[str, ...]:
     return clauses if node.guard else ("'if'", *clauses)
 
 
-def _build_result(text: ModelText, start: int, end: int, parts: list[Any]) -> ResultTransitionNode:
-    event, communication, guard, *assignments, goto = parts
+def _build_event(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
+    return reading.text(start), reading.span(start, end)
+
+
+def _build_result(reading: Reading, start: int, end: int, parts: list[Any]) -> ResultTransitionNode:
+    (event, event_span), communication, guard, assignments, goto = parts
+    span = reading.span(start, end)
     return ResultTransitionNode(
-        event,
-        text.span(start, start + len(event)),
-        communication,
-        guard,
-        tuple(assignments),
-        goto,
-        span=text.span(start, end),
+        event, event_span, communication, guard, assignments, goto, span=span
     )
 
 
 def _state(block: Block, first: str) -> Rule:
     """A state that begins with ``initial``, ``marked`` or ``state``."""
-    named = t.name("a name for the state") - block
-    plain = t.keyword("state", f"'state' after '{first}'") - named
-    marked = Opt(Terminal(r"marked(?!\w)", "", lambda text, start, end, found: True), default=False)
-    late = Opt(Terminal(r"initial(?!\w)", "", _late_initial), default=False)
-    initial = marked - t.keyword("state", "'marked' or 'state' after 'initial'") - named
+    named = t.name("a name for the state")
+    plain = keyword("state", f"'state' after '{first}'") - named
+    flag = choice("marked", "") if first == "initial" else terminal("initial", "", _late_initial)
+    second = maybe(flag)
+    initial = second - keyword("state", "'marked' or 'state' after 'initial'") - named
 
-    def build(text: ModelText, start: int, end: int, parts: list[Any]) -> StateNode:
-        second = parts.pop(0) if first != "state" else False
-        name, *transitions = parts
-        is_initial = first == "initial" or (first == "marked" and second)
-        is_marked = first == "marked" or (first == "initial" and second)
-        span = text.span(start, end)
-        return StateNode(name, is_initial, is_marked, tuple(transitions), span=span)
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> StateNode:
+        also = parts.pop(0) is not None if first != "state" else False
+        is_initial = first == "initial" or (first == "marked" and also)
+        is_marked = first == "marked" or (first == "initial" and also)
+        name, transitions = parts
+        span = reading.span(start, end)
+        return StateNode(name, is_initial, is_marked, transitions, span=span)
 
-    return Rule({"initial": initial, "marked": late + plain, "state": named}[first], build)
+    grammar = {"initial": initial, "marked": second + plain, "state": named}[first]
+    return Rule(grammar, build, block=lambda parts: block)
 
 
-def _late_initial(text: ModelText, start: int, end: int, found: str) -> bool:
-    text.report("syntax", "'initial' stands before 'marked'", start, end)
+def _late_initial(reading: Reading, start: int, end: int, parts: list[Any]) -> bool:
+    reading.report("syntax", "'initial' stands before 'marked'", start)
     return True
 
 
 def _variable() -> Rule:
-    body = (
+    grammar = (
         t.name("a name for the variable")
-        - t.symbol(":", "':' after the name of the variable")
+        - symbol(":", "':' after the name of the variable")
         - t.type_("a type after ':'")
-        - t.maybe(t.symbol("=") - Expression("an initial value after '='"))
+        - maybe(symbol("=") - Expression("an initial value after '='"))
     )
-    return Rule(body, _node(VariableNode), tail=lambda node: () if node.initial else ("'='",))
+    return Rule(grammar, _node(VariableNode), tail=lambda node: () if node.initial else ("'='",))
 
 
 def _behaviour_block() -> Block:
     transitions = _transitions()
     advice = (
-        (r"if\b", "'if' stands before 'do' and 'goto'"),
-        (r"do\b", "'do' stands before 'goto', and only after 'on'"),
-        (r":=", "write '=' for an initial value"),
+        ("if", "'if' stands before 'do' and 'goto'"),
+        ("do", "'do' stands before 'goto', and only after 'on'"),
+        ("':='", "write '=' for an initial value"),
     )
     state_block = Block(Items(("'on'", "'transition'"), transitions, advice=advice))
     rules = {
@@ -314,14 +328,11 @@ def _component_block() -> Block:
         "outgoing": _message("outgoing"),
         "service": _service(),
         "action": _action(),
-        "behaviour": Rule(
-            behaviour_block,
-            _node(BehaviourNode, fixed=0),
-        ),
+        "behaviour": Rule(nothing(), _node(BehaviourNode), block=lambda parts: behaviour_block),
     }
     words = ("'incoming message'", "'outgoing message'", "'service'", "'action'", "'behaviour'")
-    advice = ((r",\s*identifier\s*:", "'identifier:' stands right behind 'with'"),)
-    meant = ((r"message\b", "write 'incoming message' or 'outgoing message'"),)
+    advice = (("',' identifier ':'", "'identifier:' stands right behind 'with'"),)
+    meant = (("message", "write 'incoming message' or 'outgoing message'"),)
     return Block(
         Items(words, rules, advice=advice, meant=meant),
         child=Child(behaviour_block, _adopt(BehaviourNode)),
@@ -340,63 +351,61 @@ def _adopt(kind: type[ComponentNode] | type[BehaviourNode]) -> Callable[[Any, li
 
 def _component(block: Block) -> Rule:
     prefix = (
-        t.keyword("with")
-        - t.label("prefix", "'prefix:' after 'with'")
+        keyword("with")
+        - label("prefix", "'prefix:' after 'with'")
         - t.string("a string after 'prefix:'")
     )
-    imported = Built(
-        t.keyword("from")
+    imported = built(
+        keyword("from")
         - t.name("the name of a library after 'from'")
-        - t.keyword("import", "'import' and the name of a component")
+        - keyword("import", "'import' and the name of a component")
         - t.name("the name of a component after 'import'")
-        - t.maybe(prefix),
+        - maybe(prefix),
         _tuple,
     )
-    body = t.name("a name for the component") - MatchFirst([imported, block]).set_name(
-        "'{' or 'from' after the name of the component"
+    return Rule(
+        t.name("a name for the component") - maybe(imported),
+        _build_component,
+        block=lambda parts: None if parts[1] else block,
+        opening="'{' or 'from' after the name of the component",
     )
-    return Rule(body, _build_component)
 
 
 def _build_component(
-    text: ModelText, start: int, end: int, parts: list[Any]
+    reading: Reading, start: int, end: int, parts: list[Any]
 ) -> ComponentNode | ImportNode:
-    name, *items = parts
-    span = text.span(start, end)
-    if items and isinstance(items[0], tuple):
-        library, component, prefix = items[0]
+    span = reading.span(start, end)
+    name, imported = parts[:2]
+    if imported:
+        library, component, prefix = imported
         return ImportNode(name, library, component, prefix, span=span)
-    return ComponentNode(name, tuple(items), span=span)
+    return ComponentNode(name, parts[2], span=span)
 
 
 # --- requirements and data -----------------------------------------------------------------------
 
 
-def _several() -> ParserElement:
-    """Communications in braces; leaves them as one tuple."""
-    one = t.communication("the name of a communication")
-    return Built(t.symbol("{") - t.listed(one) - t.symbol("}", "',' or '}'"), _tuple)
-
-
 def _requirement() -> Rule:
     expected = "a communication or a condition after 'requirement'"
-    needs = t.choice("needs", "'needs'") - Expression("a condition after 'needs'")
-    one = Built(t.communication("the name of a communication"), _tuple)
-    disables = t.choice("disables", "'disables'") - MatchFirst([_several(), one]).set_name(
-        "the name of a communication after 'disables'"
+    needs = choice("needs", "'needs'") - Expression("a condition after 'needs'")
+    one = built(t.communication("the name of a communication"), _tuple)
+    disables = choice("disables", "'disables'") - either(
+        [t.communications(), one], "the name of a communication after 'disables'"
     )
     # 'never' and 'always' may also be names: of a communication, or where an expression begins.
-    named = r"(?!\w|\s*(?:(?:needs|disables|and|or)\b|[.\[=<>*/+)]|!=))"
-    invariant = t.choice(f"(?:never|always){named}", "") - Expression(
+    named = "needs | disables | and | or | '.' | '[' | '=' | '=>' | '<' | '<=' | '>' | '>='"
+    named += " | '*' | '/' | '+' | ')' | '!='"
+    invariant = choice(f"(?: never | always ) (?! {named} )", "") - Expression(
         "a condition after 'never' or 'always'"
     )
-    single = Expression(expected) - MatchFirst([needs, disables]).set_name("'needs' or 'disables'")
-    either = MatchFirst([invariant, _several() - needs, single]).set_name(expected)
-    return Rule(either, _build_requirement)
+    single = Expression(expected) - either([needs, disables], "'needs' or 'disables'")
+    return Rule(
+        either([invariant, t.communications() - needs, single], expected), _build_requirement
+    )
 
 
-def _build_requirement(text: ModelText, start: int, end: int, parts: list[Any]) -> RequirementNode:
-    span = text.span(start, end)
+def _build_requirement(reading: Reading, start: int, end: int, parts: list[Any]) -> RequirementNode:
+    span = reading.span(start, end)
     if parts[0] in ("never", "always"):
         return RequirementNode(parts[0], (), parts[1], span=span)
     left, kind, right = parts
@@ -406,31 +415,31 @@ def _build_requirement(text: ModelText, start: int, end: int, parts: list[Any]) 
         return RequirementNode("needs", left, right, span=span)
     if not isinstance(left, Access) or any(isinstance(part, int) for part in left.path):
         message = "expected the name of a communication before 'needs'"
-        raise Fault(text, left.span.start, message, end=left.span.end)
+        raise Fault(start + 1, message, span=left.span)
     return RequirementNode("needs", (left,), right, span=span)
 
 
 def _provide() -> Rule:
-    data = Forward()
-    field = Built(
-        t.name("a property name") - t.symbol(":", "':' after the property name") - data,
+    data = nested(_data, t.MAX_NESTING, "objects are")
+    grammar = (
+        t.communication("the name of a communication after 'provide'")
+        - keyword("with", "'with' and the data")
+        - data
+        - maybe(_condition())
+    )
+    return Rule(grammar, _node(ProvideNode), tail=lambda node: () if node.condition else ("'if'",))
+
+
+def _data(inner: ParserElement) -> ParserElement:
+    """An expression or an object, whose fields are ``inner``."""
+    field = built(
+        t.name("a property name") - symbol(":", "':' after the property name") - inner,
         _node(DataFieldNode),
     )
-    filled = t.listed(field) - t.symbol("}", "',' or '}'")
-    braces = t.symbol("{") - MatchFirst([t.symbol("}"), filled]).set_name("a property name or '}'")
-    made = Built(braces, _node(DataObjectNode, fixed=0))
-    data <<= Nested(
-        MatchFirst([made, Expression("a value")]).set_name("a value or '{'"),
-        t.MAX_NESTING,
-        "objects are",
-    )
-    body = (
-        t.communication("the name of a communication after 'provide'")
-        - t.keyword("with", "'with' and the data")
-        - data
-        - t.maybe(_condition())
-    )
-    return Rule(body, _node(ProvideNode), tail=lambda node: () if node.condition else ("'if'",))
+    filled = listed(field) - symbol("}", "',' or '}'")
+    braces = symbol("{") - either([symbol("}"), filled], "a property name or '}'")
+    made = built(braces, _node(DataObjectNode, fixed=0))
+    return either([made, Expression("a value")], "a value or '{'")
 
 
 # --- files ---------------------------------------------------------------------------------------
@@ -448,7 +457,7 @@ def _file_block(kind: str) -> Block:
     if kind == "library":
         for word, plural in (("requirement", "requirements"), ("provide", "provided data")):
             refusal = f"a library holds no {plural}: write this in the robot that imports it"
-            rules[word] = replace(rules[word], refusal=refusal)
+            rules[word].refusal = refusal
     words = tuple(f"'{word}'" for word in rules if not rules[word].refusal)
     block = Block(Items(words, rules), child=Child(component_block, _adopt(ComponentNode)))
     object_block.parent = enum_block.parent = block

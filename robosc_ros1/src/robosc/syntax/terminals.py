@@ -1,4 +1,4 @@
-"""Tokens, names and types: the small parts that the declarations are made of.
+"""Names, strings and types: the small parts that the declarations are made of.
 
 Each ``expected`` says in the user's words what is missing where the part is not found.
 """
@@ -7,104 +7,88 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from pyparsing import Forward, MatchFirst, Opt, ParserElement, ZeroOrMore
+from pyparsing import Forward, ParserElement
 
-from robosc.syntax.elements import Built, ModelText, Nested, Terminal
-from robosc.syntax.expressions import make_access, make_integer, make_name, unquote
-from robosc.syntax.keywords import NAME, QUALIFIED
+from robosc.syntax.elements import (
+    built,
+    either,
+    keyword,
+    listed,
+    maybe,
+    refused,
+    symbol,
+    terminal,
+)
 from robosc.syntax.nodes import ArrayTypeNode, BasicTypeNode, NamedTypeNode, StringNode
+from robosc.syntax.reading import Reading
+from robosc.syntax.values import make_access, make_integer, make_name, make_string
 
-__all__ = [
-    "MAX_NESTING", "choice", "communication", "keyword", "label", "listed", "maybe", "name",
-    "nothing", "string", "symbol", "type_",
-]  # fmt: skip
+__all__ = ["MAX_NESTING", "communication", "communications", "name", "string", "type_"]
 
 MAX_NESTING = 20
 """How deep arrays of arrays, and provided objects in objects, may be nested."""
 
-_STRING = r"\"[^\"\\\n]*(?:\\.[^\"\\\n]*)*\"|'[^'\\\n]*(?:\\.[^'\\\n]*)*'"
 # What has a colon behind it is the name of the next property: the type before it is missing.
-_NO_COLON = r"(?!\w|\s*:(?!=))"
-
-
-def keyword(word: str, expected: str = "") -> ParserElement:
-    return Terminal(rf"{word}(?!\w)", expected or f"'{word}'")
-
-
-def symbol(characters: str, expected: str = "") -> ParserElement:
-    pattern = "".join(f"\\{c}" for c in characters)
-    return Terminal(pattern, expected or f"'{characters}'")
-
-
-def label(word: str, expected: str = "") -> ParserElement:
-    """A keyword with its colon."""
-    return Terminal(rf"{word}\s*:(?!=)", expected or f"'{word}:'")
-
-
-def choice(words: str, expected: str) -> ParserElement:
-    """One of several keywords; leaves the word."""
-    return Terminal(rf"(?:{words})(?!\w)", expected, lambda text, start, end, found: found)
-
-
-def nothing() -> ParserElement:
-    """Takes no text and leaves None, where an optional part is absent."""
-    return Terminal(r"", "", lambda text, start, end, found: None)
-
-
-def maybe(part: ParserElement) -> ParserElement:
-    """The part, or None in its place."""
-    return Opt(part, default=None)
-
-
-def listed(part: ParserElement) -> ParserElement:
-    """One or more, with commas between them."""
-    return part + ZeroOrMore(symbol(",") - part)
+_NO_COLON = "(?! ':' )"
 
 
 def name(expected: str) -> ParserElement:
-    return Terminal(NAME, expected, make_name, is_name=True)
+    return terminal("NAME", expected, make_name)
 
 
 def communication(expected: str) -> ParserElement:
-    return Terminal(QUALIFIED, expected, make_access, is_name=True)
+    return terminal("QUALIFIED", expected, make_access)
+
+
+def communications() -> ParserElement:
+    """Communications in braces; leaves them as one tuple."""
+    one = communication("the name of a communication")
+    return built(symbol("{") - listed(one) - symbol("}", "',' or '}'"), _tuple)
+
+
+def _tuple(reading: Reading, start: int, end: int, parts: list[Any]) -> tuple[Any, ...]:
+    return tuple(parts)
 
 
 def string(expected: str) -> ParserElement:
-    def build(text: ModelText, start: int, end: int, found: str) -> StringNode:
-        return StringNode(unquote(text, start, found), span=text.span(start, end))
+    return terminal("STRING", expected, _build_string)
 
-    return Terminal(_STRING, expected, build)
+
+def _build_string(reading: Reading, start: int, end: int, parts: list[Any]) -> StringNode:
+    return StringNode(make_string(reading, start), span=reading.span(start, end))
 
 
 def type_(expected: str) -> ParserElement:
     kind = Forward()
-    bound = Terminal(r"-?\s*\d+(?!\w)", "a whole number", make_integer)
+    bound = terminal("'-'? INTEGER", "a whole number", make_integer)
     bounds = symbol("(") - bound - symbol("..") - bound - symbol(")")
-    integer = Built(keyword(f"integer{_NO_COLON}") + Opt(bounds), _build_integer)
-    basic = Terminal(rf"(?:string|boolean|double|none){_NO_COLON}", "a type", _build_basic)
-    array = Built(
-        keyword(f"array{_NO_COLON}")
+    integer = built(keyword(f"integer {_NO_COLON}") + maybe(built(bounds, _tuple)), _build_integer)
+    basic = terminal(f"(?: string | boolean | double | none ) {_NO_COLON}", "a type", _build_basic)
+    array = built(
+        keyword(f"array {_NO_COLON}")
         - symbol("(", "'(' after 'array'")
         - kind
         - symbol(")", "')' to close 'array('"),
-        lambda text, start, end, p: ArrayTypeNode(p[0], span=text.span(start, end)),
+        _build_array,
     )
-    named = Terminal(rf"{NAME}{_NO_COLON}", "a type", _build_named, is_name=True)
-    any_type = MatchFirst([basic, integer, array, named]).set_name(expected)
-    kind <<= Nested(any_type, MAX_NESTING, "arrays are")
+    named = terminal(f"NAME {_NO_COLON}", "a type", _build_named)
+    deep = terminal(f"(?: array '(' ){{{MAX_NESTING}}}", "a type")
+    too_deep = refused(deep, MAX_NESTING, "arrays are")
+    kind <<= either([too_deep, basic, integer, array, named], expected)
     return kind
 
 
-def _build_basic(text: ModelText, start: int, end: int, found: str) -> BasicTypeNode:
-    return BasicTypeNode(cast(Any, found), span=text.span(start, end))
+def _build_basic(reading: Reading, start: int, end: int, parts: list[Any]) -> BasicTypeNode:
+    return BasicTypeNode(cast(Any, reading.text(start)), span=reading.span(start, end))
 
 
-def _build_named(text: ModelText, start: int, end: int, found: str) -> NamedTypeNode:
-    return NamedTypeNode(make_name(text, start, end, found), span=text.span(start, end))
+def _build_named(reading: Reading, start: int, end: int, parts: list[Any]) -> NamedTypeNode:
+    return NamedTypeNode(make_name(reading, start, end, []), span=reading.span(start, end))
 
 
-def _build_integer(text: ModelText, start: int, end: int, parts: list[Any]) -> BasicTypeNode:
-    bounds = (parts[0], parts[1]) if parts else None
-    # Without bounds, ``end`` is where they were looked for: behind white space.
-    end = end if parts else start + len("integer")
-    return BasicTypeNode("integer", bounds, span=text.span(start, end))
+def _build_integer(reading: Reading, start: int, end: int, parts: list[Any]) -> BasicTypeNode:
+    return BasicTypeNode("integer", parts[0], span=reading.span(start, end))
+
+
+def _build_array(reading: Reading, start: int, end: int, parts: list[Any]) -> ArrayTypeNode:
+    return ArrayTypeNode(parts[0], span=reading.span(start, end))

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
+from robosc.language.tokens import Comment, tokenize
 from robosc.source import Source
 from robosc.syntax.layout import Doc, Group, Line, Remark
-from robosc.syntax.scan import Comment, scan
 
 __all__ = ["Words"]
-
-_WORD = re.compile(
-    r"""\^?[A-Za-z_]\w*
-      | \d\w*(?:\.\d\w*)?(?:(?<=[eE])[+-]\w+)?
-      | "[^"\\\n]*(?:\\.[^"\\\n]*)*" | '[^'\\\n]*(?:\\.[^'\\\n]*)*'
-      | => | -> | := | != | <= | >= | \.\. | \S""",
-    re.VERBOSE | re.ASCII,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +33,11 @@ class Words:
     """The words of a model in order, each taken once, with the comments at them."""
 
     def __init__(self, source: Source) -> None:
-        scanned = scan(source)
-        spans = [match.span() for match in _WORD.finditer(scanned.text)]
+        tokens = tokenize(source)
+        spans = list(zip(tokens.starts, tokens.ends, strict=True))
         self._texts = [source.text[start:end] for start, end in spans]
         self._starts = [start for start, _ in spans]
-        self._gaps = list(_gaps(source, spans, scanned.comments))
+        self._gaps = list(_gaps(source, spans, tokens.comments))
         self._ends_line = list(accumulate((gap.ends_line for gap in self._gaps), initial=0))
         self._line_ends = [
             "\n" in source.text[end:start] for (_, end), (start, _) in pairwise(spans)

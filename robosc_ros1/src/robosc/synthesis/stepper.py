@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
-from robosc.ir.expr import Leaf, Undefined, divide, to_python, widen
+from robosc.ir.expr import Leaf, Undefined, to_python
 from robosc.ir.step import Outcome, Values, Verdict, valuations
+from robosc.language.operators import HELPERS
 from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef, ValueRef, VariableRef, walk
 from robosc.synthesis.vectorised import axis_of
 
@@ -46,8 +47,7 @@ class Stepper:
     def __init__(self, plant: Plant) -> None:
         self.plant = plant
         self._namespace: dict[str, Any] = {
-            "divide": divide,
-            "widen": widen,
+            **HELPERS,
             "Undefined": Undefined,
             "need": _need,
             "IMPOSSIBLE": Verdict.IMPOSSIBLE,

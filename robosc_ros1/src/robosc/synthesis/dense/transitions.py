@@ -22,10 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
-from robosc.model.expr import Binary, Expr, Unary
+from robosc.ir.expr import junction
+from robosc.ir.partial_evaluation import PartValues, assigned, holds
+from robosc.model.expr import Expr, Unary, VariableRef
 from robosc.model.types import BooleanType, EnumType
 from robosc.synthesis.dense.stages import stages_of
-from robosc.synthesis.parameters import Chosen, choices, defined_update, specialise, weight
+from robosc.synthesis.parameters import choices, weight
 from robosc.synthesis.vectorised import Bools, IndexArrays, evaluate_vectorised, support
 
 __all__ = ["ALWAYS", "Compiler", "Condition", "EventRules", "Factor", "TransitionRule", "Writes"]
@@ -154,24 +156,14 @@ class Compiler:
         return tuple(found)
 
     def _cases(self, expr: Expr, polarity: bool) -> tuple[Condition, ...]:
-        match expr:
-            case Unary(operator="!", operand=operand):
-                return self._cases(operand, not polarity)
-            case Binary(operator="and", left=left, right=right) if polarity:
-                return self._all_of([(left, True), (right, True)])
-            case Binary(operator="or", left=left, right=right) if not polarity:
-                return self._all_of([(left, False), (right, False)])
-            case Binary(operator="=>", left=left, right=right) if not polarity:
-                return self._all_of([(left, True), (right, False)])
-        if self._size(support(self.plant, expr)) > _WIDE:
-            match expr:
-                # A wide choice becomes cases that exclude each other: each reads fewer axes.
-                case Binary(operator="and", left=left, right=right):
-                    return self._either((left, False), (right, False))
-                case Binary(operator="or", left=left, right=right):
-                    return self._either((left, True), (right, True))
-                case Binary(operator="=>", left=left, right=right):
-                    return self._either((left, False), (right, True))
+        if isinstance(expr, Unary):
+            return self._cases(expr.operand, not polarity)
+        parts = junction(expr, polarity)
+        if parts is not None and parts.conjunctive:
+            return self._all_of(parts.parts)
+        if parts is not None and self._size(support(self.plant, expr)) > _WIDE:
+            # A wide choice becomes cases that exclude each other: each reads fewer axes.
+            return self._either(*parts.parts)
 
         def test(columns: IndexArrays) -> Bools:
             outcome = evaluate_vectorised(self.plant, expr, columns).astype(np.bool_)
@@ -271,8 +263,8 @@ class Compiler:
         """Add the rules of one choice of edges to ``merger``; yield where a range is left."""
         read = [expr for option in options for expr in option.expressions()]
         for chosen in choices(event, read):
-            guards = [(specialise(g, chosen), False) for o in options for g in o.fails]
-            guards += [(specialise(o.guard, chosen), True) for o in options if o.guard is not None]
+            guards = [(holds(g, chosen), False) for o in options for g in o.fails]
+            guards += [(holds(o.guard, chosen), True) for o in options if o.guard is not None]
             conditions = _conjoin([entry], self._all_of(guards))
             if not conditions:
                 continue
@@ -290,11 +282,15 @@ class Compiler:
                 for condition in _conjoin(conditions, (case,)):
                     merger.add(condition, {**writes, **write})
 
-    def _updates(self, options: Sequence[_Option], chosen: Chosen) -> Iterator[tuple[int, Expr]]:
+    def _updates(
+        self, options: Sequence[_Option], chosen: PartValues
+    ) -> Iterator[tuple[int, Expr]]:
         for option in options:
             before: dict[int, Expr] = {}
             for axis, expr in option.updates:
-                update = defined_update(self.plant, axis, expr, chosen, before.get(axis))
+                component, _, variable = self.plant.variables[axis].name.partition(".")
+                old = before.get(axis) or VariableRef(component, variable, expr.type)
+                update = assigned(expr, chosen, old)
                 if update is not None:
                     before[axis] = update
                     yield axis, update

@@ -12,12 +12,13 @@ from itertools import combinations
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.expr import conjunction, disjunction, negation, to_dsl
+from robosc.ir.partial_evaluation import holds
 from robosc.model.entities import EventKind, Kind, Provide, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr, PhaseRef, StateRef
 from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.formatting import listing, trace_text
-from robosc.synthesis.parameters import choices, specialise
+from robosc.synthesis.parameters import choices
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, enabled, possible, steps_of
 
@@ -188,7 +189,7 @@ class _Examiner:
             busy = PhaseRef(self.plant.variables[event.phase.variable].name)
             here.append(busy if event.phase.source else negation(busy))
         both = disjunction(
-            conjunction([specialise(first.guard, chosen), specialise(second.guard, chosen)])
+            conjunction([holds(first.guard, chosen), holds(second.guard, chosen)])
             for chosen in choices(event, [first.guard, second.guard])
         )
         when = self._when(conjunction([*here, both]))

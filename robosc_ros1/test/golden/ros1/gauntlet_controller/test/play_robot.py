@@ -3,8 +3,8 @@
 """The plant simulator of the package's test: it checks every command of the running controller.
 
 The test publishes the robot's messages and serves its services and actions, at random but seeded.
-``judge.py`` tells whether each command was allowed when it was sent, and whether it carried the right
-data. What arrives at the robot must be what the events say.
+``judge.py`` tells whether each command was allowed when it was sent, and whether it carried the
+right data. What arrives at the robot must be what the events say.
 """
 
 import functools

@@ -191,7 +191,10 @@ class Controller:
         self._compare_goals()
 
     def _compare_goals(self):
-        if not self.judge.wait(lambda: all(goal.end for goal in self.goals), "the end of all goals"):
+        if not self.judge.wait(
+            lambda: all(goal.end for goal in self.goals),
+            "the end of all goals",
+        ):
             return
         for key, feedback in self.feedback.items():
             if not in_order(feedback, self.robot.told.get((key, "feedback"), [])):

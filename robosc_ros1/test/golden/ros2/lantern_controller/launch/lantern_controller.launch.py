@@ -13,27 +13,80 @@ from launch_ros.actions import Node
 # (argument, parameter, meaning)
 PARAMETERS = (
     ("use_sim_time", "use_sim_time", "follow /clock instead of the machine's clock"),
-    ("rate", "rate", "how often a command is repeated while it stays allowed, in Hz (at least 0.001)"),
+    (
+        "rate",
+        "rate",
+        "how often a command is repeated while it stays allowed, in Hz (at least 0.001)",
+    ),
     ("order", "order", "which of several due commands goes first (rotate, declared, random)"),
     ("seed", "seed", "seed of the random order"),
-    ("on_mismatch", "on_mismatch", "what to do when the robot reports what the model says cannot happen (ignore, stop)"),
-    ("stop_command", "stop_command", "communication that is requested once at a safe stop and at shutdown, guard or not"),
+    (
+        "on_mismatch",
+        "on_mismatch",
+        "what to do when the robot reports what the model says cannot happen (ignore, stop)",
+    ),
+    (
+        "stop_command",
+        "stop_command",
+        "communication that is requested once at a safe stop and at shutdown, guard or not",
+    ),
     ("exit_on_stop", "exit_on_stop", "end the node after a safe stop"),
-    ("server_lost_after", "server_lost_after", "seconds of wall time without status after which an action's server counts as lost (at least 0.1)"),
+    (
+        "server_lost_after",
+        "server_lost_after",
+        "seconds of wall time without status after which an action's server counts as lost (at "
+        "least 0.1)",
+    ),
     ("state_rate", "state_rate", "limit for the rate of ~state, in Hz (at least 0.1)"),
     ("publish_events", "publish_events", "publish each event on ~events"),
     ("event_log", "event_log", "file that gets each event as a line of JSON"),
-    ("event_log_size", "event_log_size", "size at which the log file is rotated, in MB (at least 0.001)"),
+    (
+        "event_log_size",
+        "event_log_size",
+        "size at which the log file is rotated, in MB (at least 0.001)",
+    ),
     ("event_log_files", "event_log_files", "how many rotated log files are kept (at least 0)"),
-    ("legacy_state_topic", "legacy_state_topic", "topic that gets the state in the layout of the original tool's /state"),
-    ("qos_brightness_reliability", "qos.brightness.reliability", "reliability of brightness (reliable, best_effort)"),
-    ("qos_brightness_durability", "qos.brightness.durability", "durability of brightness (volatile, transient_local)"),
-    ("qos_brightness_depth", "qos.brightness.depth", "length of the queue of brightness (at least 1)"),
-    ("qos_kindle_reliability", "qos.kindle.reliability", "reliability of kindle (reliable, best_effort)"),
-    ("qos_kindle_durability", "qos.kindle.durability", "durability of kindle (volatile, transient_local)"),
+    (
+        "legacy_state_topic",
+        "legacy_state_topic",
+        "topic that gets the state in the layout of the original tool's /state",
+    ),
+    (
+        "qos_brightness_reliability",
+        "qos.brightness.reliability",
+        "reliability of brightness (reliable, best_effort)",
+    ),
+    (
+        "qos_brightness_durability",
+        "qos.brightness.durability",
+        "durability of brightness (volatile, transient_local)",
+    ),
+    (
+        "qos_brightness_depth",
+        "qos.brightness.depth",
+        "length of the queue of brightness (at least 1)",
+    ),
+    (
+        "qos_kindle_reliability",
+        "qos.kindle.reliability",
+        "reliability of kindle (reliable, best_effort)",
+    ),
+    (
+        "qos_kindle_durability",
+        "qos.kindle.durability",
+        "durability of kindle (volatile, transient_local)",
+    ),
     ("qos_kindle_depth", "qos.kindle.depth", "length of the queue of kindle (at least 1)"),
-    ("qos_snuff_reliability", "qos.snuff.reliability", "reliability of snuff (reliable, best_effort)"),
-    ("qos_snuff_durability", "qos.snuff.durability", "durability of snuff (volatile, transient_local)"),
+    (
+        "qos_snuff_reliability",
+        "qos.snuff.reliability",
+        "reliability of snuff (reliable, best_effort)",
+    ),
+    (
+        "qos_snuff_durability",
+        "qos.snuff.durability",
+        "durability of snuff (volatile, transient_local)",
+    ),
     ("qos_snuff_depth", "qos.snuff.depth", "length of the queue of snuff (at least 1)"),
 )
 

@@ -111,17 +111,12 @@ class GauntletController(Controller):
         return front(message, self.count_undefined)
 
     def on_response_of_scan(self, value):
-        """The response of the outgoing message scan came (gauntlet.rscd:4)."""
-        eye_front = self.eye_front
-        arm_tries = self.arm_tries
-        # Eye
-        # gauntlet.rscd:14
-        eye_front = value
+        """Apply the response of the outgoing message scan (gauntlet.rscd:4)."""
+        # Eye (gauntlet.rscd:14)
+        self.eye_front = value
         # Arm
         if self.arm == "initial":  # gauntlet.rscd:51
-            arm_tries = 0
-        self.eye_front = eye_front
-        self.arm_tries = arm_tries
+            self.arm_tries = 0
 
     def read_response_of_spots(self, message):
         return {
@@ -131,79 +126,68 @@ class GauntletController(Controller):
         }
 
     def on_response_of_spots(self, value):
-        """The response of the outgoing message spots came (gauntlet.rscd:5)."""
-        eye_lit = self.eye_lit
-        eye_nearest = self.eye_nearest
-        eye_lambda = self.eye_lambda
-        # Eye
-        # gauntlet.rscd:16
-        eye_lit = self.assigned(lambda: given(value["spots[1].lit"]), self.eye_lit, "gauntlet.rscd:17")
-        eye_nearest = self.assigned(lambda: divide(given(value["ranges[2]"]), 2), self.eye_nearest, "gauntlet.rscd:18")
-        eye_lambda = value["label"]
-        self.eye_lit = eye_lit
-        self.eye_nearest = eye_nearest
-        self.eye_lambda = eye_lambda
+        """Apply the response of the outgoing message spots (gauntlet.rscd:5)."""
+        # Eye (gauntlet.rscd:16)
+        self.eye_lit = self.assigned(
+            lambda: given(value["spots[1].lit"]),
+            self.eye_lit,
+            "gauntlet.rscd:17",
+        )
+        self.eye_nearest = self.assigned(
+            lambda: divide(given(value["ranges[2]"]), 2),
+            self.eye_nearest,
+            "gauntlet.rscd:18",
+        )
+        self.eye_lambda = value["label"]
 
     def on_response_of_up(self, value):
-        """The response of the outgoing message up came (gauntlet.rscd:25)."""
+        """Apply the response of the outgoing message up (gauntlet.rscd:25)."""
 
     def read_response_of_down(self, message):
         return in_range(message.data, 0, 4, "the value")
 
     def on_response_of_down(self, value):
-        """The response of the outgoing message down came (gauntlet.rscd:26)."""
-        count_items = self.count_items
-        count = self.count
+        """Apply the response of the outgoing message down (gauntlet.rscd:26)."""
         # Count
         if self.count == "open":  # gauntlet.rscd:31
-            count_items = value
+            self.count_items = value
         elif self.count == "full" and value < 4:  # gauntlet.rscd:35
-            count_items = value
-            count = "open"
+            self.count_items = value
+            self.count = "open"
         elif self.count == "full" and value == 4:  # gauntlet.rscd:36
-            count_items = value
-        self.count_items = count_items
-        self.count = count
+            self.count_items = value
 
     def read_response_of_reach(self, message):
         return grade(message)
 
     def on_response_of_reach(self, value):
-        """The response of the action reach came (gauntlet.rscd:42)."""
+        """Apply the response of the action reach (gauntlet.rscd:42)."""
         if not self.reach_busy:
             raise Mismatch("reach is not under way")
-        arm_grade = self.arm_grade
-        arm = self.arm
         # Arm
         if self.arm == "moving":  # gauntlet.rscd:55
-            arm_grade = value
-            arm = "initial"
-        self.arm_grade = arm_grade
-        self.arm = arm
+            self.arm_grade = value
+            self.arm = "initial"
         self.reach_busy = False
 
     def read_feedback_of_reach(self, message):
         return message.progress
 
     def on_feedback_of_reach(self, value):
-        """The feedback of the action reach came (gauntlet.rscd:42)."""
+        """Apply the feedback of the action reach (gauntlet.rscd:42)."""
         if not self.reach_busy:
             raise Mismatch("reach is not under way")
-        arm_progress = self.arm_progress
         # Arm
         if self.arm == "moving":  # gauntlet.rscd:54
-            arm_progress = value
-        self.arm_progress = arm_progress
+            self.arm_progress = value
 
     def on_error_of_reach(self, value):
-        """The error of the action reach came (gauntlet.rscd:42)."""
+        """Apply the error of the action reach (gauntlet.rscd:42)."""
         if not self.reach_busy:
             raise Mismatch("reach is not under way")
-        arm = self.arm
         # Arm
         if self.arm == "moving":  # gauntlet.rscd:56
-            arm = "initial"
-        self.arm = arm
+            self.arm = "initial"
         self.reach_busy = False
 
     def read_response_of_set_level(self, message):
@@ -212,209 +196,42 @@ class GauntletController(Controller):
         }
 
     def on_response_of_set_level(self, value):
-        """The response of the service set_level came (gauntlet.rscd:63)."""
+        """Apply the response of the service set_level (gauntlet.rscd:63)."""
         if not self.set_level_busy:
             raise Mismatch("set_level is not under way")
-        lamp_ok = self.lamp_ok
-        lamp = self.lamp
         # Lamp
         if self.lamp == "working":  # gauntlet.rscd:72
-            lamp_ok = value["success"]
-            lamp = "resting"
-        self.lamp_ok = lamp_ok
-        self.lamp = lamp
+            self.lamp_ok = value["success"]
+            self.lamp = "resting"
         self.set_level_busy = False
 
     def on_error_of_set_level(self, value):
-        """The error of the service set_level came (gauntlet.rscd:63)."""
+        """Apply the error of the service set_level (gauntlet.rscd:63)."""
         if not self.set_level_busy:
             raise Mismatch("set_level is not under way")
-        lamp_ok = self.lamp_ok
-        lamp = self.lamp
         # Lamp
         if self.lamp == "working":  # gauntlet.rscd:73
-            lamp_ok = False
-            lamp = "resting"
-        self.lamp_ok = lamp_ok
-        self.lamp = lamp
+            self.lamp_ok = False
+            self.lamp = "resting"
         self.set_level_busy = False
 
     def read_response_of_left_slip(self, message):
         return message.data
 
     def on_response_of_left_slip(self, value):
-        """The response of the outgoing message slip came (wheels.rscd:3)."""
-        left_slipping = self.left_slipping
-        # Left
-        # wheels.rscd:9
-        left_slipping = value
-        self.left_slipping = left_slipping
+        """Apply the response of the outgoing message slip (wheels.rscd:3)."""
+        # Left (wheels.rscd:9)
+        self.left_slipping = value
 
     def read_response_of_right_slip(self, message):
         return message.data
 
     def on_response_of_right_slip(self, value):
-        """The response of the outgoing message slip came (wheels.rscd:3)."""
-        right_slipping = self.right_slipping
-        # Right
-        # wheels.rscd:9
-        right_slipping = value
-        self.right_slipping = right_slipping
+        """Apply the response of the outgoing message slip (wheels.rscd:3)."""
+        # Right (wheels.rscd:9)
+        self.right_slipping = value
 
-    # What the controller may do.
-
-    def can_request_reach(self):
-        """Whether the request of the action reach is allowed (gauntlet.rscd:42)."""
-        return (
-            # requirement reach needs Eye.front = near  (gauntlet.rscd:87)
-            self.eye_front == "near"
-            # requirement Left.slipping or Right.slipping disables reach  (gauntlet.rscd:88)
-            and not (self.left_slipping or self.right_slipping)
-        )
-
-    def synchronises_request_of_reach(self):
-        """Whether it is enabled in the components that mention it."""
-        return self.arm == "initial"
-
-    def data_for_reach(self):
-        """What is sent with it: the fields to set, all others keep their defaults."""
-        # gauntlet.rscd:95
-        return {"height": self.count_items * 2 - 1, "from": 'the "left"'}
-
-    def request_reach(self):
-        """The request of the action reach takes place."""
-        arm_tries = self.arm_tries
-        arm = self.arm
-        # Arm
-        if self.arm == "initial":  # gauntlet.rscd:50
-            arm_tries = self.kept(self.arm_tries + 1, 0, 3, self.arm_tries, "gauntlet.rscd:50")
-            arm = "moving"
-        self.arm_tries = arm_tries
-        self.arm = arm
-        self.reach_busy = True
-
-    def can_cancel_reach(self):
-        """Whether the cancel of the action reach is allowed (gauntlet.rscd:42)."""
-        # Allowed where one of these is violated:
-        # requirement reach needs Eye.front = near  (gauntlet.rscd:87)
-        # requirement Left.slipping or Right.slipping disables reach  (gauntlet.rscd:88)
-        return (
-            self.eye_front != "near"
-            or self.left_slipping
-            or self.right_slipping
-        )
-
-    def cancel_reach(self):
-        """The cancel of the action reach takes place."""
-        if not self.reach_busy:
-            raise Mismatch("reach is not under way")
-        arm = self.arm
-        # Arm
-        if self.arm == "moving":  # gauntlet.rscd:57
-            arm = "initial"
-        self.arm = arm
-        self.reach_busy = False
-
-    def can_request_set_level(self):
-        """Whether the request of the service set_level is allowed (gauntlet.rscd:63)."""
-        return (
-            # requirement set_level needs Count.full or Count.items >= 2  (gauntlet.rscd:91)
-            (self.count == "full" or self.count_items >= 2)
-        )
-
-    def synchronises_request_of_set_level(self):
-        """Whether it is enabled in the components that mention it."""
-        return self.lamp == "resting"
-
-    def data_for_set_level(self):
-        """What is sent with it: the fields to set, all others keep their defaults."""
-        # gauntlet.rscd:100
-        return {"level": self.count_items}
-
-    def request_set_level(self):
-        """The request of the service set_level takes place."""
-        lamp_level = self.lamp_level
-        lamp = self.lamp
-        # Lamp
-        if self.lamp == "resting":  # gauntlet.rscd:69
-            lamp_level = self.kept(self.count_items - 2, 0, 2, self.lamp_level, "gauntlet.rscd:69")
-            lamp = "working"
-        self.lamp_level = lamp_level
-        self.lamp = lamp
-        self.set_level_busy = True
-
-    def can_request_say(self):
-        """Whether the request of the incoming message say is allowed (gauntlet.rscd:79)."""
-        return (
-            # requirement {say, count} needs Eye.lit => Count.items > 0  (gauntlet.rscd:89)
-            (not self.eye_lit or self.count_items > 0)
-        )
-
-    def data_for_say(self):
-        """What is sent with it: the fields to set, all others keep their defaults."""
-        if self.eye_lit:  # gauntlet.rscd:96
-            return {"data": self.eye_lambda}
-        # gauntlet.rscd:97
-        return {"data": "dark"}
-
-    def can_request_count(self):
-        """Whether the request of the incoming message count is allowed (gauntlet.rscd:80)."""
-        return (
-            # requirement {say, count} needs Eye.lit => Count.items > 0  (gauntlet.rscd:89)
-            (not self.eye_lit or self.count_items > 0)
-        )
-
-    def data_for_count(self):
-        """What is sent with it: the fields to set, all others keep their defaults."""
-        # gauntlet.rscd:98
-        return {"data": self.count_items}
-
-    def can_request_shout(self):
-        """Whether the request of the incoming message shout is allowed (gauntlet.rscd:81)."""
-        return (
-            # requirement shout needs !Eye.lit and Arm.grade != poor  (gauntlet.rscd:90)
-            not self.eye_lit and self.arm_grade != "poor"
-        )
-
-    def data_for_shout(self):
-        """What is sent with it: the fields to set, all others keep their defaults."""
-        # gauntlet.rscd:99
-        return {"data": "HEY"}
-
-    def can_request_left_turn(self):
-        """Whether the request of the incoming message turn is allowed (wheels.rscd:4)."""
-        return (
-            # requirement Left.turn needs !Left.slipping  (gauntlet.rscd:92)
-            not self.left_slipping
-        )
-
-    def data_for_left_turn(self):
-        """What is sent with it: the fields to set, all others keep their defaults."""
-        # gauntlet.rscd:101
-        return {"data": divide(self.eye_nearest, self.count_items)}
-
-    def can_request_right_turn(self):
-        """Whether the request of the incoming message turn is allowed (wheels.rscd:4)."""
-        return (
-            # requirement Right.turn needs !Right.slipping  (gauntlet.rscd:93)
-            not self.right_slipping
-        )
-
-    def data_for_right_turn(self):
-        """What is sent with it: the fields to set, all others keep their defaults."""
-        # gauntlet.rscd:102
-        return {"data": 1.0}
-
-    # Internal transitions of the components.
-
-    def step_1_of_count(self):
-        """Take internal transition 1 of Count (gauntlet.rscd:32); None if it cannot."""
-        if self.count == "open" and self.count_items == 4:
-            before, self.count = self.count, "full"
-            return before + "->full"
-        return None
-
-    # The requirements, for those who want to know what stands in the way.
+    # What the model requires.
 
     def requirement_1(self):
         # requirement reach needs Eye.front = near  (gauntlet.rscd:87)
@@ -444,6 +261,125 @@ class GauntletController(Controller):
         # requirement Right.turn needs !Right.slipping  (gauntlet.rscd:93)
         return not self.right_slipping
 
+    # What the controller may do.
+
+    def can_request_reach(self):
+        """Return whether reach may be requested (gauntlet.rscd:42)."""
+        return self.requirement_1() and self.requirement_2()
+
+    def synchronises_request_of_reach(self):
+        """Return whether it is enabled in the components that mention it."""
+        return self.arm == "initial"
+
+    def data_for_reach(self):
+        """Return the fields to send; all others keep their defaults."""
+        # gauntlet.rscd:95
+        return {"height": self.count_items * 2 - 1, "from": 'the "left"'}
+
+    def request_reach(self):
+        """Apply the request of the action reach."""
+        # Arm
+        if self.arm == "initial":  # gauntlet.rscd:50
+            self.arm_tries = self.kept(self.arm_tries + 1, 0, 3, self.arm_tries, "gauntlet.rscd:50")
+            self.arm = "moving"
+        self.reach_busy = True
+
+    def can_cancel_reach(self):
+        """Return whether reach may be cancelled (gauntlet.rscd:42)."""
+        return not self.requirement_1() or not self.requirement_2()
+
+    def cancel_reach(self):
+        """Apply the cancel of the action reach."""
+        if not self.reach_busy:
+            raise Mismatch("reach is not under way")
+        # Arm
+        if self.arm == "moving":  # gauntlet.rscd:57
+            self.arm = "initial"
+        self.reach_busy = False
+
+    def can_request_set_level(self):
+        """Return whether set_level may be requested (gauntlet.rscd:63)."""
+        return self.requirement_5()
+
+    def synchronises_request_of_set_level(self):
+        """Return whether it is enabled in the components that mention it."""
+        return self.lamp == "resting"
+
+    def data_for_set_level(self):
+        """Return the fields to send; all others keep their defaults."""
+        # gauntlet.rscd:100
+        return {"level": self.count_items}
+
+    def request_set_level(self):
+        """Apply the request of the service set_level."""
+        # Lamp
+        if self.lamp == "resting":  # gauntlet.rscd:69
+            self.lamp_level = self.kept(
+                self.count_items - 2,
+                0,
+                2,
+                self.lamp_level,
+                "gauntlet.rscd:69",
+            )
+            self.lamp = "working"
+        self.set_level_busy = True
+
+    def can_request_say(self):
+        """Return whether say may be requested (gauntlet.rscd:79)."""
+        return self.requirement_3()
+
+    def data_for_say(self):
+        """Return the fields to send; all others keep their defaults."""
+        if self.eye_lit:  # gauntlet.rscd:96
+            return {"data": self.eye_lambda}
+        # gauntlet.rscd:97
+        return {"data": "dark"}
+
+    def can_request_count(self):
+        """Return whether count may be requested (gauntlet.rscd:80)."""
+        return self.requirement_3()
+
+    def data_for_count(self):
+        """Return the fields to send; all others keep their defaults."""
+        # gauntlet.rscd:98
+        return {"data": self.count_items}
+
+    def can_request_shout(self):
+        """Return whether shout may be requested (gauntlet.rscd:81)."""
+        return self.requirement_4()
+
+    def data_for_shout(self):
+        """Return the fields to send; all others keep their defaults."""
+        # gauntlet.rscd:99
+        return {"data": "HEY"}
+
+    def can_request_left_turn(self):
+        """Return whether Left.turn may be requested (wheels.rscd:4)."""
+        return self.requirement_6()
+
+    def data_for_left_turn(self):
+        """Return the fields to send; all others keep their defaults."""
+        # gauntlet.rscd:101
+        return {"data": divide(self.eye_nearest, self.count_items)}
+
+    def can_request_right_turn(self):
+        """Return whether Right.turn may be requested (wheels.rscd:4)."""
+        return self.requirement_7()
+
+    def data_for_right_turn(self):
+        """Return the fields to send; all others keep their defaults."""
+        # gauntlet.rscd:102
+        return {"data": 1.0}
+
+    # Internal transitions of the components.
+
+    def step_1_of_count(self):
+        """Take internal transition 1 of Count (gauntlet.rscd:32); None if it cannot."""
+        if self.count == "open" and self.count_items == 4:
+            before, self.count = self.count, "full"
+            return before + "->full"
+        return None
+
     ROBOT = "Gauntlet"
     SOURCE = "gauntlet.rscd"
     STEP_BOUND = 1
@@ -466,199 +402,218 @@ class GauntletController(Controller):
         Input(
             key="Eye.scan",
             kind="response",
-            read="read_response_of_scan",
-            apply="on_response_of_scan",
+            read=read_response_of_scan,
+            apply=on_response_of_scan,
+            writes=("eye_front", "arm_tries"),
         ),
         Input(
             key="Eye.spots",
             kind="response",
-            read="read_response_of_spots",
-            apply="on_response_of_spots",
+            read=read_response_of_spots,
+            apply=on_response_of_spots,
+            writes=("eye_lit", "eye_nearest", "eye_lambda"),
         ),
         Input(
             key="Count.up",
             kind="response",
             read=None,
-            apply="on_response_of_up",
+            apply=on_response_of_up,
+            writes=(),
         ),
         Input(
             key="Count.down",
             kind="response",
-            read="read_response_of_down",
-            apply="on_response_of_down",
+            read=read_response_of_down,
+            apply=on_response_of_down,
+            writes=("count_items", "count"),
         ),
         Input(
             key="Arm.reach",
             kind="response",
-            read="read_response_of_reach",
-            apply="on_response_of_reach",
+            read=read_response_of_reach,
+            apply=on_response_of_reach,
+            writes=("arm_grade", "arm", "reach_busy"),
         ),
         Input(
             key="Arm.reach",
             kind="feedback",
-            read="read_feedback_of_reach",
-            apply="on_feedback_of_reach",
+            read=read_feedback_of_reach,
+            apply=on_feedback_of_reach,
+            writes=("arm_progress",),
         ),
         Input(
             key="Arm.reach",
             kind="error",
             read=None,
-            apply="on_error_of_reach",
+            apply=on_error_of_reach,
+            writes=("arm", "reach_busy"),
         ),
         Input(
             key="Lamp.set_level",
             kind="response",
-            read="read_response_of_set_level",
-            apply="on_response_of_set_level",
+            read=read_response_of_set_level,
+            apply=on_response_of_set_level,
+            writes=("lamp_ok", "lamp", "set_level_busy"),
         ),
         Input(
             key="Lamp.set_level",
             kind="error",
             read=None,
-            apply="on_error_of_set_level",
+            apply=on_error_of_set_level,
+            writes=("lamp_ok", "lamp", "set_level_busy"),
         ),
         Input(
             key="Left.slip",
             kind="response",
-            read="read_response_of_left_slip",
-            apply="on_response_of_left_slip",
+            read=read_response_of_left_slip,
+            apply=on_response_of_left_slip,
+            writes=("left_slipping",),
         ),
         Input(
             key="Right.slip",
             kind="response",
-            read="read_response_of_right_slip",
-            apply="on_response_of_right_slip",
+            read=read_response_of_right_slip,
+            apply=on_response_of_right_slip,
+            writes=("right_slipping",),
         ),
     )
     COMMANDS = (
         Command(
             key="Arm.reach",
             kind="request",
-            guard="can_request_reach",
-            synchronisation="synchronises_request_of_reach",
+            guard=can_request_reach,
+            synchronisation=synchronises_request_of_reach,
             busy="reach_busy",
-            data="data_for_reach",
-            apply="request_reach",
+            data=data_for_reach,
+            apply=request_reach,
+            reads=("arm", "eye_front", "left_slipping", "right_slipping"),
+            writes=("arm_tries", "arm", "reach_busy"),
             requirements=(0, 1),
-            reason=None,
             partners=("Arm",),
         ),
         Command(
             key="Arm.reach",
             kind="cancel",
-            guard="can_cancel_reach",
+            guard=can_cancel_reach,
             synchronisation=None,
             busy="reach_busy",
             data=None,
-            apply="cancel_reach",
+            apply=cancel_reach,
+            reads=("eye_front", "left_slipping", "right_slipping"),
+            writes=("arm", "reach_busy"),
             requirements=(0, 1),
-            reason=None,
         ),
         Command(
             key="Lamp.set_level",
             kind="request",
-            guard="can_request_set_level",
-            synchronisation="synchronises_request_of_set_level",
+            guard=can_request_set_level,
+            synchronisation=synchronises_request_of_set_level,
             busy="set_level_busy",
-            data="data_for_set_level",
-            apply="request_set_level",
+            data=data_for_set_level,
+            apply=request_set_level,
+            reads=("count", "count_items", "lamp"),
+            writes=("lamp_level", "lamp", "set_level_busy"),
             requirements=(4,),
-            reason=None,
             partners=("Lamp",),
         ),
         Command(
             key="Speaker.say",
             kind="request",
-            guard="can_request_say",
+            guard=can_request_say,
             synchronisation=None,
             busy=None,
-            data="data_for_say",
+            data=data_for_say,
             apply=None,
+            reads=("count_items", "eye_lit"),
+            writes=(),
             requirements=(2,),
-            reason=None,
         ),
         Command(
             key="Speaker.count",
             kind="request",
-            guard="can_request_count",
+            guard=can_request_count,
             synchronisation=None,
             busy=None,
-            data="data_for_count",
+            data=data_for_count,
             apply=None,
+            reads=("count_items", "eye_lit"),
+            writes=(),
             requirements=(2,),
-            reason=None,
         ),
         Command(
             key="Speaker.shout",
             kind="request",
-            guard="can_request_shout",
+            guard=can_request_shout,
             synchronisation=None,
             busy=None,
-            data="data_for_shout",
+            data=data_for_shout,
             apply=None,
+            reads=("arm_grade", "eye_lit"),
+            writes=(),
             requirements=(3,),
-            reason=None,
         ),
         Command(
             key="Left.turn",
             kind="request",
-            guard="can_request_left_turn",
+            guard=can_request_left_turn,
             synchronisation=None,
             busy=None,
-            data="data_for_left_turn",
+            data=data_for_left_turn,
             apply=None,
+            reads=("left_slipping",),
+            writes=(),
             requirements=(5,),
-            reason=None,
         ),
         Command(
             key="Right.turn",
             kind="request",
-            guard="can_request_right_turn",
+            guard=can_request_right_turn,
             synchronisation=None,
             busy=None,
-            data="data_for_right_turn",
+            data=data_for_right_turn,
             apply=None,
+            reads=("right_slipping",),
+            writes=(),
             requirements=(6,),
-            reason=None,
         ),
     )
     TAUS = (
-        Tau("Count", 1, "step_1_of_count"),
+        Tau("Count", 1, step_1_of_count, ("count", "count_items"), ("count",)),
     )
     REQUIREMENTS = (
         Requirement(
             text="requirement reach needs Eye.front = near",
             place="gauntlet.rscd:87",
-            holds="requirement_1",
+            holds=requirement_1,
         ),
         Requirement(
             text="requirement Left.slipping or Right.slipping disables reach",
             place="gauntlet.rscd:88",
-            holds="requirement_2",
+            holds=requirement_2,
         ),
         Requirement(
             text="requirement {say, count} needs Eye.lit => Count.items > 0",
             place="gauntlet.rscd:89",
-            holds="requirement_3",
+            holds=requirement_3,
         ),
         Requirement(
             text="requirement shout needs !Eye.lit and Arm.grade != poor",
             place="gauntlet.rscd:90",
-            holds="requirement_4",
+            holds=requirement_4,
         ),
         Requirement(
             text="requirement set_level needs Count.full or Count.items >= 2",
             place="gauntlet.rscd:91",
-            holds="requirement_5",
+            holds=requirement_5,
         ),
         Requirement(
             text="requirement Left.turn needs !Left.slipping",
             place="gauntlet.rscd:92",
-            holds="requirement_6",
+            holds=requirement_6,
         ),
         Requirement(
             text="requirement Right.turn needs !Right.slipping",
             place="gauntlet.rscd:93",
-            holds="requirement_7",
+            holds=requirement_7,
         ),
     )

@@ -51,57 +51,54 @@ class LanternController(Controller):
         return light(message.data)
 
     def on_response_of_brightness(self, value):
-        """The response of the outgoing message brightness came (lantern.rscd:4)."""
-        sky_light = self.sky_light
-        # Sky
-        # lantern.rscd:8
-        sky_light = value
-        self.sky_light = sky_light
+        """Apply the response of the outgoing message brightness (lantern.rscd:4)."""
+        # Sky (lantern.rscd:8)
+        self.sky_light = value
+
+    # What the model requires.
+
+    def requirement_1(self):
+        # requirement kindle needs Sky.light = dark  (lantern.rscd:30)
+        return self.sky_light == "dark"
+
+    def requirement_2(self):
+        # requirement Sky.light = dark disables snuff  (lantern.rscd:31)
+        return self.sky_light != "dark"
 
     # What the controller may do.
 
     def can_request_kindle(self):
-        """Whether the request of the incoming message kindle is allowed (lantern.rscd:14)."""
-        return (
-            # requirement kindle needs Sky.light = dark  (lantern.rscd:30)
-            self.sky_light == "dark"
-        )
+        """Return whether kindle may be requested (lantern.rscd:14)."""
+        return self.requirement_1()
 
     def synchronises_request_of_kindle(self):
-        """Whether it is enabled in the components that mention it."""
+        """Return whether it is enabled in the components that mention it."""
         return self.flame == "cold"
 
     def request_kindle(self):
-        """The request of the incoming message kindle takes place."""
-        flame = self.flame
+        """Apply the request of the incoming message kindle."""
         # Flame
         if self.flame == "cold":  # lantern.rscd:18
-            flame = "sparking"
-        self.flame = flame
+            self.flame = "sparking"
 
     def can_request_snuff(self):
-        """Whether the request of the incoming message snuff is allowed (lantern.rscd:15)."""
-        return (
-            # requirement Sky.light = dark disables snuff  (lantern.rscd:31)
-            self.sky_light != "dark"
-        )
+        """Return whether snuff may be requested (lantern.rscd:15)."""
+        return self.requirement_2()
 
     def synchronises_request_of_snuff(self):
-        """Whether it is enabled in the components that mention it."""
+        """Return whether it is enabled in the components that mention it."""
         return self.flame == "burning"
 
     def data_for_snuff(self):
-        """What is sent with it: the fields to set, all others keep their defaults."""
+        """Return the fields to send; all others keep their defaults."""
         # lantern.rscd:32
         return {"data": True}
 
     def request_snuff(self):
-        """The request of the incoming message snuff takes place."""
-        flame = self.flame
+        """Apply the request of the incoming message snuff."""
         # Flame
         if self.flame == "burning":  # lantern.rscd:25
-            flame = "cold"
-        self.flame = flame
+            self.flame = "cold"
 
     # Internal transitions of the components.
 
@@ -119,16 +116,6 @@ class LanternController(Controller):
             return before + "->cold"
         return None
 
-    # The requirements, for those who want to know what stands in the way.
-
-    def requirement_1(self):
-        # requirement kindle needs Sky.light = dark  (lantern.rscd:30)
-        return self.sky_light == "dark"
-
-    def requirement_2(self):
-        # requirement Sky.light = dark disables snuff  (lantern.rscd:31)
-        return self.sky_light != "dark"
-
     ROBOT = "Lantern"
     SOURCE = "lantern.rscd"
     STEP_BOUND = 1
@@ -141,49 +128,52 @@ class LanternController(Controller):
         Input(
             key="Sky.brightness",
             kind="response",
-            read="read_response_of_brightness",
-            apply="on_response_of_brightness",
+            read=read_response_of_brightness,
+            apply=on_response_of_brightness,
+            writes=("sky_light",),
         ),
     )
     COMMANDS = (
         Command(
             key="Flame.kindle",
             kind="request",
-            guard="can_request_kindle",
-            synchronisation="synchronises_request_of_kindle",
+            guard=can_request_kindle,
+            synchronisation=synchronises_request_of_kindle,
             busy=None,
             data=None,
-            apply="request_kindle",
+            apply=request_kindle,
+            reads=("flame", "sky_light"),
+            writes=("flame",),
             requirements=(0,),
-            reason=None,
             partners=("Flame",),
         ),
         Command(
             key="Flame.snuff",
             kind="request",
-            guard="can_request_snuff",
-            synchronisation="synchronises_request_of_snuff",
+            guard=can_request_snuff,
+            synchronisation=synchronises_request_of_snuff,
             busy=None,
-            data="data_for_snuff",
-            apply="request_snuff",
+            data=data_for_snuff,
+            apply=request_snuff,
+            reads=("flame", "sky_light"),
+            writes=("flame",),
             requirements=(1,),
-            reason=None,
             partners=("Flame",),
         ),
     )
     TAUS = (
-        Tau("Flame", 1, "step_1_of_flame"),
-        Tau("Flame", 2, "step_2_of_flame"),
+        Tau("Flame", 1, step_1_of_flame, ("flame", "sky_light"), ("flame",)),
+        Tau("Flame", 2, step_2_of_flame, ("flame", "sky_light"), ("flame",)),
     )
     REQUIREMENTS = (
         Requirement(
             text="requirement kindle needs Sky.light = dark",
             place="lantern.rscd:30",
-            holds="requirement_1",
+            holds=requirement_1,
         ),
         Requirement(
             text="requirement Sky.light = dark disables snuff",
             place="lantern.rscd:31",
-            holds="requirement_2",
+            holds=requirement_2,
         ),
     )

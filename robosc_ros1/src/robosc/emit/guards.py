@@ -1,0 +1,113 @@
+"""Guards of commands as Python text, with the requirements called by their methods."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from textwrap import wrap
+
+from robosc.emit.line_breaks import unparenthesised
+from robosc.emit.naming import place
+from robosc.emit.python import Spelling
+from robosc.ir.automaton import Event
+from robosc.ir.expr import negation
+from robosc.model.entities import EventKind, Requirement
+from robosc.model.expr import FALSE, TRUE, Binary, Expr
+from robosc.supervisor import Guard, Supervisor
+
+__all__ = ["GuardText", "GuardTexts", "comment_lines", "holds_where"]
+
+
+@dataclass(frozen=True)
+class GuardText:
+    """What a guard method returns, comments above it, and why synthesis restricts it, if so."""
+
+    notes: tuple[str, ...]
+    text: str
+    reason: str | None
+
+
+def holds_where(requirement: Requirement) -> Expr:
+    """The condition under which a requirement is met."""
+    if requirement.kind in ("disables", "never"):
+        return negation(requirement.condition)
+    return requirement.condition
+
+
+class GuardTexts:
+    """Makes the guards of one supervisor. ``methods`` are the requirements' methods by number."""
+
+    def __init__(
+        self, supervisor: Supervisor, spelling: Spelling, methods: Mapping[int, str]
+    ) -> None:
+        self.supervisor = supervisor
+        self.spelling = spelling
+        self.methods = methods
+
+    def guard(self, event: Event, guard: Guard | None) -> GuardText:
+        expr = TRUE if guard is None else guard.expr
+        status = "as required" if guard is None else guard.status
+        reason = None if status == "as required" else self._reason(event)
+        notes = []
+        if status == "as required" and event.requirements:
+            calls = [self._call(event, number) for number in event.requirements]
+            text = _operator(event).join(calls)
+        else:
+            text, called = self._with_calls(event, expr)
+            if status == "restricted":
+                notes += [self._cited(i) for i in event.requirements if i not in called]
+                notes.append("Restricted further by synthesis: " + (reason or ""))
+        if event.kind is EventKind.CANCEL and not event.requirements:
+            notes.append("No requirement speaks of this action: it is never cancelled.")
+        elif status == "never" and expr == FALSE and event.kind is EventKind.REQUEST:
+            notes.append("Never allowed: " + (reason or "found by synthesis"))
+        return GuardText(comment_lines(notes), text, reason)
+
+    def _reason(self, event: Event) -> str | None:
+        for explanation in self.supervisor.explanations:
+            if explanation.event == event:
+                return explanation.reason
+        return None
+
+    def _cited(self, number: int) -> str:
+        requirement = self.supervisor.plant.robot.requirements[number]
+        return f"{requirement.text}  ({place(requirement.span)})"
+
+    def _call(self, event: Event, number: int) -> str:
+        """The requirement's part in a request's or, violated, in a cancel's guard."""
+        call = f"self.{self.methods[number]}()"
+        return f"not {call}" if event.kind is EventKind.CANCEL else call
+
+    def _with_calls(self, event: Event, expr: Expr) -> tuple[str, list[int]]:
+        """The guard with calls of the requirements that stand in it word for word, and these."""
+        operator = _operator(event).strip()
+        parts = operands(expr, operator)
+        called = []
+        for number in event.requirements:
+            holds = holds_where(self.supervisor.plant.robot.requirements[number])
+            wanted = operands(negation(holds) if operator == "or" else holds, operator)
+            if all(part in parts for part in wanted):
+                parts = [part for part in parts if part not in wanted]
+                called.append(number)
+        spelled = self.spelling.operand if operator == "and" else self.spelling.text
+        texts = [self._call(event, number) for number in called] + [spelled(p) for p in parts]
+        return unparenthesised(_operator(event).join(texts)), called
+
+
+def _operator(event: Event) -> str:
+    """What joins requirements: a cancel is allowed where one of them is violated."""
+    return " or " if event.kind is EventKind.CANCEL else " and "
+
+
+def operands(expr: Expr, operator: str) -> list[Expr]:
+    """The operands of a chain of ``and`` or ``or``; the expression alone if it is none."""
+    if isinstance(expr, Binary) and expr.operator == operator:
+        return [*operands(expr.left, operator), *operands(expr.right, operator)]
+    return [expr]
+
+
+def comment_lines(texts: Iterable[str]) -> tuple[str, ...]:
+    """Comments in lines of bearable length."""
+    return tuple(
+        line for text in texts for line in wrap(text.strip(), 88, subsequent_indent="    ")
+    )

@@ -1,0 +1,196 @@
+"""Breaks the long lines of generated Python, as formatters do.
+
+Templates write each statement on one line. Of what is longer than :data:`WIDTH` the content of a
+bracket goes to lines of its own, operators begin a line, and a comment behind goes above.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import tokenize
+from itertools import pairwise
+from textwrap import wrap
+
+__all__ = ["WIDTH", "break_long_lines", "unparenthesised"]
+
+WIDTH = 100
+_INDENT = "    "
+_LEVELS = (
+    (",",),
+    ("or",),
+    ("and",),
+    ("==", "!=", "<", "<=", ">", ">="),
+    ("+", "-"),
+    ("*", "/", "%"),
+)
+"""Where an expression is broken, the loosest first."""
+_OPERATORS = frozenset(operator for level in _LEVELS for operator in level)
+_HEAD = re.compile(r"(?:(?:if|elif|return) |[\w.]+ = )(?=.)")
+_DOCSTRING = re.compile(r'"""(.*)"""')
+_TEXT = re.compile(r"""(?P<head>\w+=|)(?P<text>"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*')(?P<tail>,?)""")
+"""A string literal and nothing else, maybe of an argument."""
+
+
+def break_long_lines(source: str) -> str:
+    """The same program with no line longer than :data:`WIDTH` but for names that are."""
+    if all(len(line) <= WIDTH for line in source.split("\n")):
+        return source
+    within = _within_strings(source)
+    return "\n".join(
+        broken
+        for number, line in enumerate(source.split("\n"), 1)
+        for broken in ([line] if len(line) <= WIDTH or number in within else _statement(line))
+    )
+
+
+def unparenthesised(text: str) -> str:
+    """An expression without the brackets around the whole of it."""
+    while text.startswith("(") and (0, len(text) - 1) in _brackets(text):
+        if text == "()" or _has_comma(text[1:-1]):
+            break  # a tuple
+        text = text[1:-1].strip()
+    return text
+
+
+def _within_strings(source: str) -> frozenset[int]:
+    """The numbers of the lines that strings of several lines take."""
+    tokens = tokenize.generate_tokens(io.StringIO(source).readline)
+    return frozenset(
+        line
+        for token in tokens
+        if token.type == tokenize.STRING and token.start[0] != token.end[0]
+        for line in range(token.start[0], token.end[0] + 1)
+    )
+
+
+def _statement(line: str) -> list[str]:
+    """A line of its own, broken."""
+    text = line.lstrip()
+    indent = line[: len(line) - len(text)]
+    if text.startswith("#"):
+        return wrap(text, WIDTH, initial_indent=indent, subsequent_indent=f"{indent}#     ")
+    if docstring := _DOCSTRING.fullmatch(text):
+        start = f'{indent}"""'
+        lines = wrap(docstring[1], WIDTH - 3, initial_indent=start, subsequent_indent=indent)
+        return [*lines[:-1], f'{lines[-1]}"""']
+    text, comment = _without_comment(text)
+    head = match[0] if (match := _HEAD.match(text)) else ""
+    tail = ":" if head.startswith(("if ", "elif ")) else ""
+    body = unparenthesised(text[len(head) :].removesuffix(":") if tail else text[len(head) :])
+    above = [indent + comment] if comment else []
+    if len(indent + head + body + tail) <= WIDTH:
+        return [*above, indent + head + body + tail]
+    if head and (len(_pieces(body)) > 1 or _TEXT.fullmatch(body)):
+        lines = _expression(body, indent + _INDENT)
+        return [*above, f"{indent}{head}(", *lines, f"{indent}){tail}"]
+    return [*above, *_expression(f"{head}{body}{tail}", indent)]
+
+
+def _expression(text: str, indent: str) -> list[str]:
+    """A part of what stands in brackets."""
+    if len(indent + text) <= WIDTH:
+        return [indent + text]
+    if match := _TEXT.fullmatch(text):
+        return _literals(match["head"], match["text"], match["tail"], indent)
+    pieces = _pieces(text)
+    if len(pieces) > 1:
+        return [line for piece in pieces for line in _expression(piece, indent)]
+    start, end = max(_brackets(text), key=lambda pair: pair[1] - pair[0], default=(0, 0))
+    content = text[start + 1 : end].strip()
+    if not content:
+        return [indent + text]
+    if _has_comma(content) and not content.endswith(","):
+        content += ","
+    inside = _expression(content, indent + _INDENT) if end else []
+    if len(inside) == 1 and _has_comma(content):
+        entries = _pieces(content)
+        inside = [line for entry in entries for line in _expression(entry, indent + _INDENT)]
+    return [indent + text[: start + 1], *inside, indent + text[end:]]
+
+
+def _literals(head: str, text: str, tail: str, indent: str) -> list[str]:
+    """A long string as several that stand one below the other."""
+    inner = indent + _INDENT if head else indent
+    words = re.findall(r"\S*\s*", ast.literal_eval(text))
+    lines = [""]
+    for word in words:
+        if lines[-1] and len(inner + repr(lines[-1] + word)) > WIDTH:
+            lines.append("")
+        lines[-1] += word
+    parts = [inner + _quoted(line) for line in lines]
+    if head:
+        return [f"{indent}{head}(", *parts, f"{indent}){tail}"]
+    return [*parts[:-1], parts[-1] + tail]
+
+
+def _quoted(text: str) -> str:
+    quoted = repr(text)
+    return f'"{quoted[1:-1]}"' if quoted[0] == "'" and '"' not in quoted else quoted
+
+
+def _pieces(text: str) -> list[str]:
+    """The text broken at its loosest operators, each of which begins a piece; commas end one."""
+    found = _operators(text)
+    for level in _LEVELS:
+        places = [at + (name == ",") for name, at in found if name in level]
+        if places:
+            cuts = [0, *places, len(text)]
+            return [piece for a, b in pairwise(cuts) if (piece := text[a:b].strip())]
+    return [text]
+
+
+def _has_comma(text: str) -> bool:
+    return any(name == "," for name, _ in _operators(text))
+
+
+def _tokens(text: str) -> list[tokenize.TokenInfo]:
+    """The tokens of a part of a line, whose places are those in the text."""
+    try:
+        return list(tokenize.generate_tokens(io.StringIO(text).readline))
+    except tokenize.TokenError:  # at the end, for a line that leaves a bracket open
+        return []
+
+
+def _operators(text: str) -> list[tuple[str, int]]:
+    """The operators and commas outside of all brackets, and where they begin."""
+    depth = 0
+    found = []
+    within = False  # a lambda
+    binary = False  # whether a sign would be an operator here
+    for token in _tokens(text):
+        name = token.string
+        depth += (name in ("(", "[", "{")) - (name in (")", "]", "}"))
+        if depth == 0 and name in ("lambda", ","):
+            within = name == "lambda"  # it reaches to the next comma
+        if depth == 0 and name in _OPERATORS and not within and (binary or name not in "+-"):
+            found.append((name, token.start[1]))
+        binary = name in (")", "]", "}") or (
+            token.type in (tokenize.NAME, tokenize.NUMBER, tokenize.STRING)
+            and name not in ("or", "and", "not", "if", "else", "in")
+        )
+    return found
+
+
+def _brackets(text: str) -> list[tuple[int, int]]:
+    """Where the outermost brackets begin and end."""
+    depth = start = 0
+    found = []
+    for token in _tokens(text):
+        if token.string in ("(", "[", "{"):
+            start = start if depth else token.start[1]
+            depth += 1
+        elif token.string in (")", "]", "}"):
+            depth -= 1
+            if depth == 0:
+                found.append((start, token.start[1]))
+    return found
+
+
+def _without_comment(text: str) -> tuple[str, str]:
+    """A statement, and the comment behind it."""
+    for token in _tokens(text):
+        if token.type == tokenize.COMMENT:
+            return text[: token.start[1]].rstrip(), token.string
+    return text, ""

@@ -1,0 +1,109 @@
+"""What generated code takes from ROS messages, and what it puts into them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from robosc.emit.naming import field_attribute, place
+from robosc.emit.python import Spelling, access, converted, literal
+from robosc.emit.views import ProvideView
+from robosc.ir.automaton import Event, value_parts
+from robosc.ir.expr import may_be_huge
+from robosc.model.entities import Communication, Data, DataObject, EventKind, Provide
+from robosc.model.expr import Literal, path_text
+from robosc.model.types import (
+    ArrayType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    Type,
+)
+
+__all__ = ["converting_enums", "provide_view", "reading"]
+
+
+def reading(
+    event: Event, communication: Communication, spelling: Spelling
+) -> tuple[str | None, tuple[tuple[str, str], ...]]:
+    """How the event's value is taken from ``message``: one expression, or entries by path."""
+    type_ = communication.value_type(event.kind)
+    enums = spelling.attributes.enums
+    counter = "self.count_undefined"
+    if isinstance(type_, NoneType):
+        return None, ()
+    carried = type_.source if isinstance(type_, EnumType) else type_
+    if isinstance(carried, ObjectType) and isinstance(type_, ObjectType):
+        lines = []
+        for path, part_type in value_parts(event).items():
+            text = converted(part_type, access("message", path), enums, counter)
+            if any(isinstance(part, int) for part in path):
+                text = f"optional(lambda: {text})"
+            lines.append((literal(path_text(path)), text))
+        return ("dict" if lines else None), tuple(lines)
+    root = "message"
+    if not isinstance(carried, ObjectType):
+        name = (
+            communication.binding.feedback_field
+            if event.kind is EventKind.FEEDBACK
+            else communication.binding.response_field
+        )
+        root = (
+            f"message.{field_attribute(name)}"
+            if name is not None
+            else "getattr(message, only_field(message))"
+        )
+    return converted(type_, root, enums, counter), ()
+
+
+def provide_view(provide: Provide, communication: Communication, spelling: Spelling) -> ProvideView:
+    """A provide statement: its condition and the dict of the fields that it sets."""
+    text = _data(provide.data, communication.request, spelling)
+    if not isinstance(provide.data, DataObject):
+        field = communication.binding.request_field
+        text = f"{{{literal(field or '')}: {text}}}"
+    condition = None if provide.condition is None else spelling.text(provide.condition)
+    return ProvideView(condition, text, place(provide.span))
+
+
+def _data(data: Data, type_: Type, spelling: Spelling) -> str:
+    if isinstance(data, DataObject):
+        parts = [
+            f"{literal(name)}: {_data(value, _property(type_, name), spelling)}"
+            for name, value in data.fields
+        ]
+        return "{" + ", ".join(parts) + "}"
+    if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
+        # A message's floating point field takes a float, not an integer.
+        if isinstance(data, Literal) and isinstance(data.value, int):
+            return repr(float(data.value))
+        widen = "widen" if may_be_huge(data) else "float"
+        return f"{widen}({spelling.text(data)})"
+    return spelling.text(data)
+
+
+def _property(type_: Type, name: str) -> Type:
+    found = type_.property(name) if isinstance(type_, ObjectType) else None
+    return NoneType() if found is None else found
+
+
+def converting_enums(communications: Iterable[Communication]) -> list[EnumType]:
+    """All enums that convert something, those that others use first."""
+    found: dict[EnumType, None] = {}
+
+    def visit(type_: Type) -> None:
+        match type_:
+            case EnumType():
+                visit(type_.source)
+                found.setdefault(type_, None)
+            case ObjectType():
+                for _, inner in type_.properties:
+                    visit(inner)
+            case ArrayType():
+                visit(type_.element)
+
+    for communication in communications:
+        visit(communication.response)
+        visit(communication.feedback)
+    return list(found)

@@ -1,0 +1,342 @@
+"""The lexer: model text to tokens, with comments and lexical faults on the side.
+
+Each token has a *kind*, one character, and the kinds of a text make a string: the grammar, error
+recovery and everybody else who looks for a sequence of tokens match regular expressions on it.
+White space and comments are not in it. A keyword has a kind of its own; where it cannot be meant as
+a name, because it plainly begins the next declaration or clause, its kind is a second one.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from robosc.errors import Diagnostic, Severity
+from robosc.language.keywords import KEYWORDS, Role, words_of
+from robosc.language.operators import symbols
+from robosc.source import Source, Span
+
+__all__ = [
+    "BAD_NUMBER", "FOREIGN", "INTEGER", "LOOKS", "MAX_FAULTS", "NUMBER", "STRING", "Comment",
+    "Tokens", "is_word", "kind_of", "kinds_of", "pattern", "tokenize",
+]  # fmt: skip
+
+MAX_FAULTS = 100
+"""After so many errors a file gets one more that says so; a binary file would have a million."""
+
+_PLAIN, INTEGER, NUMBER, BAD_NUMBER, STRING = "n", "0", "1", "9", "s"
+_FIRST, _MARKED = 0x100, 0x100
+
+FOREIGN = {"==": "=", "<>": "!=", "=/=": "!=", "=<": "<="}
+"""Operators of other languages, each with ours."""
+
+_SYMBOLS = ("{", "}", "(", ")", "[", "]", ",", ".", ":", "^", "->", ":=", "..")
+_SIGNS = sorted({*_SYMBOLS, *FOREIGN, *symbols(words=False)})
+_LONG = {sign: chr(0xA1 + n) for n, sign in enumerate(s for s in _SIGNS if len(s) > 1)}
+_SHORT = "".join(sign for sign in _SIGNS if len(sign) == 1)
+_WORDS = {word: chr(_FIRST + n) for n, word in enumerate((*KEYWORDS, "not"))}
+"""``not`` is no keyword, but stands where one is meant."""
+
+_SPELLINGS = {**_LONG, **{symbol: symbol for symbol in _SHORT}, **_WORDS}
+
+NAME = f"[{_PLAIN}{chr(_FIRST)}-{chr(_FIRST + _MARKED - 1)}]"
+"""A pattern for the kinds of all words that can be a name."""
+
+ANY_NAME = f"[{_PLAIN}{chr(_FIRST)}-{chr(_FIRST + 2 * _MARKED - 1)}]"
+"""A pattern for the kinds of all words, also of those that begin the next declaration."""
+
+_TOKEN = re.compile(
+    rf"""
+      (?P<word>\^?[A-Za-z_]\w*)
+    | (?P<line>//[^\n]*)
+    | (?P<block>/\*.*?(?:\*/|\Z))
+    | (?P<symbol>{"|".join(re.escape(s) for s in sorted(_LONG, key=len, reverse=True))}
+                |[{re.escape(_SHORT)}])
+    | (?P<number>\d\w*(?:\.\d\w*)?(?:(?<=[eE])[+-]\w+)?)
+    | (?P<string>"[^"\\\n]*(?:\\[^\n][^"\\\n]*)*\\?"?|'[^'\\\n]*(?:\\[^\n][^'\\\n]*)*\\?'?)
+    | (?P<hash>\#[^\n]*)
+    | (?P<bad>[^ \t\r\n\w"'{re.escape(_SHORT)}]+)
+    """,
+    re.VERBOSE | re.DOTALL | re.ASCII,
+)
+
+_DOUBLE = re.compile(r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
+
+_ADVICE = {
+    ";": "nothing stands between declarations",
+    "&": "write 'and'",
+    "|": "write 'or'",
+    "#": "a comment begins with '//'",
+    "~": "write '!' for 'not'",
+    "\u00a0": "a plain space is meant",
+    "\u201c": "a straight quote is meant",
+    "\u201d": "a straight quote is meant",
+    "\u2018": "a straight quote is meant",
+    "\u2019": "a straight quote is meant",
+    "\u2013": "a plain '-' is meant",
+    "\u2212": "a plain '-' is meant",
+    "\u2264": "write '<='",
+    "\u2265": "write '>='",
+    "\u2260": "write '!='",
+}
+
+
+_PART = re.compile(r"'(?P<symbol>\S+)'|(?P<class>[A-Z]+)|(?P<word>[a-z]+)|(?P<meta>\S+?)")
+_CLASSES = {
+    "NAME": NAME,
+    "WORD": ANY_NAME,
+    "INTEGER": INTEGER,
+    "NUMBER": f"[{INTEGER}{NUMBER}{BAD_NUMBER}]",
+    "STRING": STRING,
+    "QUALIFIED": f"{NAME}(?:\\.{ANY_NAME})*",
+}
+
+
+def pattern(text: str) -> str:
+    """A regular expression for kinds: keywords as they are, symbols in quotes, classes in capitals.
+
+    For instance ``NAME ':' (?! integer )``. All else is syntax of regular expressions.
+    """
+
+    def kinds(match: re.Match[str]) -> str:
+        if symbol := match["symbol"]:
+            return re.escape(_SPELLINGS[symbol])
+        if word := match["word"]:
+            return f"[{''.join(kinds_of(word))}]"
+        return _CLASSES[match["class"]] if match["class"] else match["meta"]
+
+    return _PART.sub(kinds, text).replace(" ", "")
+
+
+def kind_of(symbol: str) -> str:
+    """The kind of a symbol."""
+    return _SPELLINGS[symbol]
+
+
+def kinds_of(spelling: str) -> tuple[str, ...]:
+    """The kinds of a keyword or symbol; a keyword that cannot be meant as a name has its own."""
+    kind = _SPELLINGS[spelling]
+    return (kind, chr(ord(kind) + _MARKED)) if spelling in _WORDS else (kind,)
+
+
+def is_word(kind: str) -> bool:
+    return kind == _PLAIN or ord(kind[:1] or " ") >= _FIRST
+
+
+@dataclass(frozen=True, slots=True)
+class Comment:
+    """A comment with its delimiters."""
+
+    text: str
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Tokens:
+    """The tokens of one source: their kinds, and where each begins and ends.
+
+    ``faults`` are the places of all lexical faults in order; ``diagnostics`` tell of the first.
+    ``open_end`` tells that an unterminated comment has swallowed the rest of the file. ``binary``
+    tells that the file is no text at all.
+    """
+
+    source: Source
+    kinds: str
+    starts: list[int]
+    ends: list[int]
+    comments: tuple[Comment, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    faults: tuple[int, ...]
+    open_end: bool
+    binary: bool = False
+
+    def __len__(self) -> int:
+        return len(self.starts)
+
+    def text(self, index: int) -> str:
+        """The text of a token; empty behind the last one."""
+        if index >= len(self.starts):
+            return ""
+        return self.source.text[self.starts[index] : self.ends[index]]
+
+    def texts(self, start: int = 0, end: int | None = None) -> Iterator[str]:
+        """The texts of the tokens from ``start`` up to ``end``."""
+        text = self.source.text
+        for begin, stop in zip(self.starts[start:end], self.ends[start:end], strict=True):
+            yield text[begin:stop]
+
+    def offset(self, index: int) -> int:
+        """Where a token begins; the end of the text behind the last one."""
+        return self.starts[index] if index < len(self.starts) else len(self.source.text)
+
+    def before(self, offset: int) -> int:
+        """How many tokens begin before ``offset``."""
+        return bisect_left(self.starts, offset)
+
+    def span(self, start: int, end: int) -> Span:
+        """The place of the tokens from ``start`` up to ``end``."""
+        return Span(self.source, self.starts[start], self.ends[max(start, end - 1)])
+
+    @cached_property
+    def end(self) -> int:
+        """Where the last token ends."""
+        return self.ends[-1] if self.ends else 0
+
+    def begins_line(self, index: int) -> bool:
+        """Is a token the first one on its line?"""
+        before = self.ends[index - 1] if index else 0
+        return not index or "\n" in self.source.text[before : self.offset(index)]
+
+    def is_fault(self, index: int) -> bool:
+        """Is a token itself faulty, as a string without end is?"""
+        return self.has_fault(self.starts[index], self.starts[index] + 1)
+
+    def has_fault(self, start: int, end: int) -> bool:
+        """Is there a lexical fault in the text from the offset ``start`` to ``end``?"""
+        index = bisect_left(self.faults, start)
+        return index < len(self.faults) and self.faults[index] < end
+
+    def follows_fault(self, index: int) -> bool:
+        """Is what stands right before a token a lexical fault?"""
+        place = bisect_right(self.faults, self.offset(index)) - 1
+        return place >= 0 and (not index or self.faults[place] >= self.ends[index - 1])
+
+
+def tokenize(source: Source) -> Tokens:
+    """The tokens of a source; never raises."""
+    text = source.text
+    if (nul := text.find("\0")) >= 0:
+        fault = _error(source, "bad-character", nul, nul + 1, "the file contains a NUL character")
+        return Tokens(source, "", [], [], (), (fault,), (nul,), False, binary=True)
+    kinds: list[str] = []
+    starts: list[int] = []
+    ends: list[int] = []
+    others: list[tuple[str, int, int]] = []
+    for match in _TOKEN.finditer(text, 1 if text.startswith("\ufeff") else 0):
+        what = match.lastgroup
+        found = match.group()
+        if what in ("word", "symbol"):
+            kinds.append(_SPELLINGS.get(found, _PLAIN))
+        elif what == "number":
+            kinds.append(
+                INTEGER if found.isdigit() else NUMBER if _DOUBLE.fullmatch(found) else BAD_NUMBER
+            )
+        else:
+            terminated = what == "string" and _terminated(found)
+            if not terminated:
+                others.append((what or "", match.start(), match.end()))
+            if not terminated and (what != "string" or len(found) < 2):
+                continue
+            kinds.append(STRING)
+        starts.append(match.start())
+        ends.append(match.end())
+    comments = tuple(
+        Comment(text[start:end], start, end) for what, start, end in others if what in _COMMENTS
+    )
+    faults = [(what, a, b) for what, a, b in others if what != "line" and not _closed(text, a, b)]
+    open_end = bool(faults) and faults[-1][0] == "block"
+    told = tuple(_fault(source, *fault) for fault in faults[: MAX_FAULTS + 1])
+    places = tuple(start for _, start, _ in faults)
+    plain = "".join(kinds)
+    marked = _marked(text, plain, starts, ends)
+    return Tokens(source, marked, starts, ends, comments, told, places, open_end)
+
+
+_COMMENTS = ("line", "block")
+
+
+def _closed(text: str, start: int, end: int) -> bool:
+    """Is this a block comment with its end?"""
+    return text.startswith("/*", start) and end - start >= 4 and text.endswith("*/", start, end)
+
+
+def _terminated(string: str) -> bool:
+    if len(string) < 2 or string[-1] != string[0]:
+        return False
+    body = string[1:-1]
+    return (len(body) - len(body.rstrip("\\"))) % 2 == 0
+
+
+LOOKS = {
+    word: pattern(f"{word} {rest}")
+    for word, rest in {
+        "component": "(?= NAME (?: '{' | from ) )",
+        "requirement": "(?! and | or | needs | disables )"
+        " (?= QUALIFIED (?! ':' ) | '(' | '{' | '!' )",
+        "provide": "(?= QUALIFIED with )",
+        "datatype": "(?= (?: object | enum ) (?! ':' | '.' ) )",
+        "interface": "(?= NAME use )",
+        "incoming": "(?= message (?! ':' | '.' ) )",
+        "outgoing": "(?= message (?! ':' | '.' ) )",
+        "service": "(?= NAME with )",
+        "action": "(?= NAME with )",
+        "behaviour": "(?= '{' )",
+        "variable": "(?= NAME ':' )",
+        "initial": "(?= marked? state )",
+        "marked": "(?= state )",
+        "state": "(?= NAME '{' )",
+        "on": "(?= (?: request | response | feedback | error | cancel ) (?: from | to ) )",
+        "transition": "(?= if | goto )",
+    }.items()
+}
+"""The first keyword of each declaration, and a pattern that hardly anything else matches."""
+
+_NO_NAME = " | ".join((*LOOKS, *words_of(Role.CLAUSE), *words_of(Role.OPERATOR)))
+_CLAUSE = re.compile(
+    pattern(f"(?: do | goto | needs | disables | not ) (?! {_NO_NAME} ) (?= NAME )")
+)
+_DECLARATION = re.compile("|".join(LOOKS.values()))
+
+
+def _marked(text: str, kinds: str, starts: list[int], ends: list[int]) -> str:
+    """The kinds with those words marked that plainly begin a declaration or clause.
+
+    Where a name is expected it is then missing, and the word belongs to what follows.
+    """
+    found = [
+        match.start()
+        for match in _CLAUSE.finditer(kinds)
+        if "\n" not in text[ends[match.start()] : starts[match.end()]]
+    ]
+    for match in _DECLARATION.finditer(kinds):
+        index = match.start()
+        if not index or "\n" in text[ends[index - 1] : starts[index]]:
+            found.append(index)
+    changed = list(kinds)
+    for index in found:
+        changed[index] = chr(ord(kinds[index]) + _MARKED)
+    return "".join(changed)
+
+
+def _fault(source: Source, what: str, start: int, end: int) -> Diagnostic:
+    if what == "hash":  # what follows is meant as a comment
+        return _bad_character(source, start, start + 1)
+    if what == "bad":
+        return _bad_character(source, start, end)
+    if what == "string":
+        hint = f"close it with {source.text[start]}"
+        return _error(source, "unterminated-string", start, end, "this string has no end", hint)
+    message = "this comment has no end"
+    return _error(source, "unterminated-comment", start, start + 2, message, "close it with */")
+
+
+def _bad_character(source: Source, start: int, end: int) -> Diagnostic:
+    found = source.text[start:end]
+    shown = found if found.isprintable() else " ".join(f"U+{ord(c):04X}" for c in found[:4])
+    if len(shown) > 20:
+        shown = shown[:20] + "…"
+    if found.isalpha():
+        hint: str | None = "names have the letters a-z and A-Z, digits and '_'"
+    else:
+        hint = _ADVICE.get(found[0])
+    return _error(source, "bad-character", start, end, f"'{shown}' means nothing here", hint)
+
+
+def _error(
+    source: Source, code: str, start: int, end: int, message: str, hint: str | None = None
+) -> Diagnostic:
+    return Diagnostic(Severity.ERROR, code, message, Span(source, start, end), hint)

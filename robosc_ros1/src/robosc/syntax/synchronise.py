@@ -1,0 +1,156 @@
+"""Error recovery: where reading goes on after a fault.
+
+Between the fault and the next declaration only a few tokens matter, the *synchronising* ones (Aho,
+Lam, Sethi, Ullman, *Compilers*, section 4.1.4): braces, the first keywords of declarations, and the
+beginnings of lines.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property, lru_cache
+
+from robosc.language.tokens import LOOKS, is_word, pattern
+from robosc.syntax.reading import Reading
+
+__all__ = ["Synchroniser", "nearest_keyword"]
+
+_LOOKS = {word: re.compile(looks) for word, looks in LOOKS.items()}
+_NO_START = re.compile(
+    pattern("':' | '.' | '..' | ',' | '=' | '=>' | '==' | '=<' | '=/=' | ')' | ']' | '<' | '<='")
+    + "|"
+    + pattern("'<>' | '>' | '>=' | '*' | '/' | '+' | ':=' | and | or")
+)
+
+
+@dataclass(frozen=True)
+class Synchroniser:
+    """What to look for in one kind of block.
+
+    ``own`` are the first keywords of its declarations, ``outer`` those of the blocks around it,
+    ``outermost`` those of the file's block (which may be this one). ``item`` is a pattern for
+    blocks whose declarations begin with no keyword: one begins there; behind the pattern ``past``
+    one begins, and at the beginning of a line if ``lines``. ``meant`` are patterns of what people
+    write instead of a keyword.
+    """
+
+    own: tuple[str, ...]
+    outer: frozenset[str]
+    outermost: frozenset[str]
+    item: str
+    past: str
+    lines: bool
+    meant: tuple[str, ...]
+
+    @cached_property
+    def _words(self) -> frozenset[str]:
+        return self.outer.union(self.own)
+
+    @cached_property
+    def _item(self) -> re.Pattern[str]:
+        return re.compile(self.item)
+
+    @cached_property
+    def _past(self) -> re.Pattern[str]:
+        return re.compile(self.past)
+
+    @cached_property
+    def _meant(self) -> list[re.Pattern[str]]:
+        return [re.compile(kinds) for kinds in self.meant]
+
+    def looks_like(self, reading: Reading, at: int, word: str) -> bool:
+        """Is it beyond doubt that the keyword at a token begins a declaration?"""
+        return _LOOKS[word].match(reading.kinds, at) is not None
+
+    def any_in(self, reading: Reading, start: int, end: int) -> bool:
+        """Is there anything among some tokens where reading could go on?"""
+        return any(
+            self._is_keyword(reading, at) or self._item_at(reading, at) for at in range(start, end)
+        )
+
+    def _is_keyword(self, reading: Reading, at: int) -> bool:
+        return reading.text(at) in self._words and not _is_member(reading, at)
+
+    def _item_at(self, reading: Reading, at: int) -> bool:
+        return self._item.match(reading.kinds, at) is not None and not _is_member(reading, at)
+
+    def resume(self, reading: Reading, start: int, failed: int) -> int:
+        """Where to go on after the declaration at ``start`` went wrong at ``failed``."""
+        kinds = reading.kinds
+        depth = max(0, kinds.count("{", start, failed) - kinds.count("}", start, failed))
+        at = failed
+        while at < len(kinds):
+            kind = kinds[at]
+            if kind == "{":
+                depth += 1
+            elif kind == "}":
+                if depth == 0 and not self._closes_nothing(reading, at):
+                    return at
+                depth = max(0, depth - 1)
+            elif at > start and self._is_synchronising(reading, at, failed, depth):
+                return at
+            elif depth == 0 and (past := self._past.match(kinds, at)):
+                return past.end()
+            at += 1
+        return len(kinds)
+
+    def _closes_nothing(self, reading: Reading, at: int) -> bool:
+        """Only the end of the file, or a second robot, follows the last closing brace."""
+        if self.outer or at >= len(reading.kinds) - 1:
+            return False
+        return reading.text(at + 1) not in ("robot", "library")
+
+    def _is_synchronising(self, reading: Reading, at: int, failed: int, depth: int) -> bool:
+        """Does a declaration begin at a token that is no brace?"""
+        if is_word(reading.kinds[at]) and self._resumes_at(reading, at, failed, depth):
+            return True
+        return depth == 0 and self._begins_item(reading, at, failed)
+
+    def _begins_item(self, reading: Reading, at: int, failed: int) -> bool:
+        if self.lines and at > failed and reading.tokens.begins_line(at):
+            return True
+        return self._item_at(reading, at)
+
+    def _resumes_at(self, reading: Reading, at: int, failed: int, depth: int) -> bool:
+        """Does a word begin a declaration, or was it meant to?"""
+        word = reading.text(at)
+        first = reading.tokens.begins_line(at)
+        if self.own and first and at > failed and depth == 0 and self._is_misspelt(reading, at):
+            return True
+        if not self._is_keyword(reading, at) or (depth and word not in self.outermost):
+            return False
+        if self.looks_like(reading, at, word):
+            return True
+        follows = self._something_follows(reading, at)
+        return bool(self.own) and follows and (first or reading.kind(at - 1) in ("{", "}"))
+
+    def _something_follows(self, reading: Reading, at: int) -> bool:
+        """Could what stands behind a word belong to a declaration?"""
+        if at + 1 >= len(reading.kinds):
+            return False
+        return _NO_START.match(reading.kinds, at + 1) is None
+
+    def _is_misspelt(self, reading: Reading, at: int) -> bool:
+        """Does a line begin with what was meant as a keyword of this block?"""
+        if not self._something_follows(reading, at):
+            return False
+        if any(kinds.match(reading.kinds, at) for kinds in self._meant):
+            return True
+        return nearest_keyword(reading.text(at), self.own) is not None
+
+
+def _is_member(reading: Reading, at: int) -> bool:
+    """Is a word joined to a dot before it?"""
+    tokens = reading.tokens
+    return at > 0 and reading.kinds[at - 1] in ".^" and tokens.ends[at - 1] == tokens.starts[at]
+
+
+@lru_cache(maxsize=1024)
+def nearest_keyword(word: str, keywords: tuple[str, ...]) -> str | None:
+    """The keyword that a misspelt word was meant to be."""
+    if not 4 <= len(word) <= 20 or word in keywords:
+        return None
+    near = get_close_matches(word, keywords, 1, 0.75)
+    return near[0] if near else None

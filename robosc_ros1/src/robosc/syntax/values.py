@@ -1,0 +1,88 @@
+"""Names, numbers and strings: what the small parts of the tree are made of."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from robosc.language.keywords import RESERVED
+from robosc.language.tokens import BAD_NUMBER, INTEGER
+from robosc.source import Span
+from robosc.syntax.nodes import Access, Name
+from robosc.syntax.reading import Fault, Reading
+
+__all__ = ["make_access", "make_integer", "make_name", "make_number", "make_string"]
+
+MAX_INTEGER = 2**64 - 1
+"""The largest whole number of any ROS type (uint64)."""
+
+_ESCAPES = {"n": "\n", "t": "\t", "\\": "\\", '"': '"', "'": "'"}
+
+
+def make_name(reading: Reading, start: int, end: int, parts: list[Any]) -> Name:
+    """A name; a reserved word without its escape is reported and taken all the same."""
+    found = reading.text(start)
+    if found in RESERVED:
+        reading.report(
+            "reserved-name", f"'{found}' is a keyword everywhere", start, f"write '^{found}'"
+        )
+    return Name(found.removeprefix("^"), span=reading.span(start, start + 1))
+
+
+def make_access(reading: Reading, start: int, end: int, parts: list[Any]) -> Access:
+    """``a.b[0].c``; the reserved words may be its root."""
+    span = reading.span(start, end)
+    root = reading.text(start).removeprefix("^")
+    if end == start + 1:
+        return Access(Name(root, span=span), (), span=span)
+    path: list[Name | int] = []
+    at = start + 1
+    while at < end:
+        if reading.kind(at) == ".":
+            path.append(make_name(reading, at + 1, at + 2, []))
+            at += 2
+        else:
+            path.append(make_integer(reading, at + 1, at + 2, []))
+            at += 3
+    return Access(Name(root, span=reading.span(start, start + 1)), tuple(path), span=span)
+
+
+def make_integer(reading: Reading, start: int, end: int, parts: list[Any]) -> int:
+    """The value of digits with an optional sign; limited, as Python's own conversion is."""
+    digits = reading.text(end - 1).lstrip("0") or "0"
+    if len(digits) > 20 or int(digits) > MAX_INTEGER:
+        message = f"this number is too large: whole numbers go up to {MAX_INTEGER}"
+        raise Fault(start, message, span=reading.span(start, end), code="number-too-large")
+    return int(digits) if end == start + 1 else -int(digits)
+
+
+def make_number(reading: Reading, at: int) -> int | float:
+    """The value of a number."""
+    if reading.kind(at) == INTEGER:
+        return make_integer(reading, at, at + 1, [])
+    found = reading.text(at)
+    if reading.kind(at) == BAD_NUMBER:
+        raise reading.bad_number(at)
+    number = float(found)
+    if number == float("inf"):
+        raise Fault(at, "this number is too large for a double", code="number-too-large")
+    return number
+
+
+def make_string(reading: Reading, at: int) -> str:
+    """The text that a string stands for; nothing for one without end."""
+    body = reading.text(at)[1:-1]
+    if "\\" not in body or reading.tokens.is_fault(at):
+        return body
+
+    def replace(match: re.Match[str]) -> str:
+        escape = _ESCAPES.get(match.group(1))
+        if escape is None:
+            place = reading.tokens.offset(at) + 1 + match.start()
+            message = f"'{match.group()}' is no escape"
+            hint = r"there are \n \t \\ \" \'"
+            span = Span(reading.source, place, place + 2)
+            raise Fault(at, message, span=span, code="bad-escape", hint=hint)
+        return escape
+
+    return re.sub(r"\\(.)", replace, body)

@@ -1,0 +1,94 @@
+"""Long lines of generated Python: broken where formatters break them, the same program as before."""
+
+from __future__ import annotations
+
+import ast
+
+import pytest
+from emit.golden_packages import PACKAGES, package_of
+
+from robosc.emit.line_breaks import WIDTH, break_long_lines, unparenthesised
+
+NAMES = [f"self.attribute_with_a_long_name_{number}" for number in range(4)]
+
+BROKEN = [
+    (
+        f"        return {NAMES[0]} and ({NAMES[1]} or {NAMES[2]})",
+        f"""\
+        return (
+            {NAMES[0]}
+            and ({NAMES[1]} or {NAMES[2]})
+        )""",
+    ),
+    (
+        f"    if ({' or '.join(NAMES[:3])}):  # model.rscd:1",
+        """\
+    # model.rscd:1
+    if (
+        self.attribute_with_a_long_name_0
+        or self.attribute_with_a_long_name_1
+        or self.attribute_with_a_long_name_2
+    ):""",
+    ),
+    (
+        f"    x = self.kept(lambda: {NAMES[0]} + {NAMES[1]}, {NAMES[2]}, -1)",
+        f"""\
+    x = self.kept(
+        lambda: {NAMES[0]} + {NAMES[1]},
+        {NAMES[2]},
+        -1,
+    )""",
+    ),
+    (
+        f"""    return {{"a": {{"x": {NAMES[0]} * -1, "y": 2}}, "b": {NAMES[1]}, "c": [1, 2]}}""",
+        f"""\
+    return {{
+        "a": {{"x": {NAMES[0]} * -1, "y": 2}},
+        "b": {NAMES[1]},
+        "c": [1, 2],
+    }}""",
+    ),
+    (
+        f"""    Command(reason="{"many words, " * 9}and a \\n"),""",
+        f"""\
+    Command(
+        reason=(
+            "{"many words, " * 7}"
+            "{"many words, " * 2}and a \\n"
+        )
+    ),""",
+    ),
+    (
+        f'    """{"A sentence of many words. " * 4}"""',
+        f"""\
+    \"""{"A sentence of many words. " * 3}A sentence
+    of many words.\"""
+""".rstrip(),
+    ),
+]
+
+
+@pytest.mark.parametrize(("line", "expected"), BROKEN)
+def test_where_a_line_is_broken(line: str, expected: str) -> None:
+    assert break_long_lines(line) == expected
+
+
+def test_what_a_text_over_several_lines_says_stays() -> None:
+    source = f'x = """\n{"words " * 20}\n"""\n'
+    assert break_long_lines(source) == source
+
+
+def test_a_tuple_keeps_its_brackets() -> None:
+    assert unparenthesised("((a or b))") == "a or b"
+    assert unparenthesised("(a) or (b)") == "(a) or (b)"
+    assert unparenthesised("(a, b)") == "(a, b)"
+
+
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_no_line_of_generated_python_is_too_long(model: str, target: str, mode: str) -> None:
+    files = package_of(model, target, mode).files
+    python = {path: file.content for path, file in files.items() if path.endswith(".py")}
+    assert python
+    for path, text in python.items():
+        ast.parse(text, path)
+        assert [line for line in text.split("\n") if len(line) > WIDTH] == [], path
