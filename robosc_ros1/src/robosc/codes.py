@@ -612,6 +612,14 @@ _ALL = (
         "Install what the hint names.",
         strict=True,
     ),
+    _error(
+        _ROS,
+        "ros-type-unknown",
+        "A type of the model is one of ROS itself, and its package is not found. What such a type"
+        " has only its definition tells.",
+        "outgoing message scan with type: sensor_msgs/LaserScan   // on a machine without it",
+        "Install what the hint names, or declare a datatype of your own and link it.",
+    ),
     # --- the whole
     _warning(
         _WHOLE,

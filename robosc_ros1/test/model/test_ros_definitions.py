@@ -71,7 +71,7 @@ def test_all_kinds_of_field_are_read(tmp_path: Path) -> None:
     """
     package(tmp_path, "p", msg__All=dedent(text), msg__Part="bool on\n")
     (definition,) = found(around(tmp_path / "m.rscd").message("p", "All")).parts
-    assert definition.constants == ("LIMIT", "NAME")
+    assert definition.constants == (("LIMIT", 5), ("NAME", "a # b"))
     assert [(f.name, str(f.type)) for f in definition.fields] == [
         ("header", "std_msgs/Header"),
         ("big", "uint64"),

@@ -28,6 +28,7 @@ from robosc.syntax.nodes import (
     CommunicationNode,
     InterfaceNode,
     MessageNode,
+    RosTypeNode,
     ServiceNode,
     StateNode,
     StringNode,
@@ -286,10 +287,15 @@ def _parts(info: CommunicationInfo) -> tuple[Part, ...]:
             )
 
 
-def _interface(info: CommunicationInfo, report: Report) -> tuple[InterfaceNode | None, bool]:
-    """The linked interface, and whether the link is in order."""
+def _interface(
+    info: CommunicationInfo, report: Report
+) -> tuple[InterfaceNode | RosTypeNode | None, bool]:
+    """The linked interface, or the ROS type itself, and whether the link is in order."""
     links = info.node.links
     scope = info.instance.types.scope
+    type_ = info.node.type if isinstance(info.node, MessageNode) else info.node.request
+    if links is None and isinstance(type_, RosTypeNode):
+        return type_, True
     if links is None:
         return None, not scope.is_cut_short(info.node.span)
     scope.used_interfaces.add(links.text)

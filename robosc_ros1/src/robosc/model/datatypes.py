@@ -11,7 +11,11 @@ from dataclasses import dataclass, field, replace
 
 from robosc.language.keywords import BASIC_TYPES
 from robosc.model.expr import Expr
+from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.report import Report
+from robosc.model.ros.definitions import MessageDefinitions, Missing
+from robosc.model.ros.missing import KINDS, MissingDefinitions
+from robosc.model.ros.types import RosTypes, is_ros_type
 from robosc.model.scope import FileScope, report_duplicate
 from robosc.model.types import (
     ArrayType,
@@ -37,6 +41,7 @@ from robosc.syntax.nodes import (
     NamedTypeNode,
     ObjectNode,
     PropertyNode,
+    RosTypeNode,
     TypeNode,
 )
 
@@ -48,13 +53,15 @@ class TypeDeclarations:
     """What all files of one run share: declarations by (origin, name), and what is unknown in them.
 
     ``unknown_properties`` are properties whose type has an error, ``unknown_sources`` enums that
-    convert from such a type, ``damaged`` the declarations of which a part did not parse.
+    convert from such a type, ``damaged`` the declarations of which a part did not parse; ``ros``
+    are the types that ROS itself defines.
     """
 
     nodes: dict[tuple[str, str], ObjectNode | EnumNode] = field(default_factory=dict)
     unknown_properties: set[tuple[str, str, str]] = field(default_factory=set)
     damaged: set[tuple[str, str]] = field(default_factory=set)
     unknown_sources: set[tuple[str, str]] = field(default_factory=set)
+    ros: RosTypes = field(default_factory=lambda: RosTypes(MessageDefinitions()))
 
     def property_node(self, object_: ObjectType, name: str) -> PropertyNode:
         """The declaration of an object's property."""
@@ -126,6 +133,7 @@ class TypeTable:
         self.type_declarations = type_declarations
         self._report = report
         self._condition = condition
+        self._missing = MissingDefinitions(type_declarations.ros.definitions, report)
         self._types: dict[str, Type | None] = {}
         self._depths: dict[str, int] = {}
         self._open: list[str] = []
@@ -163,7 +171,11 @@ class TypeTable:
 
     def record_property(self, name: Name, object_: ObjectType) -> None:
         """Note that a name in this file is a property of an object."""
-        if object_.property(name.text) is not None:
+        if is_ros_type(object_):
+            detail = f"field of {object_.name}"
+            symbol = Symbol(SymbolKind.PROPERTY, name.text, object_.name, detail=detail)
+            self.scope.names.note(name, symbol)
+        elif object_.property(name.text) is not None:
             node = self.type_declarations.property_node(object_, name.text)
             self.scope.names.use(name, node, object_.name)
 
@@ -197,6 +209,8 @@ class TypeTable:
                     )
                     return None
                 return None if inner is None else ArrayType(inner)
+            case RosTypeNode():
+                return self._ros_type(node)
             case NamedTypeNode(name=name):
                 self.scope.names.use(name, self.scope.datatypes.get(name.text))
                 if name.text not in self.scope.datatypes:
@@ -210,6 +224,26 @@ class TypeTable:
                     self.scope.used_datatypes.add(name.text)
                 found = self._named(name.text, node)
                 return found if found is None else self._shallow(node, found)
+
+    def _ros_type(self, node: RosTypeNode) -> Type | None:
+        package, name = node.package, node.type
+        self.scope.names.note(package, Symbol(SymbolKind.ROS_PACKAGE, package.text))
+        self.scope.names.note(name, Symbol(SymbolKind.ROS_TYPE, name.text, package.text))
+        kind = KINDS[node.folder]
+        if node.written is not None and node.written.text != node.folder:
+            self._report.add(
+                "interface-not-found",
+                node.written.span,
+                f"this is no {kind}",
+                f"write {package.text}/{name.text} or {package.text}/{node.folder}/{name.text}",
+            )
+            return None
+        found = self.type_declarations.ros.part(package.text, name.text, node.folder, node.part)
+        if isinstance(found, Missing):
+            if node.part == 0:
+                self._missing.of_interface(found, node, kind)
+            return None
+        return found
 
     def _shallow(self, node: NamedTypeNode, found: Type) -> Type | None:
         """The type, unless datatypes are nested deeper than anything that ROS carries."""

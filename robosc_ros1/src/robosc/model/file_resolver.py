@@ -100,7 +100,8 @@ class FileResolver:
         model = Model(components, requirements, provides)
         model = select_state_variables(model, self.component_table, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
-        check_indexes(model.components, enums, self._binder.lengths, self._report)
+        lengths = {**self._type_declarations.ros.lengths, **self._binder.lengths}
+        check_indexes(model.components, enums, lengths, self._report)
         check_case(self._scope, self.component_table, self._report)
         check_topics(self.component_table, self._report)
         library = self._scope.node.kind == "library"

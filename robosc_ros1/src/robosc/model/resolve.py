@@ -20,6 +20,7 @@ from robosc.model.file_resolver import FileContents, FileResolver
 from robosc.model.libraries import LibraryFinder, Reader
 from robosc.model.report import Report, listing
 from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.types import RosTypes
 from robosc.model.scope import FileScope
 from robosc.source import Source
 from robosc.syntax.nodes import ImportNode
@@ -109,7 +110,7 @@ class _Loader:
         self._finder = LibraryFinder(library_path, definitions.packages.library_folders, reader)
         self.contents: FileContents | None = None
         self._strict = strict
-        self._type_declarations = TypeDeclarations()
+        self._type_declarations = TypeDeclarations(ros=RosTypes(definitions))
         self._libraries: dict[str, ResolvedFile] = {}
         self._paths: dict[str, dict[str, str]] = {}
         self._robot: str | None = None

@@ -151,7 +151,7 @@ class _Formatter:
             if isinstance(node, ServiceNode)
             else [node.request, node.response, node.feedback]
         )
-        ends = [part.span.end for part in types]
+        ends = list(dict.fromkeys(part.span.end for part in types))
         if node.identifier:
             ends.insert(0, node.identifier.span.end)
         clauses: list[Doc] = []

@@ -49,6 +49,7 @@ from robosc.syntax.nodes import (
     ProvideNode,
     RequirementNode,
     ResultTransitionNode,
+    RosTypeNode,
     ServiceNode,
     StateNode,
     TauNode,
@@ -172,7 +173,8 @@ def _links() -> ParserElement:
 
 
 def _links_missing(node: Any) -> tuple[str, ...]:
-    return () if node.links else ("'links'",)
+    type_ = node.type if isinstance(node, MessageNode) else node.request
+    return () if node.links or isinstance(type_, RosTypeNode) else ("'links'",)
 
 
 def _message(direction: str) -> Rule:
@@ -187,26 +189,45 @@ def _message(direction: str) -> Rule:
 
 
 def _service() -> Rule:
-    grammar = (
-        t.name("a name for the service")
-        - _identifier("request")
-        - t.type_("a type after 'request:'")
-        - _typed("response")
-        - _links()
-    )
-    return Rule(grammar, _node(ServiceNode), tail=_links_missing)
+    return _with_parts(ServiceNode, "service", "srv", ("request", "response"))
 
 
 def _action() -> Rule:
-    grammar = (
-        t.name("a name for the action")
-        - _identifier("request")
-        - t.type_("a type after 'request:'")
-        - _typed("response")
-        - _typed("feedback")
-        - _links()
+    return _with_parts(ActionNode, "action", "action", ("request", "response", "feedback"))
+
+
+def _with_parts(
+    kind: Callable[..., ServiceNode | ActionNode], word: str, folder: str, labels: tuple[str, ...]
+) -> Rule:
+    """A service or action: its types one by one, or ``type:`` for all of them at once."""
+    first, *others = labels
+    types = label(first) - t.type_(f"a type after '{first}:'")
+    for other in others:
+        types = types - _typed(other)
+    type_ = label("type") - t.ros_type("a ROS type after 'type:'")
+    either_way = [type_, types - _links()]
+    words = f"'type:' or '{first}:'"
+    absent = terminal(f"(?= type ':' | {first} ':' )", "", _nothing)
+    given = label("identifier") - t.string("a string after 'identifier:'")
+    given = given - symbol(",", f"',' and {words}")
+    grammar = t.name(f"a name for the {word}") - keyword("with", f"'with' and {words}")
+    grammar = grammar - either(
+        [absent - either(either_way, words), given - either(either_way, words)],
+        f"'identifier:', {words} after 'with'",
     )
-    return Rule(grammar, _node(ActionNode), tail=_links_missing)
+
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> ServiceNode | ActionNode:
+        name, identifier, *rest = parts
+        if len(rest) == 1:
+            rest = [replace(rest[0], folder=folder, part=n) for n in range(len(labels))]
+            rest.append(None)
+        return kind(name, identifier, *rest, span=reading.span(start, end))
+
+    return Rule(grammar, build, tail=_links_missing)
+
+
+def _nothing(reading: Reading, start: int, end: int, parts: list[Any]) -> None:
+    return None
 
 
 # --- behaviour -----------------------------------------------------------------------------------

@@ -17,7 +17,8 @@ __all__ = [
     "DataObjectNode", "DeclarationNode", "EnumNode", "EnumRuleNode", "ExprNode", "FileNode",
     "ImportNode", "InterfaceNode", "LiteralNode", "MessageNode", "Name", "NamedTypeNode",
     "ObjectNode", "PropertyNode", "ProvideNode", "RequirementNode", "ResultTransitionNode",
-    "ServiceNode", "StateNode", "StringNode", "TauNode", "TypeNode", "UnaryNode", "VariableNode",
+    "RosTypeNode", "ServiceNode", "StateNode", "StringNode", "TauNode", "TypeNode", "UnaryNode",
+    "VariableNode",
 ]  # fmt: skip
 
 
@@ -114,7 +115,24 @@ class NamedTypeNode:
     span: Span = _span()
 
 
-TypeNode: TypeAlias = BasicTypeNode | ArrayTypeNode | NamedTypeNode
+@dataclass(frozen=True, slots=True)
+class RosTypeNode:
+    """``package/Type`` or ``package/msg/Type``: a type that ROS itself defines.
+
+    ``folder`` is ``msg``, or ``srv`` or ``action`` behind ``type:`` of a service or action, whose
+    requests, responses and feedbacks are its parts 0, 1 and 2. ``written`` is the middle of the
+    three words.
+    """
+
+    package: Name
+    type: Name
+    written: Name | None = None
+    folder: Literal["msg", "srv", "action"] = "msg"
+    part: int = 0
+    span: Span = _span()
+
+
+TypeNode: TypeAlias = BasicTypeNode | ArrayTypeNode | NamedTypeNode | RosTypeNode
 
 
 # --- data types and interfaces -------------------------------------------------------------------

@@ -19,11 +19,13 @@ from robosc.syntax.elements import (
     symbol,
     terminal,
 )
-from robosc.syntax.nodes import ArrayTypeNode, BasicTypeNode, NamedTypeNode, StringNode
+from robosc.syntax.nodes import ArrayTypeNode, BasicTypeNode, NamedTypeNode, RosTypeNode, StringNode
 from robosc.syntax.reading import Reading
 from robosc.syntax.values import make_access, make_integer, make_name, make_string
 
-__all__ = ["MAX_NESTING", "communication", "communications", "name", "string", "type_"]
+__all__ = [
+    "MAX_NESTING", "communication", "communications", "name", "ros_type", "string", "type_",
+]  # fmt: skip
 
 MAX_NESTING = 20
 """How deep arrays of arrays, and provided objects in objects, may be nested."""
@@ -74,8 +76,19 @@ def type_(expected: str) -> ParserElement:
     named = terminal(f"NAME {_NO_COLON}", "a type", _build_named)
     deep = terminal(f"(?: array '(' ){{{MAX_NESTING}}}", "a type")
     too_deep = refused(deep, MAX_NESTING, "arrays are")
-    kind <<= either([too_deep, basic, integer, array, named], expected)
+    kind <<= either([too_deep, basic, integer, array, ros_type("a type"), named], expected)
     return kind
+
+
+def ros_type(expected: str) -> ParserElement:
+    """``package/Type``, or with ``msg``, ``srv`` or ``action`` between the two."""
+    return terminal(f"NAME '/' WORD (?: '/' WORD )? {_NO_COLON}", expected, _build_ros_type)
+
+
+def _build_ros_type(reading: Reading, start: int, end: int, parts: list[Any]) -> RosTypeNode:
+    package, *middle, type_ = (make_name(reading, at, at + 1, []) for at in range(start, end, 2))
+    written = middle[0] if middle else None
+    return RosTypeNode(package, type_, written, span=reading.span(start, end))
 
 
 def _build_basic(reading: Reading, start: int, end: int, parts: list[Any]) -> BasicTypeNode:

@@ -18,6 +18,7 @@ from typing import Any
 
 from robosc.model.ros import python_bindings, rosidl
 from robosc.model.ros.packages import Packages, is_ros2_package, is_share
+from robosc.model.types import Value
 
 __all__ = [
     "BASIC", "Definition", "Field", "FieldType", "INTEGERS", "Interface", "MessageDefinitions",
@@ -63,14 +64,17 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """The fields of one message, or of one part of a service or action; constants by name."""
+    """The fields and constants of one message, or of one part of a service or action."""
 
     name: str
     fields: tuple[Field, ...]
-    constants: tuple[str, ...] = ()
+    constants: tuple[tuple[str, Value], ...] = ()
 
     def field(self, name: str) -> Field | None:
         return next((f for f in self.fields if f.name == name), None)
+
+    def constant(self, name: str) -> Value | None:
+        return dict(self.constants).get(name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,7 +280,8 @@ def _definition(text: str, name: str) -> Definition:
     except genmsg.InvalidMsgSpec as error:
         raise ValueError(str(error)) from error
     fields = (Field(field.name, _parse_type(field.type)) for field in spec.parsed_fields())
-    return Definition(name, tuple(fields), tuple(c.name for c in spec.constants))
+    constants = ((c.name, bool(c.val) if c.type == "bool" else c.val) for c in spec.constants)
+    return Definition(name, tuple(fields), tuple(constants))
 
 
 @cache

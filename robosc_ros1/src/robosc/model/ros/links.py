@@ -6,9 +6,8 @@ we receive must fit into our type (an integer field read as a double is fine, no
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import Binding, Data, DataObject
@@ -22,9 +21,10 @@ from robosc.model.ros.definitions import (
     Interface,
     MessageDefinitions,
     Missing,
-    install_advice,
 )
 from robosc.model.ros.fit import misfit, too_wide
+from robosc.model.ros.missing import KINDS, MissingDefinitions
+from robosc.model.ros.types import Folder, is_ros_type
 from robosc.model.types import (
     ArrayType,
     EnumType,
@@ -39,11 +39,18 @@ from robosc.syntax.nodes import (
     CommunicationNode,
     InterfaceNode,
     MessageNode,
+    RosTypeNode,
     ServiceNode,
     TypeNode,
 )
 
 __all__ = ["Binder", "Part"]
+
+_FOLDERS: Mapping[type[CommunicationNode], Folder] = {
+    MessageNode: "msg",
+    ServiceNode: "srv",
+    ActionNode: "action",
+}
 
 
 @dataclass(frozen=True)
@@ -64,29 +71,28 @@ class Binder:
         self._definitions = definitions
         self._type_declarations = type_declarations
         self._report = report
-        self._warned: set[str] = set()
-        self._looked_up: set[InterfaceNode] = set()
+        self._ros = type_declarations.ros
+        self.missing = MissingDefinitions(definitions, report)
+        self._looked_up: set[InterfaceNode | RosTypeNode] = set()
         self._checked: set[tuple[ObjectType, str, bool]] = set()
         self.lengths: dict[tuple[ObjectType, str], tuple[int, str]] = {}
         """Array properties that a definition gives a length: the least one, and the field."""
 
     def bind(
-        self, node: CommunicationNode, parts: tuple[Part, ...], interface: InterfaceNode | None
+        self,
+        node: CommunicationNode,
+        parts: tuple[Part, ...],
+        interface: InterfaceNode | RosTypeNode | None,
     ) -> Binding | None:
         """The ROS side of a communication; None after an error."""
         if interface is None:
             return self._default(node, parts)
         package, type_ = interface.package.text, interface.type.text
         self._looked_up.add(interface)
-        match node:
-            case MessageNode():
-                found = self._definitions.message(package, type_)
-            case ServiceNode():
-                found = self._definitions.service(package, type_)
-            case ActionNode():
-                found = self._definitions.action(package, type_)
+        found = self._ros.interface(package, type_, _FOLDERS[type(node)])
         if isinstance(found, Missing):
-            if not self._missing(found, interface, node):
+            kind = KINDS[_FOLDERS[type(node)]]
+            if not self.missing.of_interface(found, interface, kind):
                 return None
             # Without the definition the spelling cannot be told: take the one ROS itself makes.
             stem = type_.removesuffix("Action") if isinstance(node, ActionNode) else type_
@@ -110,6 +116,9 @@ class Binder:
             return None
         (part,) = parts
         carried = part.type.source if isinstance(part.type, EnumType) else part.type
+        if isinstance(carried, ObjectType) and is_ros_type(carried):
+            package, _, name = carried.name.partition("/")
+            return Binding(package, name, True)
         interface = BASIC.get(_basic_name(carried))
         if interface is None:
             self._report.add(
@@ -128,29 +137,6 @@ class Binder:
         package = packages[0] if packages else "PACKAGE"
         alias = name.lower() if name != "TYPE" else "NAME"
         return f"add: links {alias}\nand declare: interface {alias} use {name} from {package}"
-
-    def _missing(self, missing: Missing, interface: InterfaceNode, node: CommunicationNode) -> bool:
-        """Report why a definition is missing; True if that is only a warning."""
-        package = missing.package
-        if missing.reason in ("package", "genmsg"):
-            self._package_not_found(missing, interface.package.span)
-            return True
-        kind = {MessageNode: "message", ServiceNode: "service"}.get(type(node), "action")
-        if missing.reason == "file":
-            self._report.add(
-                "interface-not-found",
-                interface.type.span,
-                f"{package} has no {kind} '{interface.type.text}'",
-                self._other_kind(package, interface.type.text)
-                or self._report.suggest(interface.type.text, missing.names, f"its {kind}s"),
-            )
-        else:
-            self._report.add(
-                "faulty-definition",
-                interface.type.span,
-                f"the definition of this {kind} cannot be read: {missing.detail}",
-            )
-        return False
 
     def check_unlinked(self, interfaces: Iterable[InterfaceNode]) -> None:
         """Look up what no communication has linked, as whatever kind there is."""
@@ -176,34 +162,6 @@ class Binder:
                     self._report.suggest(type_, names, "it has"),
                 )
 
-    def _other_kind(self, package: str, type_: str) -> str | None:
-        lookups = {
-            "message": self._definitions.message,
-            "service": self._definitions.service,
-            "action": self._definitions.action,
-        }
-        for kind, look_up in lookups.items():
-            if isinstance(look_up(package, type_), Interface):
-                article = "an" if kind == "action" else "a"
-                return f"it has {article} {kind} of this name"
-        return None
-
-    def _package_not_found(self, missing: Missing, span: Span) -> None:
-        package = missing.package
-        if package in self._warned:
-            return
-        self._warned.add(package)
-        if missing.reason == "genmsg":
-            message = f"the definitions of ROS package '{package}' are not checked"
-            advice = "this Python has no genmsg to read them: use the system's, /usr/bin/python3"
-        else:
-            message = f"ROS package '{package}' is not found, so its definitions are not checked"
-            advice = install_advice(package)
-            near = get_close_matches(package, self._definitions.packages.all(), n=1, cutoff=0.8)
-            if near:
-                advice = f"did you mean '{near[0]}'? if not, {advice}"
-        self._report.add("package-not-found", span, message, advice)
-
     # --- types against definitions ---------------------------------------------------------------
 
     def _check_part(self, part: Part, definition: Definition) -> str | None:
@@ -212,7 +170,7 @@ class Binder:
         if isinstance(carried, NoneType):
             return None
         if isinstance(carried, ObjectType):
-            self._check_object(carried, definition, part.sending)
+            self._check_object(carried, definition, part.sending, part.node.span)
             return None
         fields = [f for f in definition.fields if f.type.base != "std_msgs/Header"]
         if len(fields) != 1:
@@ -236,7 +194,14 @@ class Binder:
             )
         return fields[0].name
 
-    def _check_object(self, object_: ObjectType, definition: Definition, sending: bool) -> None:
+    def _check_object(
+        self, object_: ObjectType, definition: Definition, sending: bool, span: Span
+    ) -> None:
+        if is_ros_type(object_):
+            if object_.name != definition.name:
+                message = f"the definition has {definition.name} here, not {object_.name}"
+                self._report.add("field-kind", span, message)
+            return
         key = (object_, definition.name, sending)
         if key in self._checked:
             return
@@ -274,7 +239,7 @@ class Binder:
         hint = f"its fields: {fields}"
         if nearest is not None and nearest.startswith("did you mean"):
             hint = f"{nearest}\n{hint}"
-        if name in definition.constants:
+        if definition.constant(name) is not None:
             hint = f"'{name}' is one of its constants\n{hint}"
         self._report.add("unknown-field", span, f"{definition.name} has no field '{name}'", hint)
 
@@ -289,10 +254,10 @@ class Binder:
             return
         nested = self._definitions.fields(field.element)
         if isinstance(nested, Definition):
-            self._check_object(type_, nested, sending)
+            self._check_object(type_, nested, sending, span)
         elif isinstance(nested, Missing):
             if nested.reason in ("package", "genmsg"):
-                self._package_not_found(nested, span)
+                self.missing.of_package(nested, span)
             else:
                 self._report.add(
                     "faulty-definition",

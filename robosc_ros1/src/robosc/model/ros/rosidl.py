@@ -17,15 +17,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from robosc.model.types import Value
+
 __all__ = ["Part", "read"]
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A message, or one part of a service or action: fields as (name, type), names of constants."""
+    """A message, or one part of a service or action: fields as (name, type), constants."""
 
     fields: tuple[tuple[str, str], ...]
-    constants: tuple[str, ...] = ()
+    constants: tuple[tuple[str, Value], ...] = ()
 
 
 _PARTS = {
@@ -88,13 +90,27 @@ def _part(lines: list[tuple[int, str]], package: str) -> Part:
         if match is None:
             raise ValueError(f"line {number}: {code!r} is no field and no constant")
         if match["rest"].startswith("="):
-            constants.append(match["name"])
+            text = match["rest"][1:].strip()
+            constants.append((match["name"], _constant(match["base"], text, number)))
             continue
         base = match["base"]
         if "/" not in base:
             base = _BUILT_IN.get(base, f"{package}/{base}")
         fields.append((match["name"], _spelled(base, match["length"])))
     return Part(tuple(fields), tuple(constants))
+
+
+def _constant(base: str, text: str, line: int) -> Value:
+    """The value of a constant; a comment may follow all but strings."""
+    if _BUILT_IN.get(base) == "string":
+        return text[1:-1] if text[:1] in ("'", '"') and text[-1:] == text[0] else text
+    text = text.partition("#")[0].strip()
+    try:
+        if base == "bool":
+            return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
+        return float(text) if base.startswith("float") else int(text, 0)
+    except (KeyError, ValueError):
+        raise ValueError(f"line {line}: {text!r} is no {base}") from None
 
 
 def _spelled(base: str, length: str | None) -> str:
@@ -112,7 +128,7 @@ _TYPEDEF = re.compile(r"typedef\s+([^;]+?)\s+(\w+)\s*\[\s*(\d+)\s*\]\s*;")
 # What arrays of another struct are made of.
 _ALIAS = re.compile(r"typedef\s+([^;\[\]]+?)\s+(\w+)\s*;")
 _CONSTANTS = re.compile(r"module\s+(\w+)_Constants\s*\{([^{}]*)\}")
-_CONSTANT = re.compile(r"const\s+[^;=]+?(\w+)\s*=")
+_CONSTANT = re.compile(r"const\s+([^;=]+?)\s+(\w+)\s*=\s*([^;]+?)\s*;")
 _SEQUENCE = re.compile(r"sequence\s*<\s*([\w:]+(?:\s*<\s*\d+\s*>)?)\s*(?:,\s*\d+\s*)?>")
 _IDL_TYPES = {
     "boolean": "bool", "octet": "uint8", "char": "uint8", "wchar": "uint16", "float": "float32",
@@ -131,7 +147,7 @@ def _idl(text: str, type_: str, kind: str) -> tuple[Part, ...]:
     typedefs = _TYPEDEF.findall(text)
     arrays = {name: (aliases.get(base, base), length) for base, name, length in typedefs}
     structs = dict(_STRUCT.findall(text))
-    constants = {name: tuple(_CONSTANT.findall(body)) for name, body in _CONSTANTS.findall(text)}
+    constants = {name: tuple(_idl_constants(body)) for name, body in _CONSTANTS.findall(text)}
     parts = []
     for suffix in _PARTS[kind]:
         name = type_ + suffix
@@ -140,6 +156,14 @@ def _idl(text: str, type_: str, kind: str) -> tuple[Part, ...]:
         members = [m.strip() for m in structs[name].split(";") if m.strip()]
         parts.append(Part(tuple(_members(members, arrays)), constants.get(name, ())))
     return tuple(parts)
+
+
+def _idl_constants(body: str) -> Iterator[tuple[str, Value]]:
+    """Strings are left out: their text is blank by now."""
+    for type_, name, text in _CONSTANT.findall(body):
+        base = _idl_type(type_)
+        if base != "string":
+            yield name, _constant(base, text, body[: body.index(text)].count("\n") + 1)
 
 
 def _members(members: list[str], arrays: dict[str, tuple[str, str]]) -> Iterator[tuple[str, str]]:

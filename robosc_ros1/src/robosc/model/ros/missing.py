@@ -1,0 +1,86 @@
+"""Reporting definitions that are not to be had, each missing package once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+
+from robosc.model.report import Report
+from robosc.model.ros.definitions import (
+    Interface,
+    MessageDefinitions,
+    Missing,
+    install_advice,
+)
+from robosc.model.ros.types import Folder
+from robosc.source import Span
+from robosc.syntax.nodes import InterfaceNode, RosTypeNode
+
+__all__ = ["KINDS", "MissingDefinitions"]
+
+KINDS: Mapping[Folder, str] = {"msg": "message", "srv": "service", "action": "action"}
+
+
+class MissingDefinitions:
+    """The reports of one file."""
+
+    def __init__(self, definitions: MessageDefinitions, report: Report) -> None:
+        self._definitions = definitions
+        self._report = report
+        self._reported: set[tuple[str, str]] = set()
+
+    def of_interface(self, missing: Missing, node: InterfaceNode | RosTypeNode, kind: str) -> bool:
+        """Report why the definition of a kind of interface is missing; True if only a warning."""
+        required = isinstance(node, RosTypeNode)
+        if missing.reason in ("package", "genmsg"):
+            self.of_package(missing, node.package.span, required=required)
+            return not required
+        if missing.reason == "file" and missing.package == node.package.text:
+            self._report.add(
+                "interface-not-found",
+                node.type.span,
+                f"{missing.package} has no {kind} '{node.type.text}'",
+                self._other_kind(missing.package, node.type.text)
+                or self._report.suggest(node.type.text, missing.names, f"its {kind}s"),
+            )
+        else:
+            self._report.add(
+                "faulty-definition",
+                node.type.span,
+                f"the definition of this {kind} cannot be read:"
+                f" {missing.detail or f'{missing.package} has not all messages that it uses'}",
+            )
+        return False
+
+    def _other_kind(self, package: str, type_: str) -> str | None:
+        lookups = {
+            "message": self._definitions.message,
+            "service": self._definitions.service,
+            "action": self._definitions.action,
+        }
+        for kind, look_up in lookups.items():
+            if isinstance(look_up(package, type_), Interface):
+                article = "an" if kind == "action" else "a"
+                return f"it has {article} {kind} of this name"
+        return None
+
+    def of_package(self, missing: Missing, span: Span, *, required: bool = False) -> None:
+        """A package that is not there: a warning, or an error where a type comes from it."""
+        package = missing.package
+        code = "ros-type-unknown" if required else "package-not-found"
+        if (package, code) in self._reported:
+            return
+        self._reported.add((package, code))
+        without = "its types are not known" if required else "its definitions are not checked"
+        if missing.reason == "genmsg":
+            message = f"the definitions of ROS package '{package}' cannot be read, so {without}"
+            if not required:
+                message = f"the definitions of ROS package '{package}' are not checked"
+            advice = "this Python has no genmsg to read them: use the system's, /usr/bin/python3"
+        else:
+            message = f"ROS package '{package}' is not found, so {without}"
+            advice = install_advice(package)
+            near = get_close_matches(package, self._definitions.packages.all(), n=1, cutoff=0.8)
+            if near:
+                advice = f"did you mean '{near[0]}'? if not, {advice}"
+        self._report.add(code, span, message, advice)

@@ -1,0 +1,109 @@
+"""Messages, services and actions of ROS as types of the language, field by field.
+
+So a model can name ``sensor_msgs/LaserScan`` as a type and need declare nothing of it.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias
+
+from robosc.model.ros.definitions import (
+    INTEGERS,
+    Definition,
+    FieldType,
+    Interface,
+    MessageDefinitions,
+    Missing,
+)
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+    Type,
+)
+
+__all__ = ["Folder", "RosTypes", "is_ros_type"]
+
+Folder: TypeAlias = Literal["msg", "srv", "action"]
+"""Where a package keeps its messages, services or actions; also how ROS 2 spells their names."""
+
+_ROS = ""
+"""The origin of types that no model declares."""
+
+
+def is_ros_type(type_: ObjectType) -> bool:
+    """Whether a type is a real message, or a part of a real service or action."""
+    return type_.origin == _ROS
+
+
+class RosTypes:
+    """The types of real definitions, each made once."""
+
+    def __init__(self, definitions: MessageDefinitions) -> None:
+        self.definitions = definitions
+        self._objects: dict[str, ObjectType | NoneType | Missing] = {}
+        self.lengths: dict[tuple[ObjectType, str], tuple[int, str]] = {}
+        """Array fields of fixed length: that, and the field in words."""
+
+    def interface(self, package: str, name: str, folder: Folder) -> Interface | Missing:
+        """The definition behind ``package/folder/name``."""
+        match folder:
+            case "msg":
+                return self.definitions.message(package, name)
+            case "srv":
+                return self.definitions.service(package, name)
+        return self.definitions.action(package, name)
+
+    def part(self, package: str, name: str, folder: Folder, index: int) -> Type | Missing:
+        """The type of one part of an interface; ``none`` for one without fields."""
+        found = self.interface(package, name, folder)
+        return found if isinstance(found, Missing) else self._object(found.parts[index])
+
+    def _object(self, definition: Definition) -> ObjectType | NoneType | Missing:
+        known = self._objects.get(definition.name)
+        if known is None:
+            known = self._objects[definition.name] = self._made(definition)
+        return known
+
+    def _made(self, definition: Definition) -> ObjectType | NoneType | Missing:
+        properties: list[tuple[str, Type]] = []
+        for field in definition.fields:
+            type_ = self._field(field.type)
+            if isinstance(type_, Missing):
+                return type_
+            if not isinstance(type_, NoneType):
+                properties.append((field.name, type_))
+        if not definition.fields:
+            return NoneType()
+        made = ObjectType(definition.name, _ROS, tuple(properties))
+        for field in definition.fields:
+            if field.type.length is not None:
+                words = f"{field.name} of {definition.name}"
+                self.lengths[made, field.name] = (field.type.length, words)
+        return made
+
+    def _field(self, field: FieldType) -> Type | Missing:
+        element = self._element(field)
+        if isinstance(element, Missing | NoneType) or not field.is_array:
+            return element
+        return ArrayType(element)
+
+    def _element(self, field: FieldType) -> Type | Missing:
+        base = field.base
+        if base in INTEGERS:
+            return IntegerType()
+        match base:
+            case "bool":
+                return BooleanType()
+            case "float32" | "float64":
+                return DoubleType()
+            case "string":
+                return StringType()
+        nested = self.definitions.fields(field.element)
+        if nested is None:
+            return Missing("faulty", base, detail=f"the type {base} is not known")
+        return nested if isinstance(nested, Missing) else self._object(nested)

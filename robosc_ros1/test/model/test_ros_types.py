@@ -1,0 +1,196 @@
+"""Types of ROS itself in a model: ``sensor_msgs/LaserScan`` and the like, checked field by field."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from model_text import faults, resolve
+from test_ros_definitions import around, package
+
+from robosc.model.entities import Binding, DataObject
+from robosc.model.resolve import load
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.types import (
+    ArrayType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+)
+from robosc.source import Source
+from robosc.syntax.format import format_text
+
+ROS2 = """
+<package format='3'>
+    <name>{}</name> <version>1.0.0</version> <description>messages</description>
+    <maintainer email="a@example.org">a</maintainer> <license>MIT</license>
+    <export><build_type>ament_cmake</build_type></export>
+</package>
+"""
+
+FILES = {
+    "msg__Point": "float64 x\nfloat64 y\n",
+    "msg__Scan": "int8 NEAR=1\nfloat32[] ranges\nPoint[2] ends\nstring frame\n",
+    "msg__Empty": "",
+    "srv__Arm": "bool value\n---\nbool success\nuint8 result\n",
+    "srv__Reset": "---\n",
+    "action__Go": "Point goal\n---\nuint16 error_code\n---\nfloat32 left\n",
+}
+
+
+@pytest.fixture(params=["ros1", "ros2"])
+def p(request: pytest.FixtureRequest, tmp_path: Path) -> MessageDefinitions:
+    """The package p, of both versions of ROS."""
+    folder = package(tmp_path, "p", **FILES)
+    if request.param == "ros2":
+        (folder / "package.xml").write_text(ROS2.format("p"))
+    return around(tmp_path / "m.rscd")
+
+
+POINT = ObjectType("p/Point", "", (("x", DoubleType()), ("y", DoubleType())))
+
+
+def test_a_message_brings_its_fields(p: MessageDefinitions) -> None:
+    robot = resolve("component C { outgoing message scan with type: p/Scan }", p)
+    scan = robot.communications["C.scan"]
+    assert scan.binding == Binding("p", "Scan", True)
+    assert isinstance(scan.response, ObjectType) and scan.response.name == "p/Scan"
+    assert scan.response.properties == (
+        ("ranges", ArrayType(DoubleType())),
+        ("ends", ArrayType(POINT)),
+        ("frame", StringType()),
+    )
+
+
+@pytest.mark.parametrize("spelling", ["p/Go", "p/GoAction", "p/action/Go"])
+def test_an_action_brings_its_three_parts(p: MessageDefinitions, spelling: str) -> None:
+    robot = resolve(f"component C {{ action go with type: {spelling} }}", p)
+    go = robot.communications["C.go"]
+    assert go.binding == Binding("p", "Go", True)
+    parts = (go.request, go.response, go.feedback)
+    assert [dict(part.properties) for part in parts if isinstance(part, ObjectType)] == [
+        {"goal": POINT},
+        {"error_code": IntegerType()},
+        {"left": DoubleType()},
+    ]
+
+
+def test_a_part_without_fields_carries_nothing(p: MessageDefinitions) -> None:
+    text = "component C { service reset with type: p/Reset  outgoing message e with type: p/Empty }"
+    robot = resolve(text, p)
+    reset = robot.communications["C.reset"]
+    assert (reset.request, reset.response) == (NoneType(), NoneType())
+    assert robot.communications["C.e"].response == NoneType()
+    assert robot.communications["C.e"].binding == Binding("p", "Empty", True)
+
+
+def test_fields_are_read_and_sent(p: MessageDefinitions) -> None:
+    robot = resolve(
+        """
+        component C {
+            outgoing message scan with identifier: "/scan", type: p/msg/Scan
+            service arm with type: p/Arm
+            action go with type: p/Go
+            behaviour {
+                variable near: boolean
+                variable x: double
+                initial marked state on {
+                    on response from arm do near := value.success
+                    on response from scan do x := value.ends[1].x
+                }
+            }
+        }
+        requirement arm needs C.near
+        provide arm with { ^value: true }
+        provide go with { goal: { x: C.x } }
+        """,
+        p,
+    )
+    (arm, go) = (provide.data for provide in robot.provides)
+    assert isinstance(arm, DataObject) and isinstance(go, DataObject)
+
+
+def test_an_enum_converts_a_message_and_needs_no_links(p: MessageDefinitions) -> None:
+    robot = resolve(
+        """
+        component C { outgoing message scan with type: Way }
+        datatype enum Way from p/Scan to { value.ranges[0] < 1 -> blocked default -> clear }
+        """,
+        p,
+    )
+    scan = robot.communications["C.scan"]
+    assert scan.binding == Binding("p", "Scan", True) and isinstance(scan.response, EnumType)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("outgoing message m with type: q/Scan", [("ros-type-unknown", "q")]),
+        ("outgoing message m with type: p/Scam", [("interface-not-found", "Scam")]),
+        ("outgoing message m with type: p/srv/Arm", [("interface-not-found", "srv")]),
+        ("service s with type: p/Scan", [("interface-not-found", "Scan")]),
+        ("service s with type: q/Arm", [("ros-type-unknown", "q")]),
+        (
+            "outgoing message m with type: p/Scan"
+            " behaviour { initial marked state s { transition if value.range } }",
+            [("value-not-allowed", "value")],
+        ),
+        (
+            "outgoing message m with type: p/Scan behaviour { initial marked state s"
+            " { on response from m if value.range goto s } }",
+            [("unknown-member", "range")],
+        ),
+        (
+            "outgoing message m with type: p/Scan behaviour { variable d: boolean initial marked"
+            " state s { on response from m do d := value.ends[2].x < 1 } }",
+            [("field-index", "value.ends[2].x")],
+        ),
+        (
+            "outgoing message m with type: p/Point links scan",
+            [("field-kind", "p/Point")],
+        ),
+    ],
+)
+def test_what_does_not_fit_is_an_error(
+    p: MessageDefinitions, text: str, found: list[tuple[str, str]]
+) -> None:
+    told = faults(f"component C {{ {text} }} interface scan use Scan from p", p)
+    ignored = ("unused-interface", "unused-variable", "not-finite")
+    assert [fault for fault in told if fault[0] not in ignored] == found
+
+
+def test_what_is_sent_must_fit_its_field(p: MessageDefinitions) -> None:
+    text = "component C { service arm with type: p/Arm } provide arm with { %s }"
+    assert ("unknown-property", "worth") in faults(text % "worth: true", p)
+    assert ("type-mismatch", "3") in faults(text % "^value: 3", p)
+
+
+def test_a_property_can_be_a_message(p: MessageDefinitions) -> None:
+    text = """
+    component C { action go with request: Goal, response: none, feedback: none links go }
+    datatype object Goal { goal: p/%s }
+    interface go use Go from p
+    """
+    resolve(text % "Point", p)
+    assert ("field-kind", "p/Scan") in faults(text % "Scan", p)
+
+
+def test_formatting_keeps_types_of_ros() -> None:
+    text = (
+        "robot R { component C { service a with type: p / srv/Arm action g with identifier:"
+        " '/g' , type: p/Go outgoing message m with type: array(p/Point) } }"
+    )
+    formatted = format_text(Source("m.rscd", text))
+    for part in ("a with type: p/srv/Arm", "identifier: '/g', type: p/Go", "array(p/Point)"):
+        assert part in formatted
+
+
+def test_a_missing_package_is_told_once_with_what_to_install() -> None:
+    text = "robot R { component C { outgoing message m with type: nav_msgs/Odometry } }"
+    robot, diagnostics = load(Source("m.rscd", text), definitions=MessageDefinitions())
+    assert robot is None
+    (fault,) = diagnostics
+    assert fault.code == "ros-type-unknown" and "ros-nav-msgs" in (fault.hint or "")
