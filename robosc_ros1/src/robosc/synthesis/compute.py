@@ -95,8 +95,8 @@ def _measure(
         inputs = GuardInputs(
             required,
             enabled,
-            partial(dense.cases, step, states, True),
-            partial(dense.cases, step, states, False),
+            partial(dense.care_set, step, states, True),
+            partial(dense.care_set, step, states, False),
         )
         guards.append(make_guard(plant, step.event, inputs))
     return tuple(guards), transitions

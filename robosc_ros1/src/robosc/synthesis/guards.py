@@ -4,25 +4,34 @@ Synthesis gives each controllable event a set of states; users want a condition.
 requirements alone give the same set, their own wording is the guard. Otherwise an expression is
 made that is right in every state of the controlled system in which the plant can do the event, and
 means nothing elsewhere: the axes that do not matter are dropped one after another, and what the
-rest tells apart is covered by few and wide boxes (:mod:`robosc.synthesis.minimise`).
+rest tells apart is covered by few and wide boxes (:mod:`robosc.synthesis.minimise`). If that is
+long, two other ways are tried, and the shortest result is taken: what the state requirements
+demand of the state after the event, where that happens to be the guard, and axes selected one
+after another by how much they tell apart.
 
 Engines hand in their sets as a :class:`CareSet`; nothing here depends on their representation.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.expr import conjunction
 from robosc.model.expr import FALSE, TRUE, Expr, Unary, walk
 from robosc.supervisor import Guard, Status
-from robosc.synthesis.minimise import Table, condition_of
+from robosc.synthesis.precondition import precondition
+from robosc.synthesis.sum_of_products import TooLarge
 from robosc.synthesis.vectorised import support
 
 __all__ = ["CareSet", "GuardInputs", "make_guard"]
+
+_SMALL = 2**6
+"""Up to this many combinations a cover is found at once."""
+_LONG = 40
+"""Guards with more to read than this are worth looking for shorter ones."""
 
 
 class CareSet(Protocol):
@@ -38,8 +47,22 @@ class CareSet(Protocol):
     def without(self, part: tuple[int, ...]) -> CareSet | None:
         """The same with a part forgotten; None if the two sets would then overlap."""
 
-    def table(self) -> Table:
-        """Both sets, told by the axes of the parts that are left."""
+    def selected(self) -> CareSet | None:
+        """The same with parts selected by how much they tell apart; None if that is too costly."""
+
+    def separates(self, condition: Expr) -> bool:
+        """Whether a condition holds where the event is allowed and fails where it is refused."""
+
+    @property
+    def size(self) -> int:
+        """The combinations of values of all parts."""
+
+    def condition(self, order: Callable[[int], Any]) -> Expr:
+        """A condition that separates the sets; of axes, the first in the order are dropped first.
+
+        Raises:
+            TooLarge: it would be too long.
+        """
 
 
 @dataclass(frozen=True)
@@ -75,17 +98,41 @@ def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
 
 
 def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
-    for part in sorted(care_set.parts, key=_order(plant, event, care_set.parts)):
-        care_set = care_set.without(part) or care_set
-    return condition_of(plant, care_set.table().reduced(_axis_order(plant, event)))
-
-
-def _order(
-    plant: Plant, event: Event, parts: Iterable[tuple[int, ...]]
-) -> Callable[[tuple[int, ...]], tuple[bool, bool, int]]:
-    """Which parts to forget first: those that the event has nothing to do with, from the last."""
     rank = _axis_order(plant, event)
-    return lambda part: max(rank(axis) for axis in part)
+    left = _pruned(care_set, rank)
+    found: list[Expr] = []
+    if left.size <= _SMALL or len(left.parts) < 3:
+        found = _attempt(left, rank)
+        if found and _length(found[0]) <= _LONG:
+            return found[0]
+    demanded = precondition(plant, event)
+    if demanded is not None and care_set.separates(demanded):
+        found.append(demanded)
+        if _length(demanded) <= _LONG:
+            return min(found, key=_length)
+    if not found:
+        found = _attempt(left, rank)
+    if all(_length(one) > _LONG for one in found):
+        selected = care_set.selected()
+        if selected is not None:
+            found.extend(_attempt(_pruned(selected, rank), rank))
+    if not found:
+        raise TooLarge(f"the guard of {event.name} would be too long")
+    return min(found, key=_length)
+
+
+def _attempt(care_set: CareSet, rank: Callable[[int], Any]) -> list[Expr]:
+    try:
+        return [care_set.condition(rank)]
+    except TooLarge:
+        return []
+
+
+def _pruned(care_set: CareSet, rank: Callable[[int], Any]) -> CareSet:
+    """Without the parts that need not be looked at, the least useful ones dropped first."""
+    for part in sorted(care_set.parts, key=lambda part: max(rank(axis) for axis in part)):
+        care_set = care_set.without(part) or care_set
+    return care_set
 
 
 def _axis_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, bool, int]]:

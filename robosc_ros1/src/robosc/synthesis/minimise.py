@@ -9,7 +9,7 @@ minimization for PLA optimization", IEEE Trans. CAD 6(5), 1987.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,11 +31,17 @@ from robosc.model.expr import (
     walk,
 )
 from robosc.model.types import BooleanType, IntegerType
+from robosc.synthesis.sum_of_products import Diagrams, Product, TooLarge
 from robosc.synthesis.vectorised import Bools
 
-__all__ = ["Table", "condition_of"]
+__all__ = ["LARGEST_TABLE", "Table", "condition_of", "condition_of_products"]
 
 _BOOLEAN = BooleanType()
+
+LARGEST_TABLE = 2**10
+"""Combinations beyond which a greedy cover takes too long: it looks at all of them for each box."""
+_MOST_BOXES = 32
+"""Boxes beyond which a sum of products is sooner found, and not longer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,21 +82,68 @@ def condition_of(plant: Plant, table: Table) -> Expr:
     if not table.refused.any():
         return TRUE
     axes = [plant.variables[axis] for axis in table.axes]
-    positive = disjunction(
-        conjunction(_literals(plant, axes, box, True))
-        for box in _cover(table.allowed, table.refused)
-    )
-    negative = conjunction(
-        disjunction(_literals(plant, axes, box, False))
-        for box in _cover(table.refused, table.allowed)
-    )
-    return min(positive, negative, key=_cost)
+    found: list[Expr] = []
+    for inside, outside, positive in (
+        (table.allowed, table.refused, True),
+        (table.refused, table.allowed, False),
+    ):
+        try:
+            found.append(_joined(plant, axes, _cover(inside, outside), positive))
+        except TooLarge:
+            continue
+    if found:
+        return min(found, key=_cost)
+    diagrams = Diagrams([axis.size for axis in axes])
+    sets = [diagrams.of_rows(np.argwhere(each)) for each in (table.allowed, table.refused)]
+    return condition_of_products(plant, table.axes, diagrams, *sets)
+
+
+def condition_of_products(
+    plant: Plant, axes: Sequence[int], diagrams: Diagrams, allowed: int, refused: int
+) -> Expr:
+    """The same for two sets over many state variables, told by decision diagrams.
+
+    Raises:
+        TooLarge: neither set has a sum of products of a reasonable length.
+    """
+    found: list[Expr] = []
+    for inside, outside, positive in ((allowed, refused, True), (refused, allowed, False)):
+        try:
+            products = diagrams.products(inside, diagrams.complement(outside))
+        except TooLarge:
+            continue
+        boxes = [_box_of(product, diagrams.sizes) for product in products]
+        found.append(_joined(plant, [plant.variables[axis] for axis in axes], boxes, positive))
+    if not found:
+        raise TooLarge("a guard would be too long")
+    return min(found, key=_cost)
+
+
+def _box_of(product: Product, sizes: Sequence[int]) -> _Box:
+    masks = [
+        [np.array([mask >> value & 1 for value in range(size)], np.bool_) for mask in pair]
+        for pair, size in zip(product, sizes, strict=True)
+    ]
+    return _Box(tuple(needed for needed, _ in masks), tuple(free for _, free in masks))
+
+
+def _joined(
+    plant: Plant, axes: Sequence[StateVariable], boxes: Iterable[_Box], positive: bool
+) -> Expr:
+    """What holds in some box, or in none if not ``positive``."""
+    if positive:
+        return disjunction(conjunction(_literals(plant, axes, box, True)) for box in boxes)
+    return conjunction(disjunction(_literals(plant, axes, box, False)) for box in boxes)
 
 
 def _cost(expr: Expr) -> tuple[int, int]:
-    nodes = list(walk(expr))
-    leaves = sum(not isinstance(n, Binary | Unary | Literal) for n in nodes)
-    return leaves, sum(isinstance(n, Unary) for n in nodes)
+    leaves = negations = 0
+    for node in walk(expr):
+        if isinstance(node, Unary):
+            negations += 1
+        elif not isinstance(node, Binary | Literal):
+            leaves += 1
+    return leaves, negations
 
 
 # --- boxes ---------------------------------------------------------------------------------------
@@ -105,6 +158,8 @@ def _cover(inside: Bools, outside: Bools) -> list[_Box]:
         grown = [_grow(seed, outside, order) for order in _orders(left.ndim)]
         best = max(grown, key=lambda free: (int(left[np.ix_(*free)].sum()), _dropped(free)))
         boxes.append(_box(left, best))
+        if len(boxes) > _MOST_BOXES:
+            raise TooLarge("a cover takes too many boxes")
         left[np.ix_(*best)] = False
     return _irredundant(inside, boxes)
 

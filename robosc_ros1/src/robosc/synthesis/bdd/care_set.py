@@ -1,38 +1,46 @@
-"""What a guard must tell apart, as decision diagrams; and guards over very many axes.
+"""The states in which an event is allowed and refused, as decision diagrams.
 
 Most guards read a few axes: these become a table, and what is made of it is the same for every
-engine (:mod:`robosc.synthesis.minimise`). A guard that reads so many that no table holds them
-(never the last free place of thirty) is covered by boxes found on the manager themselves.
+engine (:mod:`robosc.synthesis.minimise`). A guard that reads so many that no sum of products is
+found is covered by boxes found on the diagrams themselves.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
+from typing import Any
 
 import numpy as np
 
+from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.ir.expr import conjunction, disjunction
 from robosc.model.expr import Expr
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
-from robosc.synthesis.minimise import Table, condition_of
+from robosc.synthesis.minimise import (
+    LARGEST_TABLE,
+    Table,
+    condition_of,
+    condition_of_products,
+)
+from robosc.synthesis.sum_of_products import END, NOTHING, Diagrams, TooLarge
 from robosc.synthesis.vectorised import Bools
 
-__all__ = ["BddCareSet", "TooWide", "wide_condition"]
+__all__ = ["BddCareSet", "wide_condition"]
 
-_LARGEST_TABLE = 2**16
-
-
-class TooWide(Exception):
-    """A guard reads more axes than a table may have places."""
+_MOST_AXES = 200
+"""Sums of products recurse over the axes."""
+_MOST_SELECTED = 16
+_MOST_WORK = 2**21
+_MOST_CALLS = 2**17
 
 
 @dataclass(frozen=True, eq=False)
 class BddCareSet:
-    """Two disjoint sets over the axes that are left. See ``guards.Cases``."""
+    """Two disjoint sets over the axes that are left. See ``guards.CareSet``."""
 
     encoding: Encoding
     axes: tuple[int, ...]
@@ -53,16 +61,87 @@ class BddCareSet:
         left = tuple(axis for axis in self.axes if axis not in part)
         return BddCareSet(self.encoding, left, allowed, refused)
 
-    def table(self) -> Table:
-        """Raises TooWide if it would have too many places."""
-        if self.size > _LARGEST_TABLE:
-            raise TooWide
-        axes = tuple(sorted(self.axes))
-        return Table(axes, self._array(self.allowed, axes), self._array(self.refused, axes))
+    def selected(self) -> BddCareSet | None:
+        """Select the axis that leaves the fewest states confused, until none is."""
+        manager = self.encoding.manager
+        both = self.allowed | self.refused
+        if manager.size(both) * len(self.axes) ** 2 > _MOST_WORK:
+            return None
+        chosen: set[int] = set()
+        while len(chosen) < min(_MOST_SELECTED, len(self.axes)):
+            finer = {axis: self._onto(chosen | {axis}) for axis in self.axes if axis not in chosen}
+            confused = {
+                axis: self.encoding.count(both & found.allowed & found.refused)
+                for axis, found in finer.items()
+            }
+            best = min(confused, key=lambda axis: confused[axis])
+            chosen.add(best)
+            if not confused[best]:
+                return finer[best]
+        return None
+
+    def _onto(self, axes: Collection[int]) -> BddCareSet:
+        """The projection, in which the sets may overlap."""
+        cube = self.encoding.now([axis for axis in self.axes if axis not in axes])
+        manager = self.encoding.manager
+        allowed, refused = manager.exists(self.allowed, cube), manager.exists(self.refused, cube)
+        return BddCareSet(self.encoding, tuple(sorted(axes)), allowed, refused)
+
+    def separates(self, condition: Expr) -> bool:
+        false = self.encoding.manager.false
+        try:
+            holds = self.encoding.holds(condition)
+        except StateSpaceError:
+            return False
+        return self.allowed & ~holds == false and self.refused & holds == false
 
     @property
     def size(self) -> int:
         return prod(self.encoding.plant.variables[axis].size for axis in self.axes)
+
+    def condition(self, order: Callable[[int], Any]) -> Expr:
+        plant = self.encoding.plant
+        if self.size <= LARGEST_TABLE:
+            axes = tuple(sorted(self.axes))
+            table = Table(axes, self._array(self.allowed, axes), self._array(self.refused, axes))
+            return condition_of(plant, table.reduced(order))
+        axes = tuple(sorted(self.axes, key=self.encoding.place))
+        if len(axes) > _MOST_AXES:
+            raise TooLarge("a guard reads too many state variables")
+        diagrams = Diagrams([plant.variables[axis].size for axis in axes])
+        sets = [self._diagram(diagrams, axes, states) for states in (self.allowed, self.refused)]
+        return condition_of_products(plant, axes, diagrams, *sets)
+
+    def _diagram(self, diagrams: Diagrams, axes: Sequence[int], states: Bdd) -> int:
+        manager = self.encoding.manager
+        cubes = [self.encoding.now([axis]) for axis in axes]
+        known: dict[tuple[int, Bdd], int] = {}
+        calls = 0
+
+        def number(depth: int, states: Bdd) -> int:
+            nonlocal calls
+            if states == manager.false:
+                return NOTHING
+            if depth == len(axes):
+                return END
+            if (depth, states) not in known:
+                calls += diagrams.sizes[depth]
+                if calls > _MOST_CALLS:
+                    raise TooLarge("a guard reads too many values")
+                known[depth, states] = diagrams.node(
+                    [
+                        number(
+                            depth + 1,
+                            manager.and_exists(
+                                states, self.encoding.value(axes[depth], index), cubes[depth]
+                            ),
+                        )
+                        for index in range(diagrams.sizes[depth])
+                    ]
+                )
+            return known[depth, states]
+
+        return number(0, states)
 
     def _array(self, states: Bdd, axes: Sequence[int]) -> Bools:
         manager = self.encoding.manager

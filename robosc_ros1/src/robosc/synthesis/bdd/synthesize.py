@@ -10,7 +10,7 @@ from robosc.ir.automaton import Event, Plant
 from robosc.ir.expr import conjunction
 from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.bdd.care_set import BddCareSet, TooWide, wide_condition
+from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
 from robosc.synthesis.bdd.engine import Progress, SymbolicEngine, SymbolicSolution
 from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, available, install_hint
 from robosc.synthesis.bdd.relations import EventRelation
@@ -18,6 +18,7 @@ from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.formatting import contributors
 from robosc.synthesis.guards import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
+from robosc.synthesis.sum_of_products import TooLarge
 
 __all__ = ["available", "install_hint", "synthesize_bdd"]
 
@@ -58,17 +59,17 @@ def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
     possible = solution.possible(relation)
     required = possible & relation.required
     axes = tuple(range(len(plant.variables)))
-    cases = partial(BddCareSet, encoding, axes, enabled)
+    care_set = partial(BddCareSet, encoding, axes, enabled)
     inputs = GuardInputs(
         required=encoding.count(required),
         enabled=encoding.count(enabled),
-        within_requirement=lambda: cases(required & ~enabled),
-        within_plant=lambda: cases(possible & ~enabled),
+        within_requirement=lambda: care_set(required & ~enabled),
+        within_plant=lambda: care_set(possible & ~enabled),
     )
     try:
         return make_guard(plant, event, inputs)
-    except TooWide:
-        extra = wide_condition(cases(required & ~enabled))
+    except TooLarge:
+        extra = wide_condition(care_set(required & ~enabled))
         return Guard(event, conjunction([_required(event), extra]), _required(event), "restricted")
 
 

@@ -1,25 +1,37 @@
-"""What a guard must tell apart, as the dense engine holds it."""
+"""The states in which an event is allowed and refused, as arrays of the dense engine."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import prod
+from typing import Any
 
 import numpy as np
 
 from robosc.ir.automaton import Plant
+from robosc.model.expr import Expr
 from robosc.synthesis.dense.bitset import Bitset
 from robosc.synthesis.dense.layout import Dim, Layout
-from robosc.synthesis.minimise import Table
-from robosc.synthesis.vectorised import Bools
+from robosc.synthesis.minimise import (
+    LARGEST_TABLE,
+    Table,
+    condition_of,
+    condition_of_products,
+)
+from robosc.synthesis.sum_of_products import Diagrams, TooLarge
+from robosc.synthesis.vectorised import Bools, Indexes, evaluate_vectorised, support
 
 __all__ = ["DenseCareSet"]
+
+_MOST_ROWS = 2**20
+_MOST_SELECTED = 24
+_MOST_WORK = 2**26
 
 
 @dataclass(frozen=True, eq=False)
 class DenseCareSet:
-    """Two disjoint sets over dimensions, as flat arrays. See ``guards.Cases``."""
+    """Two disjoint sets over dimensions, as flat arrays. See ``guards.CareSet``."""
 
     plant: Plant
     dims: tuple[Dim, ...]
@@ -34,6 +46,10 @@ class DenseCareSet:
     def parts(self) -> tuple[tuple[int, ...], ...]:
         return tuple(dim.axes for dim in self.dims)
 
+    @property
+    def size(self) -> int:
+        return prod(self.plant.variables[axis].size for dim in self.dims for axis in dim.axes)
+
     def without(self, part: tuple[int, ...]) -> DenseCareSet | None:
         place = self.parts.index(part)
         allowed = _forget(self.allowed, self.dims, place)
@@ -44,26 +60,123 @@ class DenseCareSet:
             self.plant, self.dims[:place] + self.dims[place + 1 :], allowed, refused
         )
 
-    def table(self) -> Table:
-        axes = tuple(sorted(axis for dim in self.dims for axis in dim.axes))
-        shape = tuple(self.plant.variables[axis].size for axis in axes)
-        return Table(
-            axes, self._spread(self.allowed, axes, shape), self._spread(self.refused, axes, shape)
-        )
+    def selected(self) -> DenseCareSet | None:
+        """Select the dimension that leaves the fewest states confused, until none is."""
+        places = np.flatnonzero(self.allowed | self.refused)
+        if len(places) * len(self.dims) ** 2 > _MOST_WORK:
+            return None
+        columns = self._columns(places)
+        refused = self.refused[places]
+        groups = np.zeros(len(places), np.int64)
+        chosen: list[int] = []
+        while len(chosen) < min(_MOST_SELECTED, len(self.dims)):
+            left = [number for number in range(len(self.dims)) if number not in chosen]
+            finer = {n: _numbered(groups * self.dims[n].size + columns[n]) for n in left}
+            confused = {n: _confused(finer[n], refused) for n in left}
+            best = min(left, key=lambda number: confused[number])
+            groups = finer[best]
+            chosen.append(best)
+            if not confused[best]:
+                return self._onto(sorted(chosen), places, columns)
+        return None
 
-    def _spread(self, states: Bools, axes: tuple[int, ...], shape: tuple[int, ...]) -> Bools:
+    def _columns(self, places: Indexes) -> list[Indexes]:
+        """The positions in each dimension of states at some places."""
+        shape = [dim.size for dim in self.dims]
+        found: list[Indexes] = []
+        for size in reversed(shape):
+            found.append(places % size)
+            places = places // size
+        return found[::-1]
+
+    def _onto(
+        self, chosen: Sequence[int], places: Indexes, columns: Sequence[Indexes]
+    ) -> DenseCareSet:
+        dims = tuple(self.dims[number] for number in chosen)
+        at = np.zeros(len(places), np.int64)
+        for number in chosen:
+            at = at * self.dims[number].size + columns[number]
+        flags = []
+        for states in (self.allowed, self.refused):
+            onto = np.zeros(prod(dim.size for dim in dims), np.bool_)
+            onto[at[states[places]]] = True
+            flags.append(onto)
+        return DenseCareSet(self.plant, dims, flags[0], flags[1])
+
+    def separates(self, condition: Expr) -> bool:
+        axes = support(self.plant, condition)
+        if not set(axes) <= {axis for dim in self.dims for axis in dim.axes}:
+            return False
+        for states, expected in ((self.allowed, True), (self.refused, False)):
+            places = np.flatnonzero(states)
+            for start in range(0, len(places), _MOST_ROWS):
+                part = places[start : start + _MOST_ROWS]
+                values = self._values(part)
+                found = evaluate_vectorised(self.plant, condition, {a: values[a] for a in axes})
+                if not (found.astype(np.bool_) == expected).all():
+                    return False
+        return True
+
+    def _values(self, places: Indexes) -> dict[int, Indexes]:
+        """The values per axis of states at some places."""
+        return {
+            axis: dim.table[positions, number]
+            for dim, positions in zip(self.dims, self._columns(places), strict=True)
+            for number, axis in enumerate(dim.axes)
+        }
+
+    def condition(self, order: Callable[[int], Any]) -> Expr:
+        axes = tuple(sorted(axis for dim in self.dims for axis in dim.axes))
+        if self.size <= LARGEST_TABLE:
+            shape = tuple(self.plant.variables[axis].size for axis in axes)
+            flags = [
+                _table(self._rows(states, axes), shape) for states in (self.allowed, self.refused)
+            ]
+            return condition_of(self.plant, Table(axes, flags[0], flags[1]).reduced(order))
+        allowed, refused = self._rows(self.allowed, axes), self._rows(self.refused, axes)
+        for axis in sorted(axes, key=order):
+            kept = [number for number, other in enumerate(axes) if other != axis]
+            fewer = _distinct(allowed[:, kept]), _distinct(refused[:, kept])
+            if len(_distinct(np.concatenate(fewer))) == len(fewer[0]) + len(fewer[1]):
+                axes = tuple(axes[number] for number in kept)
+                allowed, refused = fewer
+        diagrams = Diagrams([self.plant.variables[axis].size for axis in axes])
+        sets = diagrams.of_rows(_distinct(allowed)), diagrams.of_rows(_distinct(refused))
+        return condition_of_products(self.plant, axes, diagrams, *sets)
+
+    def _rows(self, states: Bools, axes: Sequence[int]) -> Indexes:
         places = np.flatnonzero(states)
-        values: dict[int, np.ndarray[tuple[int, ...], np.dtype[np.intp]]] = {}
-        stride = len(states)
-        for dim in self.dims:
-            stride //= dim.size
-            rows = dim.table[places // stride % dim.size]
-            for column, axis in enumerate(dim.axes):
-                values[axis] = rows[:, column]
-        found = np.zeros(shape, np.bool_)
-        if len(places):
-            found[tuple(values[axis] for axis in axes)] = True
-        return found
+        if len(places) > _MOST_ROWS:
+            raise TooLarge("a guard reads too many values")
+        values = self._values(places)
+        rows = np.empty((len(places), len(axes)), np.intp)
+        for column, axis in enumerate(axes):
+            rows[:, column] = values[axis]
+        return rows
+
+
+def _table(rows: Indexes, shape: tuple[int, ...]) -> Bools:
+    found = np.zeros(shape, np.bool_)
+    found[tuple(rows.T)] = len(rows) > 0
+    return found
+
+
+def _distinct(rows: Indexes) -> Indexes:
+    """Each row once, sorted."""
+    return np.unique(rows, axis=0)
+
+
+def _numbered(codes: Indexes) -> Indexes:
+    """The same groups, numbered without gaps."""
+    return np.unique(codes, return_inverse=True)[1]
+
+
+def _confused(groups: Indexes, refused: Bools) -> int:
+    """How many states share a group with one of the other set."""
+    some, none = np.bincount(groups[refused]), np.bincount(groups[~refused])
+    both = min(len(some), len(none))
+    mixed = (some[:both] > 0) & (none[:both] > 0)
+    return int((some[:both] + none[:both])[mixed].sum())
 
 
 def _forget(states: Bools, dims: Sequence[Dim], place: int) -> Bools:

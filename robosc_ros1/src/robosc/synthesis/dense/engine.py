@@ -278,7 +278,7 @@ class DenseEngine:
             return int(count(np.bitwise_and(before, states, out=before)))
         return sum(measure(op, states, within) for op in stages[0])
 
-    def cases(self, step: _EventOperations, states: Bitset, required: bool) -> DenseCareSet:
+    def care_set(self, step: _EventOperations, states: Bitset, required: bool) -> DenseCareSet:
         """Where a controllable event is allowed, and where refused though the plant could."""
         allowed = self._sources_of(step.required, states, states)
         refused = self._sources_of(step.required if required else step.plant, states, None)

@@ -1,0 +1,219 @@
+"""Irredundant sums of products of sets over many state variables, on decision diagrams.
+
+Minato, "Fast generation of irredundant sum-of-products forms from binary decision diagrams" (SASIMI
+1992), after Morreale (IEEE Trans. Electronic Computers 19, 1970), for variables of several values:
+what every value of the first variable permits is covered without looking at it; only what is left
+of each value gets a product with a literal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import reduce
+from typing import TypeAlias
+
+import numpy as np
+
+from robosc.errors import StateSpaceError
+from robosc.synthesis.vectorised import Indexes
+
+__all__ = ["END", "NOTHING", "Diagrams", "Product", "TooLarge"]
+
+NOTHING = 0
+"""The empty set, at every depth."""
+END = 1
+"""The set of the empty combination, below the last variable."""
+
+_MOST_CHILDREN = 2**21
+_MOST_STEPS = 200_000
+_LARGEST_TABLE = 2**22
+
+Product: TypeAlias = tuple[tuple[int, int], ...]
+"""Per variable the values that are needed and those that may be added, as masks of bits."""
+
+
+class TooLarge(StateSpaceError):
+    """A diagram or a sum of products exceeds its budget."""
+
+
+class Diagrams:
+    """Multi-valued decision diagrams over variables of the given sizes; no level is skipped.
+
+    A set is a number: ``NOTHING``, or a node, which has a set over the variables behind for each
+    value of its own. Equal sets over the same variables are equal numbers.
+    """
+
+    def __init__(self, sizes: Sequence[int]) -> None:
+        self.sizes = tuple(sizes)
+        self._children: list[tuple[int, ...]] = [(), ()]
+        self._numbers: dict[tuple[int, ...], int] = {}
+        self._stored = 0
+        self._steps = 0
+        self._unions: dict[tuple[int, int], int] = {}
+        self._differences: dict[tuple[int, int], int] = {}
+        self._sums: dict[tuple[int, int], tuple[tuple[Product, ...], int]] = {}
+        full = [END]
+        for size in reversed(self.sizes):
+            full.append(self.node((full[-1],) * size))
+        self._full = full[::-1]
+
+    def node(self, children: Iterable[int]) -> int:
+        """The set that has these sets for the values of its first variable."""
+        own = tuple(children)
+        if not any(own):
+            return NOTHING
+        found = self._numbers.get(own)
+        if found is None:
+            self._stored += len(own)
+            if self._stored > _MOST_CHILDREN:
+                raise TooLarge("a guard reads too many values")
+            found = self._numbers[own] = len(self._children)
+            self._children.append(own)
+        return found
+
+    def of_rows(self, rows: Indexes) -> int:
+        """The set of combinations that are the rows of an array; they are distinct and sorted."""
+        if not len(rows):
+            return NOTHING
+        numbers = np.full(len(rows), END, np.int64)
+        for depth in range(len(self.sizes) - 1, -1, -1):
+            heads = rows[:, :depth]
+            fresh = np.ones(len(rows), np.bool_)
+            fresh[1:] = (heads[1:] != heads[:-1]).any(axis=1)
+            numbers = self._level(np.cumsum(fresh) - 1, rows[:, depth], numbers, self.sizes[depth])
+            rows = rows[fresh]
+        return int(numbers[0])
+
+    def _level(self, parents: Indexes, values: Indexes, numbers: Indexes, size: int) -> Indexes:
+        """The nodes of the parents, whose children by value are numbered."""
+        count = int(parents[-1]) + 1
+        result = np.empty(count, np.int64)
+        step = max(1, _LARGEST_TABLE // size)
+        for start in range(0, count, step):
+            here = (parents >= start) & (parents < start + step)
+            table = np.zeros((min(step, count - start), size), np.int64)
+            table[parents[here] - start, values[here]] = numbers[here]
+            distinct, places = np.unique(table, axis=0, return_inverse=True)
+            nodes = np.array([self.node(row) for row in distinct.tolist()], np.int64)
+            result[start : start + step] = nodes[places.reshape(-1)]
+        return result
+
+    # --- sets
+
+    def union(self, first: int, second: int) -> int:
+        if first == second or not second:
+            return first
+        if not first:
+            return second
+        key = (first, second) if first < second else (second, first)
+        found = self._unions.get(key)
+        if found is None:
+            pairs = zip(self._children[first], self._children[second], strict=True)
+            found = self._unions[key] = self.node([self.union(a, b) for a, b in pairs])
+        return found
+
+    def difference(self, first: int, second: int) -> int:
+        if first == second or not first:
+            return NOTHING
+        if not second:
+            return first
+        found = self._differences.get((first, second))
+        if found is None:
+            pairs = zip(self._children[first], self._children[second], strict=True)
+            found = self.node([self.difference(a, b) for a, b in pairs])
+            self._differences[first, second] = found
+        return found
+
+    def complement(self, of: int) -> int:
+        return self.difference(self._full[0], of)
+
+    def _intersection(self, first: int, second: int) -> int:
+        return self.difference(first, self.difference(first, second))
+
+    # --- sums of products
+
+    def products(self, inside: int, upper: int) -> tuple[Product, ...]:
+        """Products that together hold ``inside`` and stay in ``upper``, none of them superfluous.
+
+        Raises:
+            TooLarge: it takes too long.
+        """
+        return self._sum(inside, upper, 0)[0]
+
+    def _sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[Product, ...], int]:
+        """Products over the variables from ``depth`` on, and the set that they hold."""
+        if not lower:
+            return (), NOTHING
+        if upper == self._full[depth]:
+            return (tuple((full, full) for full in map(_all, self.sizes[depth:])),), upper
+        found = self._sums.get((lower, upper))
+        if found is None:
+            found = self._sums[lower, upper] = self._new_sum(lower, upper, depth)
+        return found
+
+    def _new_sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[Product, ...], int]:
+        self._steps += self.sizes[depth]
+        if self._steps > _MOST_STEPS:
+            raise TooLarge("a guard would be too long")
+        low, high = self._children[lower], self._children[upper]
+        common = reduce(self._intersection, dict.fromkeys(high))
+        needed: dict[Product, int] = {}
+        covered = [NOTHING] * len(low)
+        for (one, most), values in _groups(zip(low, high, strict=True)):
+            rest = self.difference(one, common)
+            if not rest:
+                continue
+            products, held = self._sum(rest, most, depth + 1)
+            for product in products:
+                needed[product] = needed.get(product, 0) | sum(1 << value for value in values)
+            for value in values:
+                covered[value] = held
+        left = NOTHING
+        for one, held in zip(low, covered, strict=True):
+            left = self.union(left, self.difference(one, held))
+        products, held = self._sum(left, common, depth + 1)
+        full = _all(self.sizes[depth])
+        found = [((mask, self._free(high, p, mask, depth)), *p) for p, mask in needed.items()]
+        found += [((full, full), *product) for product in products]
+        return tuple(found), self.node([self.union(one, held) for one in covered])
+
+    def _free(self, high: Sequence[int], product: Product, mask: int, depth: int) -> int:
+        """The values with which a product still stays in the upper set."""
+        known: dict[int, bool] = {}
+        for value, upper in enumerate(high):
+            if upper not in known:
+                known[upper] = bool(mask >> value & 1) or self._holds(product, upper, depth + 1)
+            if known[upper]:
+                mask |= 1 << value
+        return mask
+
+    def _holds(self, product: Product, upper: int, depth: int) -> bool:
+        """Whether a product stays in a set."""
+        level = {upper}
+        for number, (_, free) in enumerate(product):
+            if NOTHING in level:
+                return False
+            if level == {self._full[depth + number]}:
+                return True
+            self._steps += len(level)
+            level = {
+                child
+                for node in level
+                for value, child in enumerate(self._children[node])
+                if free >> value & 1
+            }
+        return NOTHING not in level
+
+
+def _all(size: int) -> int:
+    return (1 << size) - 1
+
+
+def _groups(
+    pairs: Iterable[tuple[int, int]],
+) -> Iterator[tuple[tuple[int, int], list[int]]]:
+    """Values whose lower and upper sets are equal, together."""
+    found: dict[tuple[int, int], list[int]] = {}
+    for value, pair in enumerate(pairs):
+        found.setdefault(pair, []).append(value)
+    yield from found.items()

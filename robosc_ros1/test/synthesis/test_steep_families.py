@@ -1,0 +1,71 @@
+"""Models that are steep for one engine: both agree with the oracle, and their guards stay short."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+import steep_families
+from random_models import random_model
+from synthesis.differential import ENGINES, differences
+from synthesis.oracle import Oracle
+from synthesis.plants import plant_of
+from synthesis.subject import robot_of
+
+from robosc.ir.expr import to_dsl
+from robosc.synthesis import guards, synthesize
+from robosc.synthesis.bdd import care_set as bdd_care_set
+from robosc.synthesis.dense import care_set as dense_care_set
+
+SMALL = {
+    "allocation": (4,),
+    "broad": (4,),
+    "budget": (3, 4),
+    "cat_and_mouse": (5, 2),
+    "chain": (6,),
+    "crew": (4,),
+    "gauges": (14,),
+    "not_all_busy": (6,),
+    "readings": (4,),
+    "restless": (3,),
+    "token": (5,),
+    "unrelated": (2,),
+}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("family", SMALL)
+def test_engines_agree_with_the_oracle(family: str, engine: str) -> None:
+    robot = robot_of(getattr(steep_families, family)(*SMALL[family]))
+    assert differences(robot, Oracle(robot), engine) == []
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize(
+    ("family", "size", "longest"),
+    [
+        ("not_all_busy", (14,), 240),  # an array of one dimension per machine is too much
+        ("token", (18,), 20),  # !Place17.have, rather than all the other places
+        ("budget", (5, 7), 80),  # the requirement's own words
+        ("crew", (8,), 140),
+    ],
+)
+def test_guards_are_short(family: str, size: tuple[int, ...], longest: int, engine: str) -> None:
+    text = getattr(steep_families, family)(*size)
+    robot = robot_of(text)
+    guards = [to_dsl(guard.expr, robot) for guard in synthesize(plant_of(text), engine).guards]
+    assert max(map(len, guards)) <= longest
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("long", [0, 10_000], ids=["every way", "first way"])
+def test_guards_made_without_tables_are_exact(
+    engine: str, long: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As those of large systems are: by diagrams, and with ``long`` 0 by all other ways too."""
+    for module in (bdd_care_set, dense_care_set):
+        monkeypatch.setattr(module, "LARGEST_TABLE", 0)
+    monkeypatch.setattr(guards, "_LONG", long)
+    for seed in range(300, 316):
+        robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
+        assert differences(robot, Oracle(robot), engine) == [], seed

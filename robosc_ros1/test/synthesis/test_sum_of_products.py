@@ -1,0 +1,57 @@
+"""Sums of products on decision diagrams: exact, irredundant, and within a budget."""
+
+from __future__ import annotations
+
+import random
+from itertools import product
+
+import numpy as np
+import pytest
+
+from robosc.synthesis import sum_of_products
+from robosc.synthesis.sum_of_products import Diagrams, Product, TooLarge
+
+SIZES = (2, 3, 2, 4)
+EVERY = list(product(*(range(size) for size in SIZES)))
+
+
+def rows(chosen: set[tuple[int, ...]]) -> np.ndarray:
+    return np.array(sorted(chosen), np.intp).reshape(-1, len(SIZES))
+
+
+def held(products: tuple[Product, ...], which: int) -> set[tuple[int, ...]]:
+    """What the products hold: 0 with the needed values, 1 with all that may be added."""
+    return {
+        values
+        for values in EVERY
+        for one in products
+        if all(pair[which] >> value & 1 for pair, value in zip(one, values, strict=True))
+    }
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_products_hold_the_lower_set_and_stay_in_the_upper(seed: int) -> None:
+    rng = random.Random(seed)
+    lower = {values for values in EVERY if rng.random() < 0.4}
+    upper = lower | {values for values in EVERY if rng.random() < 0.3}
+    diagrams = Diagrams(SIZES)
+    products = diagrams.products(diagrams.of_rows(rows(lower)), diagrams.of_rows(rows(upper)))
+    assert lower <= held(products, 0)
+    assert held(products, 1) <= upper
+    for number in range(len(products)):
+        assert not lower <= held(products[:number] + products[number + 1 :], 0)
+
+
+def test_equal_sets_are_one_number() -> None:
+    diagrams = Diagrams(SIZES)
+    some = set(EVERY[::2])
+    rest = set(EVERY) - some
+    assert diagrams.complement(diagrams.of_rows(rows(some))) == diagrams.of_rows(rows(rest))
+
+
+def test_a_sum_that_takes_too_long_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sum_of_products, "_MOST_STEPS", 3)
+    diagrams = Diagrams(SIZES)
+    odd = {values for values in EVERY if sum(values) % 2}
+    with pytest.raises(TooLarge, match="too long"):
+        diagrams.products(diagrams.of_rows(rows(odd)), diagrams.of_rows(rows(odd)))
