@@ -54,21 +54,24 @@ def test_all_python_parses_as_3_8_and_imports_nothing_of_robosc(
                 assert not any(name.split(".")[0] == "robosc" for name in names), path
 
 
-def test_the_runtime_is_copied_as_it_is() -> None:
-    files = package_of("lantern").files
-    for source in RUNTIME.glob("*.py"):
-        copy = files[f"src/lantern_controller/_runtime/{source.name}"]
-        assert copy.content == source.read_text(encoding="utf-8")
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_the_runtime_is_copied_as_it_is(model: str, target: str, mode: str) -> None:
+    needs_definitions(model)
+    files = package_of(model, target, mode).files
+    copies = {path: file for path, file in files.items() if "/_runtime/" in path}
+    assert copies
+    for path, copy in copies.items():
+        source = RUNTIME / path.rpartition("/")[2]
+        assert copy.content == source.read_text(encoding="utf-8"), path
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_controller_and_runtime_are_the_same_for_all_targets(model: str) -> None:
+def test_the_controller_is_the_same_for_all_targets(model: str) -> None:
     needs_definitions(model)
     package = f"{model}_controller"
     first = package_of(model, "ros1").files
     second = package_of(model, "ros2").files
     shared = [f"{package}/{name}" for name in ("__init__.py", "controller.py", "model.py")]
-    shared += [f"{package}/_runtime/{path.name}" for path in RUNTIME.glob("*.py")]
     for path in shared:
         assert first[f"src/{path}"] == second[path], path
     for path in ("test/judge.py", "test/plant_data.py", "test/shadow.py"):

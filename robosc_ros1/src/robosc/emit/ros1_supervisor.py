@@ -59,5 +59,5 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     texts |= {p: File(render(t, context), executable=True) for p, t in programs.items()}
     return Package(
         package,
-        frozen_files({**texts, **runtime_files(f"{module}/_runtime")}),
+        frozen_files({**texts, **runtime_files(f"{module}/_runtime", texts)}),
     )

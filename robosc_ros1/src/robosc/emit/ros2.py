@@ -75,7 +75,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "test/plant_data.py": File(plant_module(robot, source)),
         **{f"{package}/{name}": File(verbatim(f"ros2/{name}")) for name in WIRING},
     }
-    return Package(package, frozen_files({**files, **runtime_files(f"{package}/_runtime")}))
+    return Package(package, frozen_files({**files, **runtime_files(f"{package}/_runtime", files)}))
 
 
 def package_context(

@@ -29,6 +29,7 @@ import std_msgs.msg
 from judge import Judge, Values, print_coverage
 from std_msgs.msg import String
 
+# (topic, message type, communications)
 SUBSCRIPTIONS = (
     ("/scan", gauntlet_interfaces.msg.Scan, ('Eye.scan',)),
     ("/spots", gauntlet_interfaces.msg.Scan, ('Eye.spots',)),
@@ -43,6 +44,7 @@ PUBLICATIONS = (
     ("/left/turn", std_msgs.msg.Float32, ('Left.turn',)),
     ("/right/turn", std_msgs.msg.Float32, ('Right.turn',)),
 )
+# (name, type, communication)
 SERVICES = (
     ("set_level", gauntlet_interfaces.srv.SetLevel, "Lamp.set_level"),
 )

@@ -27,6 +27,7 @@ import std_msgs.msg
 from judge import Judge, Values, print_coverage
 from std_msgs.msg import String
 
+# (topic, message type, communications)
 SUBSCRIPTIONS = (
     ("/brightness", std_msgs.msg.Int16, ('Sky.brightness',)),
 )
@@ -34,6 +35,7 @@ PUBLICATIONS = (
     ("kindle", std_msgs.msg.Empty, ('Flame.kindle',)),
     ("~snuff", std_msgs.msg.Bool, ('Flame.snuff',)),
 )
+# (name, type, communication)
 SERVICES = (
 )
 ACTIONS = (

@@ -39,6 +39,7 @@ CONTROLLER = "gauntlet_controller"
 TIMEOUT = 0.5
 """The controller's deadline for services; one that does not answer in time makes a call fail."""
 
+# (topic, message type, communications)
 SUBSCRIPTIONS = (
     ("/scan", gauntlet_interfaces.msg.Scan, ('Eye.scan',)),
     ("/spots", gauntlet_interfaces.msg.Scan, ('Eye.spots',)),
@@ -53,6 +54,7 @@ PUBLICATIONS = (
     ("/left/turn", std_msgs.msg.Float32, ('Left.turn',)),
     ("/right/turn", std_msgs.msg.Float32, ('Right.turn',)),
 )
+# (name, type, communication)
 SERVICES = (
     ("set_level", gauntlet_interfaces.srv.SetLevel, "Lamp.set_level"),
 )

@@ -15,9 +15,9 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
-from ._runtime.supervisor_engine import SupervisorEngine
 from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError
+from ._runtime.supervisor_engine import SupervisorEngine
 from .controller import GauntletController
 from .model import MODEL
 from .relay import RelayPort

@@ -36,6 +36,7 @@ CONTROLLER = "lantern_controller"
 TIMEOUT = 0.5
 """The controller's deadline for services; one that does not answer in time makes a call fail."""
 
+# (topic, message type, communications)
 SUBSCRIPTIONS = (
     ("/brightness", std_msgs.msg.Int16, ('Sky.brightness',)),
 )
@@ -43,6 +44,7 @@ PUBLICATIONS = (
     ("kindle", std_msgs.msg.Empty, ('Flame.kindle',)),
     ("~/snuff", std_msgs.msg.Bool, ('Flame.snuff',)),
 )
+# (name, type, communication)
 SERVICES = (
 )
 ACTIONS = (

@@ -12,9 +12,9 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
-from ._runtime.supervisor_engine import SupervisorEngine
 from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
+from ._runtime.supervisor_engine import SupervisorEngine
 from .controller import GauntletController
 from .model import MODEL
 from .relay import RelayPort

@@ -1,0 +1,22 @@
+"""What of the runtime a package carries: the modules that it imports, and no others."""
+
+from __future__ import annotations
+
+import pytest
+from emit.golden_packages import PACKAGES, package_of
+
+ALL = {"__init__", "calls", "engine", "eventlog", "model", "port", "recorder", "report",
+       "scheduler", "settings", "values"}  # fmt: skip
+ONLY = {
+    ("ros1", "controller"): set(),
+    ("ros1", "supervisor"): {"matching", "supervisor_engine"},
+    ("ros2", "controller"): {"qos"},
+    ("ros2", "supervisor"): {"matching", "qos", "supervisor_engine"},
+}
+
+
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_modules_of_the_runtime(model: str, target: str, mode: str) -> None:
+    paths = [path.rpartition("_runtime/") for path in package_of(model, target, mode).files]
+    modules = {name.removesuffix(".py") for _, folder, name in paths if folder}
+    assert modules == ALL | ONLY[target, mode]
