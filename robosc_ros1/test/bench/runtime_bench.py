@@ -1,4 +1,4 @@
-"""The generated controller of the line follower without ROS: cost per event, and no growth.
+"""The engine without ROS: cost per event of the line follower, no growth, and cost of large robots.
 
 ``--events 10000000`` is eight hours of a busy robot, compressed.
 """
@@ -16,10 +16,17 @@ from ros_support import EXAMPLES
 
 from robosc import pipeline
 from robosc.runtime.engine import Engine
+from robosc.runtime.model import Command, Communication, Controller, Input
 from robosc.runtime.port import Port
 
 __all__ = ["main"]
 
+SIZES = (10, 100, 1000)
+"""Numbers of commands, each with a guard over a flag of its own."""
+TOUCH_LIMIT = 8.0
+"""Microseconds of processor time for an input that concerns one of 1,000 commands."""
+GROWTH_LIMIT = 1.5
+"""So much more than in the smallest robot may a command cost that is due."""
 LIMIT = 20.0
 """Microseconds of processor time that an event may cost the engine."""
 
@@ -81,9 +88,99 @@ def main(arguments: list[str] | None = None) -> int:
         f"  per input {min(parts):.1f} to {max(parts):.1f} us of processor time  (at most {LIMIT:g})"
     )
     print(f"  memory {early} kB after 3/10, {parts_memory} kB at the end")
-    return int(
-        sorted(parts)[5] > LIMIT or parts_memory > early * 1.05 or engine.stopped is not None
+    missed = sorted(parts)[5] > LIMIT or parts_memory > early * 1.05 or engine.stopped is not None
+    return int(wide_robots() or missed)
+
+
+def wide_robots() -> bool:
+    """Measure robots with many commands; whether a target is missed."""
+    touched, due = {}, {}
+    for size in SIZES:
+        touched[size] = min(cost_of_an_input(size) for _ in range(5))
+        due[size] = min(cost_of_a_due_command(size) for _ in range(5))
+        print(
+            f"  {size} commands: {touched[size]:.1f} us per input that concerns one,"
+            f" {due[size]:.1f} us per command that is due"
+        )
+    print(f"  (at most {TOUCH_LIMIT:g} us, and {GROWTH_LIMIT:g} times the smallest robot's)")
+    least, largest = due[SIZES[0]], due[SIZES[-1]]
+    return touched[SIZES[-1]] > TOUCH_LIMIT or largest > GROWTH_LIMIT * least
+
+
+class StillPort(NullPort):
+    """Its clock stands until it is moved."""
+
+    time = 0.0
+
+    def now(self) -> float:
+        return self.time
+
+
+def wide_controller(size: int) -> Controller:
+    """A controller with ``size`` inputs, flags and commands, each about its own flag."""
+
+    def reader(_: Any, message: Any) -> Any:
+        return message
+
+    def entry(number: int) -> tuple[Input, Command]:
+        name = f"flag_{number}"
+
+        def apply(controller: Any, value: Any) -> None:
+            setattr(controller, name, value)
+
+        def guard(controller: Any) -> bool:
+            return bool(getattr(controller, name))
+
+        read = Input(f"In.m{number}", "response", reader, apply, (name,))
+        sent = f"Out.m{number}"
+        command = Command(sent, "request", guard, None, None, None, None, (name,), (), ())
+        return read, command
+
+    controller = Controller()
+    entries = [entry(number) for number in range(size)]
+    controller.INPUTS = tuple(read for read, _ in entries)
+    controller.COMMANDS = tuple(command for _, command in entries)
+    controller.COMMUNICATIONS = tuple(
+        Communication(e.key, e.key, "outgoing" if isinstance(e, Input) else "incoming")
+        for pair in entries
+        for e in pair
     )
+    controller.TAUS = ()
+    controller.undefined = {}
+    for number in range(size):
+        setattr(controller, f"flag_{number}", False)
+    return controller
+
+
+def cost_of_an_input(size: int, count: int = 20_000) -> float:
+    """Microseconds per input that changes nothing but the one flag, to the same."""
+    engine = Engine(wide_controller(size), StillPort())
+    engine.begin()
+    posters = [engine.poster(f"In.m{number}", "response") for number in range(size)]
+    start = time.process_time()
+    for number in range(count):
+        posters[number % size](False)
+        engine.cycle()
+    return (time.process_time() - start) / count * 1e6
+
+
+def cost_of_a_due_command(size: int) -> float:
+    """Microseconds per command, all being due at once, period after period."""
+    port = StillPort()
+    engine = Engine(wide_controller(size), port)
+    for number in range(size):
+        setattr(engine.controller, f"flag_{number}", True)
+    engine.begin()
+    engine.cycle()
+    rounds = max(3, 3000 // size)
+    start = time.process_time()
+    for _ in range(rounds):
+        port.time += 0.1
+        engine.cycle()
+    taken = time.process_time() - start
+    if port.sent != size * (rounds + 1):
+        raise AssertionError(f"{port.sent} commands were sent, not {size * (rounds + 1)}")
+    return taken / rounds / size * 1e6
 
 
 def recorded(chance: random.Random) -> list[tuple[str, Message]]:

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from emit.generated_code import controller_class, supervisor_of
 from random_models import random_model
+from runtime.lamp_robot import PlayedPort
 
 from robosc.emit.python import path_text
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
@@ -28,6 +29,8 @@ from robosc.model.types import (
     Type,
     Value,
 )
+from robosc.runtime.engine import Engine
+from robosc.runtime.settings import Settings
 from robosc.runtime.values import Mismatch
 
 
@@ -155,6 +158,35 @@ def check_tau(twin: Twin, event: Event, state: PlantState, expected: Any) -> Pla
 def test_walks_of_random_models(seed: int) -> None:
     rng = random.Random(seed)
     walk_through(Twin(random_model(rng, 1 + seed % 3)), rng)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_the_engine_looks_again_at_all_that_an_event_may_change(seed: int) -> None:
+    """What tables of reads and writes leave out is what it was."""
+    rng = random.Random(seed)
+    twin = Twin(random_model(rng, 1 + seed % 3))
+    controller = twin.controller
+    controller.INPUTS = tuple(
+        i if i.read is None else i._replace(read=lambda _, value: value) for i in controller.INPUTS
+    )
+    port = PlayedPort()
+    engine = Engine(controller, port, Settings(rate=2.0))
+    engine.begin()
+    inputs = [event for event in twin.plant.events if not event.controllable]
+    for _ in range(60):
+        event = rng.choice(inputs)
+        value = incoming(twin.plant, event, rng.choice(list(valuations(event))))
+        if twin.plant.robot.communications[event.key].has_phase:
+            engine.report(event.key, port.tokens.get(event.key, 0), event.kind.value, value)
+        else:
+            engine.post(event.key, event.kind.value, value)
+        engine.cycle()
+        port.time += rng.choice([0.0, 0.1, 0.5])
+        if engine.stopped:
+            break
+        commands = engine._scheduler.commands
+        assert [c.was for c in commands] == [c.allowed() for c in commands]
+        assert [tau for tau in controller.TAUS if tau.step(controller.copy())] == []
 
 
 PHASES = """

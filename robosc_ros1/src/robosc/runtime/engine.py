@@ -17,10 +17,11 @@ import time
 import traceback
 from queue import Empty, SimpleQueue
 from types import MethodType
-from typing import Any, Callable, Dict, List, Optional, Tuple, Union
+from typing import Any, Callable, Dict, FrozenSet, Optional, Tuple, Union
 
 from .calls import Calls
-from .model import Controller, Input, Tau
+from .internal import InternalTransitions
+from .model import Controller, Input
 from .port import Port
 from .recorder import STOP_COMMAND, EventRecorder, Throttle
 from .scheduler import CommandScheduler, ScheduledCommand
@@ -37,7 +38,7 @@ _LONGEST_WAIT = 3600.0
 class _BoundInput:
     """An input with its methods bound, and what the queue needs to know of it."""
 
-    __slots__ = ("apply", "call", "ends", "key", "kind", "name", "read")
+    __slots__ = ("apply", "call", "ends", "key", "kind", "name", "read", "writes")
 
     def __init__(self, controller: Controller, entry: Input, name: str, call: bool) -> None:
         self.key = entry.key
@@ -49,6 +50,7 @@ class _BoundInput:
             None if entry.read is None else MethodType(entry.read, controller)
         )
         self.apply: Callable[[Any], None] = MethodType(entry.apply, controller)
+        self.writes = frozenset(entry.writes)
 
 
 _Item = Union[Tuple[_BoundInput, Any, int], Callable[[], None], None]
@@ -84,11 +86,9 @@ class Engine:
             )
             for i in controller.INPUTS
         }
-        self._taus: List[Tuple[Tau, Callable[[], Optional[str]]]] = [
-            (tau, MethodType(tau.step, controller)) for tau in controller.TAUS
-        ]
+        self._transitions = InternalTransitions(controller)
         self._scheduler = CommandScheduler(
-            controller, self.settings.rate, self.settings.order, self.settings.seed
+            controller, self.settings.rate_of, self.settings.order, self.settings.seed
         )
         self._calls = Calls(
             self.settings.timeout_of,
@@ -156,10 +156,8 @@ class Engine:
         self._guarded(self._begin)
 
     def _begin(self) -> None:
-        for command in self._scheduler.commands:
-            command.due = self._port.now()
-        self._run_to_completion()
-        self._scheduler.update(None, self._port.now())
+        self._run_to_completion(None)
+        self._scheduler.begin(self._port.now())
 
     def time_to_deadline(self) -> Optional[float]:
         """Return the seconds until the next deadline of the engine; None: it waits for input."""
@@ -190,15 +188,13 @@ class Engine:
     def _cycle(self, item: _Item) -> None:
         if item is not None:
             self._take(item)
-        performed: List[ScheduledCommand] = []
         while True:
             self._drain()
             if self.stopped is not None or self._closing:
                 return
-            command = self._scheduler.next(performed, self._port.now())
+            command = self._scheduler.next(self._port.now())
             if command is None:
                 return
-            performed.append(command)
             self._perform(command)
 
     def _drain(self) -> None:
@@ -256,7 +252,7 @@ class Engine:
             self.recorder.counters["errors"] += 1
             self._log("warning", entry.key, "%s failed: %s" % (entry.name, detail))
         self.recorder.record(entry.kind, entry.name, value, "applied", detail)
-        self._after(entry.ends)
+        self._after(entry.writes, entry.ends)
 
     def _mismatch(self, entry: _BoundInput, value: Any, reason: str) -> None:
         counters = self.recorder.counters
@@ -271,33 +267,32 @@ class Engine:
         if self.settings.on_mismatch == "stop":
             self._safe_stop("mismatch: " + reason)
 
-    def _after(self, ended: Optional[str]) -> None:
-        if self._taus:
-            self._run_to_completion()
+    def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
+        """After an event that wrote these attributes, and maybe ended a request."""
+        if self._transitions:
+            writes = self._run_to_completion(writes)
         undefined = self.controller.undefined
         if undefined:
             total = sum(undefined.values())
             if total != self._undefined:
                 self._undefined = self.recorder.counters["undefined"] = total
                 self._log("warning", "undefined", "undefined value: an array was too short")
-        self._scheduler.update(ended, self._port.now())
+        self._schedule(writes, ended)
 
-    def _run_to_completion(self) -> None:
-        """Take enabled taus in source order until none is left."""
-        steps = 0
-        moved = True
-        while moved:
-            moved = False
-            for tau, step in self._taus:
-                path = step()
-                if path is not None:
-                    moved = True
-                    steps += 1
-                    self.recorder.counters["taus"] += 1
-                    self.recorder.record("tau", tau.component, path, tau=tau.number)
-                    if steps > self.controller.STEP_BOUND:
-                        self._safe_stop("the internal transitions never end (%s)" % tau.component)
-                        return
+    def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
+        self._scheduler.update(self._scheduler.affected(writes), ended, self._port.now())
+
+    def _run_to_completion(self, writes: Optional[FrozenSet[str]]) -> FrozenSet[str]:
+        """Take enabled internal transitions until none is left; what has been written then."""
+        written = writes or frozenset()
+        for steps, (tau, path) in enumerate(self._transitions.run(writes), 1):
+            written |= frozenset(tau.writes)
+            self.recorder.counters["taus"] += 1
+            self.recorder.record("tau", tau.component, path, tau=tau.number)
+            if steps > self.controller.STEP_BOUND:
+                self._safe_stop("the internal transitions never end (%s)" % tau.component)
+                break
+        return written
 
     # Commands
 
@@ -322,7 +317,7 @@ class Engine:
         self.recorder.counters["commands"] += 1
         self.recorder.record(command.kind, name, data)
         self._scheduler.performed(command, now)
-        self._after(command.key if command.kind == "cancel" else None)
+        self._after(command.writes, command.key if command.is_cancel else None)
 
     def _dispatch(self, command: ScheduledCommand, data: Any) -> None:
         if command.kind == "cancel":
@@ -384,6 +379,7 @@ class Engine:
             command.synchronisation is None or command.synchronisation()
         ):
             command.apply()
+            self._schedule(command.writes, None)
 
     def _close(self) -> None:
         if not self._closing:

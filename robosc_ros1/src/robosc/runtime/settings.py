@@ -62,8 +62,13 @@ class Settings(NamedTuple):
     legacy_state_topic: str = ""
     timeout: Mapping[str, float] = {}
     goal_timeout: Mapping[str, float] = {}
+    rates: Mapping[str, float] = {}
     more: Mapping[str, Any] = {}
     """Values, by name, of the parameters that only this version of ROS has."""
+
+    def rate_of(self, key: str) -> float:
+        """How often a command is repeated, in Hz."""
+        return self.rates.get(key) or self.rate
 
     def timeout_of(self, key: str) -> float:
         return self.timeout.get(key, 5.0)

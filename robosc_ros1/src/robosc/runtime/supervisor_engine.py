@@ -184,7 +184,7 @@ class SupervisorEngine(Engine):
         command.count += 1
         self.recorder.counters["commands"] += 1
         self.recorder.record(kind, name)
-        super()._after(key if kind == "cancel" else None)
+        super()._after(command.writes, key if kind == "cancel" else None)
         if kind == "cancel":
             self._effect.pop(key, None)
         elif command.sort != "service" and key != self.settings.stop_command:
@@ -219,8 +219,11 @@ class SupervisorEngine(Engine):
             if answer is not None:
                 answer(entry.kind, message)
 
-    def _after(self, ended: Optional[str]) -> None:
-        super()._after(ended)
+    def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
+        """It sends nothing of its own accord."""
+
+    def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
+        super()._after(writes, ended)
         self._revoke()
 
     def _against(self, key: str) -> FrozenSet[str]:
