@@ -280,15 +280,12 @@ _ALL = (
     _error(
         _TYPES,
         "not-finite",
-        "Synthesis looks at every value of everything that decides about events. So a variable"
-        " that a"
-        " guard, a requirement, a provide condition or an assignment to such a variable reads"
-        " must be a"
-        " boolean, an enum or an integer with a range; so must what such a variable takes from a"
-        " message.",
-        "variable distance: double\n…\nrequirement move needs Sensor.distance > 0.5",
+        "Synthesis looks at every value of an integer with a range that takes part in decisions."
+        " So what is assigned to it must have a range, too. (Other numbers and strings may take"
+        " part in decisions where they are compared with something.)",
+        "variable level: integer(0..9)\n…\non response from gauge do level := value  // an integer",
         "Give the integer a range, or convert what comes in by an enum:"
-        " `datatype enum Distance from double to { value > 0.5 -> free default -> obstructed }`.",
+        " `datatype enum Level from integer to { value > 5 -> high default -> low }`.",
     ),
     _error(
         _TYPES,

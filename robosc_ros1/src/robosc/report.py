@@ -143,12 +143,15 @@ def graph_text(system: Graph) -> str:
 
 def _variable_texts(plant: Plant, state: PlantState) -> Iterator[str]:
     for variable, index in zip(plant.variables, state, strict=True):
+        if variable.labels is not None:
+            yield variable.labels[index]
+            continue
         value = variable.values[index]
         value = str(value).lower() if isinstance(value, bool) else str(value)
         match variable.kind:
             case VariableKind.LOCATION:
                 yield f"{variable.name}.{value}"
-            case VariableKind.DATA:
+            case VariableKind.DATA | VariableKind.TEST:
                 yield f"{variable.name} = {value}"
             case VariableKind.PHASE:
                 if index:

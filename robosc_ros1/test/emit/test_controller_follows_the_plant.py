@@ -77,7 +77,7 @@ def incoming(plant: Plant, event: Event, values: tuple[Value | None, ...]) -> An
     parts: dict[tuple[str | int, ...], Type] = {}
     for automaton in event.automata:
         for edge in automaton.edges:
-            for expr in [*(e for _, e in edge.updates), *(a.value for a in edge.data)]:
+            for expr in (a.value for a in edge.assignments):
                 for part in walk(expr):
                     if isinstance(part, ValueRef):
                         parts[part.path] = part.type

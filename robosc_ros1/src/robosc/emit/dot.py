@@ -178,9 +178,11 @@ def _states(graph: Graph) -> Iterator[str]:
 def _state_lines(plant: Plant, state: PlantState) -> Iterator[str]:
     for variable, index in zip(plant.variables, state, strict=True):
         value = variable.values[index]
-        if variable.kind is VariableKind.LOCATION:
+        if variable.labels is not None:
+            yield variable.labels[index]
+        elif variable.kind is VariableKind.LOCATION:
             yield f"{variable.name}.{value}"
-        elif variable.kind is VariableKind.DATA:
+        elif variable.kind in (VariableKind.DATA, VariableKind.TEST):
             yield f"{variable.name} = {_value(value)}"
         elif value == "busy":
             yield f"{plant.robot.display_names[variable.name]} busy"

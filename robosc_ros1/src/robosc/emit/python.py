@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from robosc.emit.naming import field_attribute
-from robosc.ir.expr import to_python
+from robosc.ir.expr import exact, to_python
 from robosc.model.expr import (
     Binary,
     Expr,
@@ -14,6 +15,7 @@ from robosc.model.expr import (
     Literal,
     PhaseRef,
     StateRef,
+    TestRef,
     Unary,
     ValueRef,
     VariableRef,
@@ -65,6 +67,8 @@ def literal(value: Value) -> str:
         if text[0] == "'" and '"' not in text:
             return f'"{text[1:-1]}"'
         return text
+    if isinstance(value, float) and not math.isfinite(value):
+        return f'float("{value}")'
     return repr(value)
 
 
@@ -76,7 +80,7 @@ def reads_array(expr: Expr) -> bool:
     """Whether the expression can be undefined."""
     return any(
         isinstance(part, ValueRef) and any(isinstance(p, int) for p in part.path)
-        for part in walk(expr)
+        for part in walk(exact(expr))
     )
 
 
@@ -93,8 +97,8 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
                 if name == _LOCATION:
                     return f"self.{attributes.locations[component]}"
                 return f"self.{attributes.variables[f'{component}.{name}']}"
-            case StateRef():
-                raise AssertionError("states are spread before")
+            case StateRef() | TestRef():
+                raise AssertionError("states and tests are spread before")
             case PhaseRef(communication=key):
                 return f"self.{attributes.phases[key]}"
             case ValueRef(path=()):
@@ -103,7 +107,7 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
                 part = f"value[{literal(path_text(path))}]"
                 return f"given({part})" if any(isinstance(p, int) for p in path) else part
 
-    return to_python(_spread(expr), leaf, _literal)
+    return to_python(_spread(exact(expr)), leaf, _literal)
 
 
 def _spread(expr: Expr) -> Expr:

@@ -90,10 +90,7 @@ class Reactions:
     def _branch(self, event: Event, automaton: LocalAutomaton, edges: list[Edge]) -> _Branch:
         edge = edges[0]
         effects = []
-        for index, expr in edge.updates:
-            variable = self.variables[self.plant.variables[index].name]
-            effects.append(self._effect(event, variable, expr))
-        for assignment in edge.data:
+        for assignment in edge.assignments:
             variable = self.variables[f"{automaton.component}.{assignment.variable}"]
             effects.append(self._effect(event, variable, assignment.value))
         location = self.plant.variables[automaton.variable]
@@ -178,8 +175,8 @@ class Reactions:
 
     def _ranges(self, edge: Edge) -> Iterator[str]:
         for index, expr in edge.updates:
-            variable = self.variables[self.plant.variables[index].name]
-            if not within(expr, variable.type):
+            variable = self.variables.get(self.plant.variables[index].name)
+            if variable is not None and not within(expr, variable.type):
                 assert isinstance(variable.type, IntegerType)
                 assert variable.type.bounds is not None
                 low, high = variable.type.bounds

@@ -18,8 +18,10 @@ from enum import Enum
 from functools import cached_property
 from typing import TypeAlias
 
+from robosc.ir.expr import exact
+from robosc.ir.finite.view import FiniteView
 from robosc.model.entities import Assignment, EventKind, Robot
-from robosc.model.expr import Expr, ValueRef, walk
+from robosc.model.expr import Expr, TestRef, ValueRef, walk
 from robosc.model.types import Type, Value
 from robosc.source import Span
 
@@ -35,16 +37,18 @@ class VariableKind(Enum):
     LOCATION = "location"
     PHASE = "phase"
     DATA = "variable"
+    TEST = "test"
 
 
 @dataclass(frozen=True, slots=True)
 class StateVariable:
-    """A variable of the plant's state: a location, a phase or data.
+    """A variable of the plant's state: a location, a phase, data or a test of data.
 
     ``name`` is the component's (location), the communication's key (phase) or
     ``Component.variable``. ``values`` are the state names, ``("idle", "busy")``, or the variable's
-    values in order: a tuple, or a range for an integer. ``marked`` are the indexes at which the
-    variable is marked; None: all (a variable).
+    values in order: a tuple, a range for an integer, classes for what is not finite. ``marked`` are
+    the indexes at which the variable is marked; None: all (a variable). ``labels`` are what users
+    see where values only represent a class. ``test`` is what a test reads.
     """
 
     kind: VariableKind
@@ -52,6 +56,12 @@ class StateVariable:
     values: Sequence[Value]
     initial: int
     marked: frozenset[int] | None = None
+    labels: tuple[str, ...] | None = None
+    test: TestRef | None = None
+
+    def shown(self, index: int) -> Value:
+        """A value as users see it."""
+        return self.values[index] if self.labels is None else self.labels[index]
 
     @property
     def size(self) -> int:
@@ -60,16 +70,23 @@ class StateVariable:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A part of an event's value that a synthesis variable or guard takes.
+    """A part of an event's value that a synthesis variable or guard takes, or a test of data.
 
     ``path`` is that of the ``ValueRef``; ``values`` are all it can be, in order. ``None`` stands
     last for a path through an array, which may be shorter than the index: assignments that read it
-    then leave their variable, and guards that read it do not hold (LANGUAGE section 5).
+    then leave their variable, and guards that read it do not hold (LANGUAGE section 5). ``labels``
+    are what users see where values only represent a class. ``test`` is what a test reads.
     """
 
     path: tuple[str | int, ...]
     type: Type
     values: Sequence[Value | None]
+    labels: tuple[str, ...] | None = None
+    test: TestRef | None = None
+
+    def shown(self, value: Value | None) -> Value | None:
+        """A value as users see it."""
+        return value if self.labels is None else self.labels[self.values.index(value)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,13 +95,14 @@ class Edge:
     holds.
 
     ``updates`` assign state variables: (index, right-hand side over the state before the event).
-    ``data`` assigns data-only variables, for the controller at run time. ``target`` is a location.
+    ``assignments`` are those of the model, for the controller at run time: data-only variables
+    among them, and data exactly. ``target`` is a location.
     """
 
     source: int
     guard: Expr | None
     updates: tuple[tuple[int, Expr], ...]
-    data: tuple[Assignment, ...]
+    assignments: tuple[Assignment, ...]
     target: int
     span: Span = field(compare=False, repr=False)
 
@@ -144,13 +162,14 @@ class Plant:
     ``invariants`` are the conditions of state requirements as they must hold (``never e`` is
     ``!e``), each with its index in ``Robot.requirements``. Events stand in model order: per
     component and communication request, response, feedback, error, cancel; a component's taus
-    after its communications.
+    after its communications. ``view`` is what the plant knows of data.
     """
 
     robot: Robot
     variables: tuple[StateVariable, ...]
     events: tuple[Event, ...]
     invariants: tuple[tuple[Expr, int], ...]
+    view: FiniteView = field(compare=False, repr=False)
 
     @cached_property
     def variable_index(self) -> dict[tuple[VariableKind, str], int]:
@@ -187,8 +206,8 @@ def value_parts(event: Event) -> dict[tuple[str | int, ...], Type]:
     found: dict[tuple[str | int, ...], Type] = {}
     for automaton in event.automata:
         for edge in automaton.edges:
-            readers = [e for _, e in edge.updates] + [a.value for a in edge.data]
-            for expr in readers + ([edge.guard] if edge.guard is not None else []):
+            readers = [a.value for a in edge.assignments]
+            for expr in readers + ([exact(edge.guard)] if edge.guard is not None else []):
                 for part in walk(expr):
                     if isinstance(part, ValueRef):
                         found.setdefault(part.path, part.type)

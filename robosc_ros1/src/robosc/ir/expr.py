@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
@@ -13,23 +14,26 @@ from robosc.model.expr import (
     FALSE,
     TRUE,
     Binary,
+    ChoiceRef,
     Expr,
     Leaf,
     Literal,
     Operation,
     PhaseRef,
     StateRef,
+    TestRef,
     Unary,
     ValueRef,
     VariableRef,
     fold,
     walk,
+    with_operands,
 )
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
 
 __all__ = [
-    "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "evaluate", "junction",
-    "may_be_huge", "negation", "to_dsl", "to_python",
+    "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "evaluate", "exact",
+    "junction", "may_be_huge", "negation", "to_dsl", "to_python",
 ]  # fmt: skip
 
 _BOOLEAN = BooleanType()
@@ -99,21 +103,53 @@ def junction(expr: Expr, polarity: bool) -> Junction | None:
     return Junction(conjunctive, ((expr.left, left), (expr.right, polarity)))
 
 
+def exact(expr: Expr) -> Expr:
+    """The expression over the data themselves: without the terms of the plant."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        test = _test(node)
+        return node if test is None else test.subject
+
+    def operation(node: Operation, operands: tuple[Expr, ...]) -> Expr:
+        test = _test(node.operands[0])
+        if test is None or test.other is None:
+            return with_operands(node, operands)
+        return Binary(node.operator, test.subject, test.other, node.type, node.span)
+
+    return fold(expr, leaf, operation)
+
+
+def _test(expr: Expr) -> TestRef | None:
+    match expr:
+        case TestRef():
+            return expr
+        case ChoiceRef(test=test):
+            return test
+    return None
+
+
 # --- DSL text ------------------------------------------------------------------------------------
 
 _ATOM = 9
 _UNARY_LEVEL = UNARY["!"].level
 
 
-def to_dsl(expr: Expr, robot: Robot) -> str:
+def to_dsl(
+    expr: Expr, robot: Robot, spelled: Callable[[Leaf], str | None] = lambda leaf: None
+) -> str:
     """The expression in the language's own syntax, as it would stand in a requirement.
 
-    A phase, which the language has no word for, reads ``grab.busy``.
+    A phase, which the language has no word for, reads ``grab.busy``; tests of the plant read as in
+    the model. ``spelled`` may give a leaf another text.
     """
     component_names = {component.name for component in robot.components}
 
     def leaf(node: Leaf) -> str:
         match node:
+            case _ if (text := spelled(node)) is not None:
+                return text
+            case TestRef(name=name) | ChoiceRef(path=(str(name),)):
+                return name
             case (
                 VariableRef(component=component, variable=name)
                 | StateRef(component=component, state=name)
@@ -137,7 +173,7 @@ def to_dsl(expr: Expr, robot: Robot) -> str:
     def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
         return node.operation.text.of(operands)
 
-    return fold(expr, of_leaf, of_operation).text
+    return fold(exact(expr), of_leaf, of_operation).text
 
 
 def _literal(node: Literal) -> str:
@@ -149,6 +185,8 @@ def _literal(node: Literal) -> str:
             escaped = value.replace("\\", "\\\\").replace('"', '\\"')
             return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
         return escape(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return f"({0 if value != value else math.copysign(1.0, value):g} / 0)"
     text = repr(value)
     # The language wants a point in a double: 1e+16 is not one of its spellings.
     return text.replace("e+", "E").replace("e-", "E-") if isinstance(value, float) else text

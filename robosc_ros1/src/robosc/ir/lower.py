@@ -16,19 +16,29 @@ from robosc.ir.automaton import (
     StateVariable,
     VariableKind,
 )
-from robosc.ir.expr import conjunction, disjunction, negation
+from robosc.ir.expr import Leaf, conjunction, disjunction, negation, to_dsl
+from robosc.ir.finite.classes import Classes
+from robosc.ir.finite.terms import Term
+from robosc.ir.finite.view import (
+    FiniteView,
+    finite_view,
+    may_be_missing,
+    reference_to,
+    result_transitions,
+)
 from robosc.model.entities import (
-    Assignment,
     Behaviour,
     Communication,
     Component,
     EventKind,
     Kind,
+    Requirement,
     ResultTransition,
     Robot,
     Tau,
+    Variable,
 )
-from robosc.model.expr import TRUE, Expr, ValueRef, walk
+from robosc.model.expr import TRUE, ChoiceRef, Expr, TestRef, ValueRef, VariableRef, walk
 from robosc.model.types import Type, Value, domain
 
 __all__ = ["lower"]
@@ -70,14 +80,14 @@ def lower(robot: Robot) -> Plant:
         event for component in robot.components for event in context.events_of(component)
     )
     invariants = tuple(
-        (negation(r.condition) if r.kind == "never" else r.condition, index)
+        (context.condition(r, r.kind == "never"), index)
         for index, r in enumerate(robot.requirements)
         if r.kind in ("never", "always")
     )
-    return Plant(robot, context.variables, events, invariants)
+    return Plant(robot, context.variables, events, invariants, context.view)
 
 
-def _state_variables(robot: Robot) -> Iterator[StateVariable]:
+def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
     for component in robot.components:
         behaviour = component.behaviour
         if behaviour is not None:
@@ -90,8 +100,10 @@ def _state_variables(robot: Robot) -> Iterator[StateVariable]:
                 frozenset(i for i, s in enumerate(states) if s.marked),
             )
             for variable in behaviour.variables:
-                values = _values(variable.type, variable.key) if variable.in_state else None
-                if values is not None:
+                if variable.key in view.variables:
+                    yield _classified(variable, view)
+                elif variable.in_state and domain(variable.type) is not None:
+                    values = _values(variable.type, variable.key)
                     yield StateVariable(
                         VariableKind.DATA, variable.key, values, values.index(variable.initial)
                     )
@@ -104,11 +116,32 @@ def _state_variables(robot: Robot) -> Iterator[StateVariable]:
                     _IDLE,
                     frozenset({_IDLE}),
                 )
+    for test in view.tests:
+        classes = view.values(None, test)
+        outcomes = _values(test.type, test.name) if classes is None else classes
+        labels = None if classes is None else _labels(classes, test, robot)
+        initial = outcomes.index(view.initial(test))
+        yield StateVariable(
+            VariableKind.TEST, test.name, outcomes, initial, labels=labels, test=test
+        )
+
+
+def _classified(variable: Variable, view: FiniteView) -> StateVariable:
+    """A variable that is not finite, by what it is compared with."""
+    classes = view.variables[variable.key]
+    return StateVariable(
+        VariableKind.DATA,
+        variable.key,
+        classes,
+        classes.index(variable.initial),
+        labels=_labels(classes, reference_to(variable), view.robot),
+    )
 
 
 @dataclass(frozen=True)
 class _Context:
     robot: Robot
+    view: FiniteView
     variables: tuple[StateVariable, ...]
     variable_index: dict[tuple[VariableKind, str], int]
     listeners: dict[tuple[EventKind, str], tuple[Component, ...]]
@@ -116,15 +149,17 @@ class _Context:
 
     @classmethod
     def of(cls, robot: Robot) -> _Context:
-        variables = tuple(_state_variables(robot))
+        view = finite_view(robot)
+        variables = tuple(_state_variables(robot, view))
         listeners: dict[tuple[EventKind, str], dict[str, Component]] = {}
         for component in robot.components:
             if component.behaviour is not None:
-                for transition in _result_transitions(component.behaviour):
+                for transition in result_transitions(component.behaviour):
                     key = transition.event, transition.communication
                     listeners.setdefault(key, {})[component.name] = component
         return cls(
             robot,
+            view,
             variables,
             {(variable.kind, variable.name): i for i, variable in enumerate(variables)},
             {key: tuple(found.values()) for key, found in listeners.items()},
@@ -153,7 +188,7 @@ class _Context:
             key=key,
             index=0,
             controllable=kind in (EventKind.REQUEST, EventKind.CANCEL),
-            parameters=_parameters(automata),
+            parameters=tuple(self._parameters(automata, (kind, key))),
             phase=phase,
             automata=automata,
             requirement=requirement,
@@ -161,11 +196,16 @@ class _Context:
             span=communication.span,
         )
 
+    def condition(self, requirement: Requirement, negated: bool) -> Expr:
+        """The condition of a requirement as the plant has it."""
+        condition = self.view.expression(requirement.condition)
+        return negation(condition) if negated else condition
+
     def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:
         if kind not in (EventKind.REQUEST, EventKind.CANCEL):
             return None, ()
         found = {i: r for i, r in enumerate(self.robot.requirements) if key in r.communications}
-        kept = [r.condition if r.kind == "needs" else negation(r.condition) for r in found.values()]
+        kept = [self.condition(r, r.kind == "disables") for r in found.values()]
         if kind is EventKind.CANCEL:
             # Cancelling is for goals that a requirement speaks against now, and for no others.
             return disjunction(negation(condition) for condition in kept), tuple(found)
@@ -184,26 +224,57 @@ class _Context:
         return LocalAutomaton(component.name, variable, tuple(edges), kind is EventKind.REQUEST)
 
     def _edge(self, component: Component, location: int, transition: ResultTransition) -> Edge:
-        updates: list[tuple[int, Expr]] = []
-        data: list[Assignment] = []
-        for assignment in transition.assignments:
-            variable = self.variable_index.get(
-                (VariableKind.DATA, f"{component.name}.{assignment.variable}")
-            )
-            if variable is None:
-                data.append(assignment)
-            else:
-                updates.append((variable, assignment.value))
-        target = self._target(component, location, transition.goto)
+        guard = transition.guard
         return Edge(
-            location, transition.guard, tuple(updates), tuple(data), target, transition.span
+            location,
+            None if guard is None else self.view.expression(guard),
+            tuple(self._updates(component, transition)),
+            transition.assignments,
+            self._target(component, location, transition.goto),
+            transition.span,
         )
+
+    def _updates(
+        self, component: Component, transition: ResultTransition
+    ) -> Iterator[tuple[int, Expr]]:
+        for assignment in transition.assignments:
+            key = f"{component.name}.{assignment.variable}"
+            variable = self.variable_index.get((VariableKind.DATA, key))
+            if variable is not None and key not in self.view.variables:
+                yield variable, self.view.expression(assignment.value)
+        for term, update in self.view.updates(transition):
+            yield self.variable_index[_index_of(term)], update
 
     def _target(self, component: Component, location: int, goto: str | None) -> int:
         if goto is None:
             return location
         values = self.variables[self.variable_index[VariableKind.LOCATION, component.name]].values
         return values.index(goto)
+
+    def _parameters(
+        self, automata: Iterable[LocalAutomaton], scope: tuple[EventKind, str]
+    ) -> Iterator[Parameter]:
+        """The parts of the value that guards and updates take, in order of appearance."""
+        found: set[tuple[str | int, ...]] = set()
+        for edge in (edge for automaton in automata for edge in automaton.edges):
+            readers = [expr for _, expr in edge.updates]
+            if edge.guard is not None:
+                readers.append(edge.guard)
+            for part in (part for expr in readers for part in walk(expr)):
+                if isinstance(part, ValueRef) and part.path not in found:
+                    found.add(part.path)
+                    yield self._parameter(part, scope)
+
+    def _parameter(self, reference: ValueRef, scope: tuple[EventKind, str]) -> Parameter:
+        test = reference.test if isinstance(reference, ChoiceRef) else None
+        classes = self.view.values(scope, reference)
+        if classes is not None:
+            labels = _labels(classes, reference, self.robot)
+            return Parameter(reference.path, reference.type, classes, labels, test)
+        values = _values(reference.type, "a value that comes in")
+        if may_be_missing(reference):
+            return Parameter(reference.path, reference.type, (*values, None), None, test)
+        return Parameter(reference.path, reference.type, values, None, test)
 
     def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         everywhere = range(len(behaviour.states))
@@ -215,7 +286,7 @@ class _Context:
             edges = tuple(
                 Edge(
                     location,
-                    tau.guard,
+                    None if tau.guard is None else self.view.expression(tau.guard),
                     (),
                     (),
                     self._target(component, location, tau.goto),
@@ -238,36 +309,29 @@ class _Context:
             )
 
 
-def _result_transitions(behaviour: Behaviour) -> Iterator[ResultTransition]:
-    yield from behaviour.transitions
-    for state in behaviour.states:
-        yield from state.transitions
+def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:
+    if isinstance(term, TestRef):
+        return VariableKind.TEST, term.name
+    return VariableKind.DATA, f"{term.component}.{term.variable}"
 
 
-def _parameters(automata: Iterable[LocalAutomaton]) -> tuple[Parameter, ...]:
-    """The parts of the value that guards and synthesis variables take, in order of appearance."""
-    found: dict[tuple[str | int, ...], Parameter] = {}
-    for automaton in automata:
-        for edge in automaton.edges:
-            readers = [expr for _, expr in edge.updates]
-            if edge.guard is not None:
-                readers.append(edge.guard)
-            for part in (part for expr in readers for part in walk(expr)):
-                if isinstance(part, ValueRef) and part.path not in found:
-                    found[part.path] = _parameter(part)
-    return tuple(found.values())
+def _labels(classes: Classes, term: Term, robot: Robot) -> tuple[str, ...]:
+    """What users see of the values of a term: ``Battery.charge > 0.2``, ``x <= 1``."""
+
+    def spelled(leaf: Leaf) -> str | None:
+        incoming = isinstance(leaf, ValueRef) and leaf == term
+        return to_dsl(leaf, robot).removeprefix("value.") if incoming else None
+
+    return tuple(
+        classes.label(number, term, lambda expr: to_dsl(expr, robot, spelled))
+        for number in range(len(classes))
+    )
 
 
-def _parameter(reference: ValueRef) -> Parameter:
-    values = _values(reference.type, "a value that comes in")
-    assert values is not None, "a value of an infinite type takes part in synthesis"
-    if any(isinstance(part, int) for part in reference.path):
-        return Parameter(reference.path, reference.type, (*values, None))
-    return Parameter(reference.path, reference.type, values)
-
-
-def _values(type_: Type, what: str) -> Sequence[Value] | None:
+def _values(type_: Type, what: str) -> Sequence[Value]:
+    """The values of a finite type; ``what`` names what takes them."""
     values = domain(type_)
+    assert values is not None, f"{what} takes part in synthesis and is not finite"
     if isinstance(values, range) and values.stop - values.start > _MOST_VALUES:
         raise StateSpaceError(
             f"{what}, {type_}, takes more than {_MOST_VALUES} values:"

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
-from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.model.expr import Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.model.types import Value
 
 __all__ = ["Outcome", "Values", "Verdict", "holds", "missing_together", "outcome", "valuations"]
@@ -133,6 +133,9 @@ def _lookup(
         match leaf:
             case VariableRef(component=component, variable=name):
                 variable = index[VariableKind.DATA, f"{component}.{name}"]
+                return plant.variables[variable].values[state[variable]]
+            case TestRef(name=name):
+                variable = index[VariableKind.TEST, name]
                 return plant.variables[variable].values[state[variable]]
             case StateRef(component=component, state=name):
                 variable = index[VariableKind.LOCATION, component]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from robosc.errors import Note
@@ -18,11 +18,11 @@ from robosc.model.entities import (
     Requirement,
     ResultTransition,
 )
-from robosc.model.expr import Binary, Expr, Literal, ValueRef, VariableRef, walk
+from robosc.model.expr import Binary, Expr, Literal, Operation, ValueRef, VariableRef, walk
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
-from robosc.model.tables import CommunicationInfo, ComponentTable, Instance
-from robosc.model.types import EnumType, IntegerType, Type, domain
+from robosc.model.tables import CommunicationInfo, ComponentTable
+from robosc.model.types import EnumType, domain
 from robosc.model.values import describe
 from robosc.source import Span
 from robosc.syntax.nodes import Name
@@ -42,23 +42,21 @@ class Model:
 # --- which variables belong to the state ---------------------------------------------------------
 
 
-def select_state_variables(model: Model, component_table: ComponentTable, report: Report) -> Model:
-    """Find the variables that synthesis has to know, and check that they are finite.
+def select_state_variables(model: Model, report: Report) -> Model:
+    """Find the variables that synthesis has to know, and check that it can.
 
     A variable belongs to the state if a guard, a requirement or a provide condition reads it, or
-    the right-hand side of an assignment to one that does.
+    the right-hand side of an assignment to a finite one that does. One that is not finite is known
+    by what it is compared with: what is copied to it belongs to the state as well, but what is
+    computed for it does not.
     """
-    readers = _state_readers(model)
     declared = {v.key: v for c in model.components if c.behaviour for v in c.behaviour.variables}
-    finite = set(readers)
-    for key, reader in readers.items():
-        variable = declared.get(key)
-        if variable is not None and domain(variable.type) is None:
-            finite.discard(key)
-            _not_finite(
-                component_table.instances[variable.component], variable.name, reader, report
-            )
-    _check_values(model, finite, report)
+    data = {key for key, variable in declared.items() if domain(variable.type) is None}
+    readers = _state_readers(model, data)
+    for component, assignment in _assignments(model):
+        key = f"{component.name}.{assignment.variable}"
+        if key in readers and key not in data:
+            _check_finite(assignment, report)
     components = tuple(_with_state(c, readers) for c in model.components)
     return replace(model, components=components)
 
@@ -71,13 +69,14 @@ def _with_state(component: Component, readers: dict[str, Span]) -> Component:
     return replace(component, behaviour=replace(behaviour, variables=variables))
 
 
-def _state_readers(model: Model) -> dict[str, Span]:
+def _state_readers(model: Model, data: Collection[str]) -> dict[str, Span]:
     """The variables of the state by key, each with the first place that makes it one."""
     readers: dict[str, Span] = {}
     sources: dict[str, list[VariableRef]] = {}
     for component, assignment in _assignments(model):
-        refs = [r for r in walk(assignment.value) if isinstance(r, VariableRef)]
-        sources.setdefault(f"{component.name}.{assignment.variable}", []).extend(refs)
+        key = f"{component.name}.{assignment.variable}"
+        parts = [assignment.value] if key in data else walk(assignment.value)
+        sources.setdefault(key, []).extend(r for r in parts if isinstance(r, VariableRef))
     work = [r for e in _deciding(model) for r in walk(e) if isinstance(r, VariableRef)]
     work.reverse()
     while work:
@@ -123,48 +122,26 @@ def _assignments(model: Model) -> Iterator[tuple[Component, Assignment]]:
                     yield component, assignment
 
 
-def _not_finite(instance: Instance, name: str, reader: Span, report: Report) -> None:
-    node = instance.variable_nodes[name]
-    type_ = instance.variables[name]
-    assert type_ is not None
-    message = f"variable '{name}' takes part in decisions, so it cannot be {describe(type_)}"
-    if instance.imported is None:
-        note = Note(f"{instance.name}.{name} is read here", reader)
-        report.add("not-finite", node.type.span, message, _finite_hint(type_), [note])
-    else:
-        note = Note("it is declared here, in a library", node.type.span)
-        report.add("not-finite", reader, message, _finite_hint(type_), [note])
-
-
-def _finite_hint(type_: Type) -> str:
-    if isinstance(type_, IntegerType):
-        return "give it a range, integer(0..9), or convert it by an enum"
-    return f"convert it: datatype enum NAME from {type_} to {{ … default -> … }}"
-
-
-def _check_values(model: Model, finite: set[str], report: Report) -> None:
-    """What comes in must be finite where a guard or a variable of the state takes it."""
-    for component in model.components:
-        if component.behaviour is None:
-            continue
-        for transition in _results(component.behaviour):
-            if transition.guard is not None:
-                _check_incoming(transition.guard, "a guard", report)
-            for assignment in transition.assignments:
-                if f"{component.name}.{assignment.variable}" in finite:
-                    place = f"'{assignment.variable}', which takes part in decisions,"
-                    _check_incoming(assignment.value, place, report)
-
-
-def _check_incoming(expr: Expr, place: str, report: Report) -> None:
-    for part in walk(expr):
-        if isinstance(part, ValueRef) and domain(part.type) is None and part.span is not None:
+def _check_finite(assignment: Assignment, report: Report) -> None:
+    """What a finite variable of the state takes must be finite, unless it is only compared."""
+    for part in _taken(assignment.value):
+        leaf = isinstance(part, VariableRef | ValueRef) and domain(part.type) is None
+        if leaf and part.span is not None:
             report.add(
                 "not-finite",
                 part.span,
-                f"{place} cannot take {describe(part.type)} that comes in: it can be anything",
-                _finite_hint(part.type),
+                f"'{assignment.variable}', which takes part in decisions, cannot take"
+                f" {describe(part.type)} without range: it can be anything",
+                "give it a range, integer(0..9), or convert it by an enum",
             )
+
+
+def _taken(expr: Expr) -> Iterator[Expr]:
+    """The parts of an expression that do not merely stand in a comparison."""
+    yield expr
+    if isinstance(expr, Operation) and not expr.operation.is_comparison:
+        for operand in expr.operands:
+            yield from _taken(operand)
 
 
 # --- unused names --------------------------------------------------------------------------------

@@ -18,9 +18,9 @@ from robosc.model.types import BooleanType, Type, Value
 from robosc.source import Span
 
 __all__ = [
-    "FALSE", "TRUE", "Binary", "Expr", "Leaf", "Literal", "Operation", "PhaseRef", "StateRef",
-    "Unary", "ValueRef", "VariableRef", "fold", "path_text",
-    "rewritten", "walk", "with_operands",
+    "FALSE", "TRUE", "Binary", "ChoiceRef", "Expr", "Leaf", "Literal", "Operation", "PhaseRef",
+    "StateRef", "TestRef", "Unary", "ValueRef", "VariableRef", "fold", "path_text", "rewritten",
+    "walk", "with_operands",
 ]  # fmt: skip
 
 
@@ -89,6 +89,33 @@ class ValueRef:
 
 
 @dataclass(frozen=True, slots=True)
+class TestRef:
+    """What is computed from data, where the plant knows only what it comes to.
+
+    ``subject`` is what decides: a number, a boolean, a value of an enum. With ``other``, it is how
+    the subject compares with that: -1.0 if it is less, 0.0, 1.0, or NaN if one of them is NaN.
+    ``name`` is the same as text. The model has none of these; the plant has
+    (:mod:`robosc.ir.finite`).
+    """
+
+    subject: Expr
+    other: Expr | None
+    type: Type
+    name: str
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceRef(ValueRef):
+    """A test of data that is known only when the event happens, or a choice of the environment.
+
+    The plant takes it as one more part of the event's value; its ``path`` is the name of the test.
+    """
+
+    test: TestRef | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Unary:
     """``!`` or ``-``."""
 
@@ -125,7 +152,7 @@ class Binary:
         return (self.left, self.right)
 
 
-Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef
+Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef | TestRef
 """What an expression reads."""
 Operation: TypeAlias = Unary | Binary
 Expr: TypeAlias = Literal | Leaf | Operation

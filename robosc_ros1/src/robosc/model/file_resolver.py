@@ -98,7 +98,7 @@ class FileResolver:
         self._binder.check_unlinked(self._scope.interfaces.values())
         requirements, provides = self._statements()
         model = Model(components, requirements, provides)
-        model = select_state_variables(model, self.component_table, self._report)
+        model = select_state_variables(model, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
         lengths = {**self._type_declarations.ros.lengths, **self._binder.lengths}
         check_indexes(model.components, enums, lengths, self._report)

@@ -15,7 +15,7 @@ from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.ir.step import Values, Verdict, valuations
 from robosc.model.entities import EventKind, Variable
 from robosc.model.expr import Expr, ValueRef, VariableRef, path_text, walk
-from robosc.model.types import DoubleType, IntegerType, Value
+from robosc.model.types import DoubleType, IntegerType, Value, domain
 from robosc.runtime.values import widen
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machine import (
@@ -65,7 +65,7 @@ class SingleEvents:
         }
         self._data: dict[str, Variable] = {
             v.key: v for c in self.plant.robot.components if c.behaviour
-            for v in c.behaviour.variables if not v.in_state
+            for v in c.behaviour.variables if not v.in_state or domain(v.type) is None
         }  # fmt: skip
         self._past: list[_Moment] = []
         self.restart()
@@ -184,7 +184,7 @@ class SingleEvents:
         )
 
     def _assigned(self, event: Event, given: Given) -> Iterator[tuple[str, Value]]:
-        """What the event does to data-only variables: the right-hand sides see the state before."""
+        """What the event does to data: the right-hand sides see the state before."""
         state = self.state
 
         def look(leaf: Leaf) -> Value | None:
@@ -200,8 +200,10 @@ class SingleEvents:
     def _data_of(
         self, component: str, edge: Edge, look: Callable[[Leaf], Value | None]
     ) -> Iterator[tuple[str, Value]]:
-        for assignment in edge.data:
-            variable = self._data[f"{component}.{assignment.variable}"]
+        for assignment in edge.assignments:
+            variable = self._data.get(f"{component}.{assignment.variable}")
+            if variable is None:
+                continue
             try:
                 value = evaluate(assignment.value, look)
             except Undefined:

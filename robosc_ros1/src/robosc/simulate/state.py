@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.model.entities import Data, DataObject, Robot
-from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.model.expr import Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.model.types import DoubleType, IntegerType, ObjectType, Type, Value
 from robosc.runtime.values import widen
 
@@ -23,11 +23,15 @@ class State:
     components: Mapping[str, str]
     variables: Mapping[str, Value]
     phases: Mapping[str, bool]
+    tests: Mapping[str, Value] = field(default_factory=dict)
+    """What tests of data came to, by name: where single events choose them."""
 
     def look(self, leaf: Leaf) -> Value | None:
         match leaf:
             case StateRef(component=component, state=name):
                 return self.components[component] == name
+            case TestRef(name=name):
+                return self.tests[name]
             case VariableRef(component=component, variable=name):
                 return self.variables[f"{component}.{name}"]
             case PhaseRef(communication=key):
@@ -58,7 +62,7 @@ def is_true(condition: Expr, look: Callable[[Leaf], Value | None]) -> bool:
 
 
 def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value]) -> State:
-    """A state of the plant, with the data-only variables beside it, in model order."""
+    """A state of the plant, with the data beside it, in model order."""
     found: dict[VariableKind, dict[str, Value]] = {kind: {} for kind in VariableKind}
     for variable, index in zip(plant.variables, state, strict=True):
         found[variable.kind][variable.name] = variable.values[index]
@@ -71,6 +75,7 @@ def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value]) -> Stat
         {name: str(value) for name, value in found[VariableKind.LOCATION].items()},
         variables,
         {key: phase == "busy" for key, phase in found[VariableKind.PHASE].items()},
+        found[VariableKind.TEST],
     )
 
 

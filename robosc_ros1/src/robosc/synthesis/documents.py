@@ -115,11 +115,11 @@ def _any_value(plant: Plant, event: Event) -> dict[str, Any]:
 def _state(plant: Plant, number: int, state: PlantState) -> dict[str, Any]:
     found: dict[VariableKind, dict[str, Any]] = {kind: {} for kind in VariableKind}
     for axis, value in zip(plant.variables, state, strict=True):
-        found[axis.kind][axis.name] = axis.values[value]
+        found[axis.kind][axis.name] = axis.shown(value)
     return {
         "id": number,
         "components": found[VariableKind.LOCATION],
-        "variables": found[VariableKind.DATA],
+        "variables": found[VariableKind.DATA] | found[VariableKind.TEST],
         "communications": {
             plant.robot.display_names[key]: phase
             for key, phase in found[VariableKind.PHASE].items()
@@ -132,8 +132,8 @@ def _value(event: Event, values: Values) -> Any:
     if not event.parameters:
         return None
     if len(event.parameters) == 1 and event.parameters[0].path == ():
-        return values[0]
+        return event.parameters[0].shown(values[0])
     return {
-        path_text(parameter.path): value
+        path_text(parameter.path): parameter.shown(value)
         for parameter, value in zip(event.parameters, values, strict=True)
     }

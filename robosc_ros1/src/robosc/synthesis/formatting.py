@@ -30,6 +30,9 @@ def step_text(step: Step) -> str:
         return f"{event.name}: {step.values[0]}" if step.values else event_text(event)
     shown = []
     for parameter, value in zip(event.parameters, step.values, strict=True):
+        if parameter.labels is not None:
+            shown.append(str(parameter.shown(value)))
+            continue
         name = path_text(parameter.path)
         shown.append(f"{name}: {_value(value)}" if name else _value(value))
     return event_text(event) + (f"({', '.join(shown)})" if shown else "")

@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from robosc.ir.automaton import Plant, StateVariable, VariableKind
 from robosc.ir.expr import conjunction, disjunction, negation
+from robosc.ir.finite.classes import Classes
 from robosc.model.entities import Variable
 from robosc.model.expr import (
     FALSE,
@@ -26,6 +27,7 @@ from robosc.model.expr import (
     Literal,
     PhaseRef,
     StateRef,
+    TestRef,
     Unary,
     VariableRef,
     walk,
@@ -37,6 +39,7 @@ from robosc.synthesis.vectorised import Bools
 __all__ = ["LARGEST_TABLE", "Table", "condition_of", "condition_of_products"]
 
 _BOOLEAN = BooleanType()
+_Reference: TypeAlias = VariableRef | TestRef
 
 LARGEST_TABLE = 2**10
 """Combinations beyond which a greedy cover takes too long: it looks at all of them for each box."""
@@ -245,9 +248,11 @@ def _literal(plant: Plant, axis: StateVariable, needed: Bools, free: Bools) -> E
             return busy if free[1] else negation(busy)
         case VariableKind.LOCATION:
             return _member(needed, free, lambda v: StateRef(axis.name, str(axis.values[v])))
-    component, name = axis.name.split(".")
-    type_ = next(v.type for v in _variables(plant, component) if v.name == name)
-    variable = VariableRef(component, name, type_)
+    variable = _reference(plant, axis)
+    type_ = variable.type
+    if isinstance(axis.values, Classes):
+        values = [[int(v) for v in np.flatnonzero(those)] for those in (needed, free)]
+        return axis.values.condition(*values).of(variable)
     if isinstance(type_, BooleanType):
         value = bool(axis.values[int(np.flatnonzero(needed)[0])])
         return variable if value else negation(variable)
@@ -259,6 +264,15 @@ def _literal(plant: Plant, axis: StateVariable, needed: Bools, free: Bools) -> E
     if isinstance(type_, IntegerType):
         return min(_interval(axis, variable, needed, free), members, key=_cost)
     return members
+
+
+def _reference(plant: Plant, axis: StateVariable) -> _Reference:
+    """What reads a variable or a test."""
+    if axis.test is not None:
+        return axis.test
+    component, name = axis.name.split(".")
+    type_ = next(v.type for v in _variables(plant, component) if v.name == name)
+    return VariableRef(component, name, type_)
 
 
 def _variables(plant: Plant, component: str) -> tuple[Variable, ...]:
@@ -273,7 +287,7 @@ def _member(needed: Bools, free: Bools, is_value: Callable[[int], Expr]) -> Expr
     return disjunction(some) if len(some) <= len(others) else conjunction(others)
 
 
-def _interval(axis: StateVariable, variable: VariableRef, needed: Bools, free: Bools) -> Expr:
+def _interval(axis: StateVariable, variable: _Reference, needed: Bools, free: Bools) -> Expr:
     """Runs of values, each told by its bounds; they stretch over free values where that helps."""
     runs: list[Expr] = []
     last = len(needed) - 1
@@ -295,7 +309,10 @@ def _interval(axis: StateVariable, variable: VariableRef, needed: Bools, free: B
 
 
 def _between(
-    axis: StateVariable, variable: VariableRef, lower: tuple[int, int], upper: tuple[int, int]
+    axis: StateVariable,
+    variable: _Reference,
+    lower: tuple[int, int],
+    upper: tuple[int, int],
 ) -> Expr:
     """From one of the lower places to one of the upper ones; open where they reach the end."""
 

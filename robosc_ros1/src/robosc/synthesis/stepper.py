@@ -5,15 +5,17 @@ Exploring goes through every state, event and value; each event becomes one func
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.ir.expr import Leaf, Undefined, to_python
+from robosc.ir.finite.classes import Classes
 from robosc.ir.step import Outcome, Values, Verdict, valuations
 from robosc.language.operators import HELPERS
-from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef, ValueRef, VariableRef, walk
+from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef, walk
 from robosc.synthesis.vectorised import axis_of
 
 __all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]
@@ -50,13 +52,17 @@ class Stepper:
             **HELPERS,
             "Undefined": Undefined,
             "need": _need,
+            "inf": math.inf,
+            "nan": math.nan,
             "IMPOSSIBLE": Verdict.IMPOSSIBLE,
             "OUT_OF_RANGE": Verdict.OUT_OF_RANGE,
         }
         for number, axis in enumerate(plant.variables):
             if not isinstance(axis.values, range):
-                self._namespace[f"V{number}"] = axis.values
+                self._namespace[f"V{number}"] = tuple(axis.values)
                 self._namespace[f"I{number}"] = {v: i for i, v in enumerate(axis.values)}
+            if isinstance(axis.values, Classes):
+                self._namespace[f"class{number}"] = axis.values.index
         self._steps: dict[int, StepFunction] = {}
         self._tests: dict[Expr, Test] = {}
 
@@ -153,11 +159,14 @@ class Stepper:
                 indent = " " * 4
             yield f"{indent}x = {text}"
             values = self.plant.variables[axis].values
-            if isinstance(values, range):
+            if isinstance(values, Classes):
+                yield f"{indent}t[{axis}] = class{axis}(x)"
+            elif isinstance(values, range):
                 yield f"{indent}if {values[0]} <= x <= {values[-1]}: t[{axis}] = x - {values[0]}"
+                yield f"{indent}else: inside = False"
             else:
                 yield f"{indent}if x in I{axis}: t[{axis}] = I{axis}[x]"
-            yield f"{indent}else: inside = False"
+                yield f"{indent}else: inside = False"
             if undefined:
                 yield "except Undefined: pass"
         yield "break"
@@ -173,7 +182,7 @@ class Stepper:
                 return f"(s[{axis}] == {self.plant.variables[axis].values.index(name)})"
             case PhaseRef():
                 return f"(s[{axis}] == 1)"
-            case VariableRef():
+            case VariableRef() | TestRef():
                 values = self.plant.variables[axis].values
                 if isinstance(values, range):
                     return f"(s[{axis}] + {values[0]})" if values[0] else f"s[{axis}]"

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosc.ir.automaton import Plant, StateVariable, VariableKind
+from robosc.ir.finite.classes import Classes
 from robosc.language.operators import EXACT_IN_DOUBLE, EXACT_IN_INT64, Operator, Range
 from robosc.model.expr import (
     Expr,
@@ -24,6 +25,7 @@ from robosc.model.expr import (
     Operation,
     PhaseRef,
     StateRef,
+    TestRef,
     VariableRef,
     fold,
     walk,
@@ -41,6 +43,8 @@ IndexArrays: TypeAlias = Mapping[int, Indexes]
 def axis_of(plant: Plant, leaf: Expr) -> int | None:
     """The axis that a leaf reads; None for all that reads no state."""
     match leaf:
+        case TestRef(name=name):
+            return plant.variable_index[VariableKind.TEST, name]
         case VariableRef(component=component, variable=name):
             return plant.variable_index[VariableKind.DATA, f"{component}.{name}"]
         case StateRef(component=component):
@@ -80,14 +84,24 @@ def _leaf(axis: StateVariable, expr: Expr, indexes: Indexes) -> NDArray[Any]:
             return result
         case PhaseRef():
             return np.asarray(indexes == 1)
-        case VariableRef(type=EnumType(values=names)):
+        case VariableRef(type=EnumType(values=names)) | TestRef(type=EnumType(values=names)):
             codes = [names.index(str(v)) for v in axis.values]
             return np.array(codes, dtype=np.int64)[indexes]
     values = axis.values
     if isinstance(values, range):
         fits = max(abs(values[0]), abs(values[-1])) < EXACT_IN_INT64
         return np.asarray(indexes.astype(np.int64 if fits else object) + values[0])
+    if isinstance(values, Classes):
+        return _numbers(values)[indexes]
     return np.array(values, dtype=np.bool_)[indexes]
+
+
+def _numbers(classes: Classes) -> NDArray[Any]:
+    """The representatives of classes, strings and large integers as Python's own."""
+    fits = not isinstance(classes.type, StringType) and all(
+        isinstance(value, float) or abs(value) < EXACT_IN_INT64 for value in classes
+    )
+    return np.array(list(classes), dtype=None if fits else object)
 
 
 def _literal(value: object, type_: Type) -> NDArray[Any]:

@@ -22,7 +22,6 @@ from robosc.model.expr import (
     PhaseRef,
     StateRef,
     ValueRef,
-    VariableRef,
     fold,
     walk,
 )
@@ -45,7 +44,7 @@ def axes_read(plant: Plant, expr: Expr) -> set[int]:
 
 def _leaves(expr: Expr) -> Iterator[Leaf]:
     for node in walk(expr):
-        if isinstance(node, VariableRef | StateRef | PhaseRef | ValueRef):
+        if isinstance(node, Leaf):
             yield node
 
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.expr import junction
+from robosc.ir.finite.classes import Classes
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
 from robosc.model.expr import Expr, Unary, VariableRef
 from robosc.model.types import BooleanType, EnumType
@@ -327,6 +328,9 @@ class Compiler:
             if isinstance(values, range):
                 outside = (result < values[0]) | (result > values[-1])
                 return np.where(outside, -1, result - values[0]).astype(np.int64)
+            if isinstance(values, Classes):
+                with np.errstate(invalid="ignore"):  # a NaN is compared as well
+                    return np.asarray(np.frompyfunc(values.index, 1, 1)(result), dtype=np.int64)
             if isinstance(expr.type, EnumType):
                 places = [values.index(name) for name in expr.type.values]
             else:

@@ -14,7 +14,7 @@ from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.expr import conjunction, disjunction, negation, to_dsl
 from robosc.ir.partial_evaluation import holds
 from robosc.model.entities import EventKind, Kind, Provide, Requirement
-from robosc.model.expr import FALSE, TRUE, Expr, PhaseRef, StateRef
+from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef
 from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.formatting import listing, trace_text
@@ -99,7 +99,7 @@ class _Examiner:
     ) -> Iterator[Diagnostic]:
         for number, second in enumerate(provides):
             for first in provides[:number]:
-                both = [TRUE if p.condition is None else p.condition for p in (first, second)]
+                both = [self._condition(p) for p in (first, second)]
                 when = self._when(conjunction([command, *both]))
                 if when is not None:
                     name = self.robot.display_names[key]
@@ -117,8 +117,7 @@ class _Examiner:
     def _missing(
         self, key: str, provides: Sequence[Provide], command: Expr
     ) -> Iterator[Diagnostic]:
-        conditions = [p.condition for p in provides]
-        none = conjunction(FALSE if c is None else negation(c) for c in conditions)
+        none = conjunction(negation(self._condition(p)) for p in provides)
         when = self._when(conjunction([command, none]))
         if when is not None:
             name = self.robot.display_names[key]
@@ -131,6 +130,10 @@ class _Examiner:
                 f"add a provide statement for that case, or a requirement that forbids {name} then",
             )
 
+    def _condition(self, provide: Provide) -> Expr:
+        condition = provide.condition
+        return TRUE if condition is None else self.plant.view.expression(condition)
+
     # --- requirements
 
     def requirements(self) -> Iterator[Diagnostic]:
@@ -138,7 +141,7 @@ class _Examiner:
             yield from self._requirement(requirement)
 
     def _requirement(self, requirement: Requirement) -> Iterator[Diagnostic]:
-        kept = requirement.condition
+        kept = self.plant.view.expression(requirement.condition)
         forbids = requirement.kind in ("disables", "never")
         if forbids:
             kept = negation(kept)

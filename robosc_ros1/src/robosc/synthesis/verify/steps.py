@@ -20,6 +20,7 @@ from robosc.model.expr import (
     Expr,
     PhaseRef,
     StateRef,
+    TestRef,
     Unary,
     ValueRef,
     VariableRef,
@@ -253,7 +254,7 @@ def _fit(event: Event, values: _Values) -> bool:
     """
     there = [p.path for p, v in zip(event.parameters, values, strict=True) if v is not None]
     for parameter, value in zip(event.parameters, values, strict=True):
-        if value is None:
+        if value is None and parameter.test is None:
             missing = parameter.path
             at = max(i for i, step in enumerate(missing) if isinstance(step, int))
             first = missing[at]
@@ -280,8 +281,10 @@ def _lookup(
     return look
 
 
-def _axis_of(plant: Plant, leaf: VariableRef | StateRef | PhaseRef) -> int:
+def _axis_of(plant: Plant, leaf: VariableRef | TestRef | StateRef | PhaseRef) -> int:
     match leaf:
+        case TestRef(name=name):
+            return plant.variable_index[VariableKind.TEST, name]
         case VariableRef(component=component, variable=variable):
             return plant.variable_index[VariableKind.DATA, f"{component}.{variable}"]
         case StateRef(component=component):
@@ -294,7 +297,7 @@ def axes_of(plant: Plant, expr: Expr) -> set[int]:
     return {
         _axis_of(plant, part)
         for part in walk(expr)
-        if isinstance(part, VariableRef | StateRef | PhaseRef)
+        if isinstance(part, VariableRef | TestRef | StateRef | PhaseRef)
     }
 
 

@@ -1,0 +1,333 @@
+"""What a number or a string can be, as far as comparisons with constants tell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias, overload
+
+from robosc.ir.expr import conjunction, disjunction, negation
+from robosc.language.operators import BINARY
+from robosc.model.expr import Binary, Expr, Literal
+from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType, Type, Value
+
+__all__ = ["Classes", "Comparison", "Condition"]
+
+Comparison: TypeAlias = tuple[str, Value]
+"""An operator and the constant that stands right of it."""
+
+_BOOLEAN = BooleanType()
+_NAN = math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """That one of some conjunctions of comparisons holds; ``negated``: that none does."""
+
+    alternatives: tuple[tuple[Comparison, ...], ...]
+    negated: bool
+
+    @property
+    def length(self) -> tuple[int, bool]:
+        """How much there is to read."""
+        return sum(len(part) for part in self.alternatives), self.negated
+
+    def of(self, left: Expr, right: Expr | None = None) -> Expr:
+        """The condition on an expression; with ``right``, on how it compares with that."""
+        found = disjunction(
+            conjunction(_comparison(left, right, one) for one in part) for part in self.alternatives
+        )
+        return negation(found) if self.negated else found
+
+
+def _comparison(left: Expr, right: Expr | None, one: Comparison) -> Expr:
+    operator, constant = one
+    if right is None:
+        right = Literal(constant, _type_of(constant))
+    return Binary(operator, left, right, _BOOLEAN)
+
+
+def _type_of(constant: Value) -> Type:
+    match constant:
+        case str():
+            return StringType()
+        case float():
+            return DoubleType()
+    return IntegerType()
+
+
+@dataclass(frozen=True, slots=True)
+class _Region:
+    """Numbers between two constants, one constant, or NaN.
+
+    ``begins`` and ``ends`` are what runs of regions that begin or end here compare with.
+    """
+
+    representative: Value
+    begins: Comparison | None
+    ends: Comparison | None
+
+
+@dataclass(frozen=True, eq=False)
+class Classes(Sequence[Any]):
+    """The classes of the values of a type that some comparisons tell apart.
+
+    As a sequence, one representative of each class in ascending order, and None last if it is
+    ``optional``. Any value of the type is ``in`` it, and has the ``index`` of its class.
+    """
+
+    type: Type
+    comparisons: frozenset[Comparison]
+    optional: bool = False
+
+    # --- the sequence
+
+    def __len__(self) -> int:
+        return len(self._members) + self.optional
+
+    @overload
+    def __getitem__(self, index: int) -> Value | None: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Value | None]: ...
+    def __getitem__(self, index: int | slice) -> Any:
+        return self._values[index]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._values)
+
+    def __contains__(self, value: object) -> bool:
+        if value is None:
+            return self.optional
+        return self._outcomes(value) in self._numbers
+
+    def index(self, value: Any, start: int = 0, stop: int | None = None) -> int:
+        """The number of the class that a value of the type is in."""
+        if value is None and self.optional:
+            return len(self._members)
+        return self._numbers[self._outcomes(value)]
+
+    # --- conditions
+
+    def condition(self, needed: Collection[int], free: Collection[int]) -> Condition:
+        """A short condition that holds in all needed classes and in no other than the free ones."""
+        if isinstance(self.type, StringType):
+            wanted = self._members_of(needed, free, negated=False)
+            unwanted = self._members_of(needed, free, negated=True)
+            return min((c for c in (wanted, unwanted) if c), key=lambda c: c.length)
+        found = []
+        if not self._holds_nan(needed):
+            found.append(Condition(self._runs(needed, free), False))
+        others = [number for number in range(len(self._members)) if number not in free]
+        rest = [number for number in range(len(self._members)) if number not in needed]
+        if not self._holds_nan(others):
+            found.append(_turned(self._runs(others, rest), self.type))
+        return min(found, key=lambda c: c.length)
+
+    def label(self, index: int, term: Expr, text: Callable[[Expr], str]) -> str:
+        """What the values of a class have in common, as a condition on the term."""
+        if index == len(self._members):
+            return "missing"
+        if len(self._members) == 1:
+            return "any"
+        return text(self.condition([index], [index]).of(term))
+
+    # --- regions
+
+    @cached_property
+    def _constants(self) -> tuple[Any, ...]:
+        found: list[Any] = []
+        for _, constant in self.comparisons:
+            if constant == constant and constant not in found:  # a NaN tells nothing apart
+                found.append(constant)
+        return tuple(sorted(found))
+
+    @cached_property
+    def _regions(self) -> tuple[_Region, ...]:
+        """All that the constants cut the type into, ascending, NaN last; empty ones left out."""
+        if isinstance(self.type, StringType):
+            return tuple(_strings(self._constants))
+        found = list(_numbers(self._constants, isinstance(self.type, DoubleType)))
+        if isinstance(self.type, DoubleType):
+            found.append(_Region(_NAN, None, None))
+        return tuple(found)
+
+    def _outcomes(self, value: Any) -> tuple[bool, ...]:
+        return tuple(bool(BINARY[op].scalar(value, constant)) for op, constant in self._ordered)
+
+    @cached_property
+    def _ordered(self) -> tuple[Comparison, ...]:
+        return tuple(sorted(self.comparisons, key=repr))
+
+    @cached_property
+    def _members(self) -> tuple[tuple[int, ...], ...]:
+        """Per class its regions: those in which all comparisons come out alike."""
+        found: dict[tuple[bool, ...], list[int]] = {}
+        for number, region in enumerate(self._regions):
+            found.setdefault(self._outcomes(region.representative), []).append(number)
+        return tuple(tuple(members) for members in found.values())
+
+    @cached_property
+    def _numbers(self) -> dict[tuple[bool, ...], int]:
+        return {
+            self._outcomes(self._regions[members[0]].representative): number
+            for number, members in enumerate(self._members)
+        }
+
+    @cached_property
+    def _values(self) -> tuple[Value | None, ...]:
+        values = [self._regions[members[0]].representative for members in self._members]
+        return (*values, None) if self.optional else tuple(values)
+
+    def _holds_nan(self, classes: Iterable[int]) -> bool:
+        if not isinstance(self.type, DoubleType):
+            return False
+        last = len(self._regions) - 1
+        return any(last in self._members[number] for number in classes)
+
+    def _in_regions(self, classes: Iterable[int]) -> set[int]:
+        return {region for number in classes for region in self._members[number]}
+
+    def _runs(
+        self, needed: Iterable[int], free: Iterable[int]
+    ) -> tuple[tuple[Comparison, ...], ...]:
+        """Runs of regions, as wide as they may be; a run of everything has no comparison."""
+        must, may = self._in_regions(needed), self._in_regions(free)
+        last = len(self._regions) - (2 if isinstance(self.type, DoubleType) else 1)
+        runs: list[tuple[Comparison, ...]] = []
+        at = 0
+        while at <= last:
+            if at not in must:
+                at += 1
+                continue
+            low = high = at
+            while low > 0 and low - 1 in may:
+                low -= 1
+            while high < last and high + 1 in may:
+                high += 1
+            runs += self._run(low, high, nan=last + 1 in may or last + 1 == len(self._regions))
+            at = high + 1
+        return tuple(runs)
+
+    def _run(self, low: int, high: int, nan: bool) -> Iterator[tuple[Comparison, ...]]:
+        """The regions from one to another; ``nan``: a condition that holds for NaN does no harm."""
+        first, last = self._regions[low].begins, self._regions[high].ends
+        if first is None and last is None and not nan:
+            yield (("<=", self._constants[0]),)
+            yield ((">", self._constants[0]),)
+        elif first is not None and last is not None and first[1] == last[1]:
+            yield (("=", first[1]),)
+        else:
+            yield tuple(bound for bound in (first, last) if bound is not None)
+
+    def _members_of(
+        self, needed: Collection[int], free: Collection[int], negated: bool
+    ) -> Condition | None:
+        """Equal to one of some constants, or to none; None where "any other" cannot be told so."""
+        others = [n for n in range(len(self._members)) if n not in free]
+        regions = self._in_regions(others if negated else needed)
+        if any(self._regions[region].begins is None for region in regions):
+            return None
+        named = [(("=", self._regions[region].representative),) for region in sorted(regions)]
+        return _turned(tuple(named), self.type) if negated else Condition(tuple(named), False)
+
+
+_OPPOSITE = {"=": "!=", "<": ">=", "<=": ">", ">": "<=", ">=": "<"}
+
+
+def _turned(runs: tuple[tuple[Comparison, ...], ...], type_: Type) -> Condition:
+    """That none of the runs holds, as a comparison where that says the same."""
+    if all(len(run) == 1 for run in runs):
+        flat = [run[0] for run in runs]
+        if not isinstance(type_, DoubleType) or all(operator == "=" for operator, _ in flat):
+            return Condition((tuple((_OPPOSITE[op], constant) for op, constant in flat),), False)
+    return Condition(runs, True)
+
+
+def _strings(constants: Sequence[str]) -> Iterator[_Region]:
+    for constant in constants:
+        equal = ("=", constant)
+        yield _Region(constant, equal, equal)
+    other = ""
+    while other in constants:
+        other += "?"
+    yield _Region(other, None, None)
+
+
+def _numbers(constants: Sequence[int | float], double: bool) -> Iterator[_Region]:
+    sample = _double_between if double else _integer_between
+    below: int | float | None = None
+    for constant in constants:
+        between = sample(below, constant)
+        if between is not None:
+            yield _Region(between, _above(below), ("<", constant))
+        point = _exactly(constant, double)
+        if point is not None:
+            yield _Region(point, (">=", constant), ("<=", constant))
+        below = constant
+    between = sample(below, None)
+    if between is not None:
+        yield _Region(between, _above(below), None)
+
+
+def _above(constant: int | float | None) -> Comparison | None:
+    return None if constant is None else (">", constant)
+
+
+def _exactly(constant: int | float, double: bool) -> int | float | None:
+    """The constant as a value of the type; None if the type does not have it."""
+    if double:
+        found = _as_double(constant)
+        return found if found == constant else None
+    if isinstance(constant, int):
+        return constant
+    return int(constant) if constant.is_integer() else None
+
+
+def _integer_between(low: int | float | None, high: int | float | None) -> int | None:
+    if low == math.inf or high == -math.inf:
+        return None
+    first = None if low is None or low == -math.inf else math.floor(low) + 1
+    last = None if high is None or high == math.inf else math.ceil(high) - 1
+    if first is None:
+        return 0 if last is None else last
+    return first if last is None or first <= last else None
+
+
+def _double_between(low: int | float | None, high: int | float | None) -> float | None:
+    """A double between two numbers, a round one if there is one; None if there is no double."""
+    start = -math.inf if low is None else _as_double(low)
+    end = math.inf if high is None else _as_double(high)
+    candidates: Iterable[float] = _round_doubles(low, high, start, end)
+    # The least double above ``low`` is one of the next three, so that none is overlooked.
+    least: tuple[float, ...] = (
+        (-math.inf,) if low is None else (start, math.nextafter(start, math.inf))
+    )
+    for found in (*candidates, *least, end):
+        if (low is None or low < found) and (high is None or found < high):
+            return found
+    return None
+
+
+def _round_doubles(
+    low: int | float | None, high: int | float | None, start: float, end: float
+) -> Iterator[float]:
+    if low is None and high is None:
+        yield 0.0
+    elif low is None:
+        yield end - 1.0
+    elif high is None:
+        yield start + 1.0
+    middle = start / 2 + end / 2
+    if math.isfinite(middle):
+        for digits in range(18):
+            yield round(middle, digits)
+        yield middle
+
+
+def _as_double(number: int | float) -> float:
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf

@@ -1,0 +1,148 @@
+"""Which part of a condition decides over data, and the condition over finitely many outcomes.
+
+Data are numbers without bounds, strings, and all that is computed from them. A comparison of data
+with a constant stays as it is: its term is the variable or the part of ``value``. Any other becomes
+a :class:`~robosc.model.expr.TestRef` that is compared with a constant, or is a boolean itself. So
+``A.x > A.y`` asks whether the order of the two is above 0, as do ``A.y < A.x`` and, the other way
+round, ``A.x <= A.y``: what excludes each other in the data does so in the plant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeAlias
+
+from robosc.ir.expr import Leaf, evaluate
+from robosc.model.expr import (
+    Binary,
+    ChoiceRef,
+    Expr,
+    Literal,
+    PhaseRef,
+    StateRef,
+    TestRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    walk,
+)
+from robosc.model.types import (
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    StringType,
+    Type,
+    Value,
+    domain,
+    is_number,
+)
+
+__all__ = [
+    "FLIPPED", "Term", "Terms", "is_constant", "order", "reads_data",
+    "reads_value", "value_of",
+]  # fmt: skip
+
+Term: TypeAlias = VariableRef | ValueRef | TestRef
+
+FLIPPED = {"=": "=", "!=": "!=", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
+"""What a comparison is called with its sides exchanged."""
+_BOOLEAN = BooleanType()
+
+
+def is_constant(expr: Expr) -> bool:
+    """Whether an expression reads nothing."""
+    return all(isinstance(part, Literal | Unary | Binary) for part in walk(expr))
+
+
+def reads_data(expr: Expr) -> bool:
+    """Whether an expression reads anything that is not finite."""
+    return any(
+        domain(part.type) is None
+        for part in walk(expr)
+        if not isinstance(part, Literal | Unary | Binary)
+    )
+
+
+def reads_value(expr: Expr) -> bool:
+    return any(isinstance(part, ValueRef) for part in walk(expr))
+
+
+def order(left: Value, right: Value) -> Value:
+    """How a number compares with another: -1.0, 0.0, 1.0, or NaN."""
+    if left != left or right != right:
+        return float("nan")
+    return float((left > right) - (left < right))  # type: ignore[operator]
+
+
+def value_of(test: TestRef, lookup: Callable[[Leaf], Value | None]) -> Value:
+    """What a test comes to on the data themselves.
+
+    Raises:
+        Undefined: it reads something that is not there.
+    """
+    subject = evaluate(test.subject, lookup)
+    return subject if test.other is None else order(subject, evaluate(test.other, lookup))
+
+
+class Terms:
+    """Finds the terms of expressions; ``text`` is how an expression reads."""
+
+    def __init__(self, text: Callable[[Expr], str]) -> None:
+        self._text = text
+        self._pairs: dict[tuple[Expr, Expr], TestRef] = {}
+
+    def finite(self, expr: Expr) -> Expr:
+        """A deciding expression with its tests of data replaced by terms."""
+        match expr:
+            case Unary(operator="!", operand=operand):
+                return replace(expr, operand=self.finite(operand))
+            case Binary(operator=operator, left=left, right=right):
+                if operator not in FLIPPED or isinstance(left.type, BooleanType | EnumType):
+                    return replace(expr, left=self.finite(left), right=self.finite(right))
+                return self._comparison(expr) if reads_data(expr) else expr
+            case VariableRef() | ValueRef() | StateRef() | PhaseRef() | Literal():
+                return expr
+        return self._seen(self.computed(expr)) if reads_data(expr) else expr
+
+    def _comparison(self, expr: Binary) -> Expr:
+        if is_constant(expr.right):
+            return replace(expr, left=self.term(expr.left))
+        if is_constant(expr.left):
+            return replace(expr, right=self.term(expr.right))
+        if isinstance(expr.left.type, StringType):
+            same = self._seen(self.computed(replace(expr, operator="=")))
+            return same if expr.operator == "=" else Unary("!", same, _BOOLEAN, expr.span)
+        test, swapped = self.pair(expr.left, expr.right)
+        operator = FLIPPED[expr.operator] if swapped else expr.operator
+        return Binary(operator, self._seen(test), Literal(0, IntegerType()), _BOOLEAN, expr.span)
+
+    def term(self, expr: Expr) -> Term:
+        """What stands for a number or a string that is compared with constants."""
+        if isinstance(expr, VariableRef | ValueRef):
+            return expr
+        return self._seen(self.computed(expr))
+
+    def computed(self, expr: Expr) -> TestRef:
+        return TestRef(expr, None, expr.type, self._text(expr))
+
+    def pair(self, left: Expr, right: Expr) -> tuple[TestRef, bool]:
+        """How two numbers compare; and whether the test has them the other way round."""
+        if (right, left) in self._pairs:
+            return self._pairs[right, left], True
+        if (left, right) not in self._pairs:
+            both = [left.type, right.type]
+            integers = all(is_number(t) and isinstance(t, IntegerType) for t in both)
+            type_: Type = IntegerType() if integers else DoubleType()
+            name = f"compare({self._text(left)}, {self._text(right)})"
+            self._pairs[left, right] = TestRef(left, right, type_, name)
+        return self._pairs[left, right], False
+
+    def _seen(self, test: TestRef) -> TestRef | ChoiceRef:
+        """The test where it stands: what reads ``value`` is known only when the event happens."""
+        read = [test.subject] if test.other is None else [test.subject, test.other]
+        return self.choice(test) if any(reads_value(part) for part in read) else test
+
+    def choice(self, test: TestRef) -> ChoiceRef:
+        return ChoiceRef((test.name,), test.type, test=test)

@@ -1,0 +1,358 @@
+"""The finite view of one model: its terms, their classes, and what assignments do to them.
+
+An assignment changes a term as it changes an expression (Dijkstra's weakest precondition): after
+``x := e``, the term ``f(x)`` is what ``f(e)`` was before. Where that is constant, a term of the
+plant or a part of ``value``, the change is exact. Else it is a choice of the environment, one and
+the same for equal expressions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TypeAlias
+
+from robosc.ir.expr import Leaf, evaluate, to_dsl
+from robosc.ir.finite.classes import Classes, Comparison
+from robosc.ir.finite.terms import (
+    FLIPPED,
+    Term,
+    Terms,
+    is_constant,
+    value_of,
+)
+from robosc.model.entities import Behaviour, Component, EventKind, ResultTransition, Robot, Variable
+from robosc.model.expr import (
+    Binary,
+    ChoiceRef,
+    Expr,
+    Literal,
+    TestRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    rewritten,
+    walk,
+)
+from robosc.model.types import (
+    DoubleType,
+    IntegerType,
+    Value,
+    domain,
+)
+
+__all__ = ["FiniteView", "finite_view", "may_be_missing", "reference_to", "result_transitions"]
+
+Scope: TypeAlias = tuple[EventKind, str] | None
+"""Where ``value`` means something: an event, by its communication's key."""
+_Node: TypeAlias = tuple[Scope, Term]
+_StateTerm: TypeAlias = VariableRef | TestRef
+
+_EXACT_IN_DOUBLE = 2**53
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteView:
+    """What the plant knows of the data of a robot.
+
+    ``variables`` are the classes of variables that are compared, by key; ``tests`` those terms of
+    the state that no variable is. ``classes`` has what is not a boolean or an enum.
+    """
+
+    robot: Robot
+    tests: tuple[TestRef, ...]
+    variables: Mapping[str, Classes]
+    _terms: Terms
+    _classes: Mapping[_Node, Classes]
+    _updates: Mapping[int, tuple[tuple[_StateTerm, Expr], ...]]
+
+    def expression(self, expr: Expr) -> Expr:
+        """A deciding expression as the plant has it."""
+        return self._terms.finite(expr)
+
+    def updates(self, transition: ResultTransition) -> tuple[tuple[_StateTerm, Expr], ...]:
+        """What terms of the state become when a transition is taken; others stay as they are."""
+        return self._updates.get(id(transition), ())
+
+    def values(self, scope: Scope, term: Term) -> Classes | None:
+        """The classes of a term that is a number or a string without bounds."""
+        return self._classes.get((scope, term))
+
+    def initial(self, test: TestRef) -> Value:
+        """What a test comes to at the start."""
+        initial = {v.key: v.initial for v in self._variables}
+
+        def look(leaf: Leaf) -> Value | None:
+            assert isinstance(leaf, VariableRef)
+            return initial[f"{leaf.component}.{leaf.variable}"]
+
+        return value_of(test, look)
+
+    @cached_property
+    def _variables(self) -> tuple[Variable, ...]:
+        return tuple(v for c in self.robot.components if c.behaviour for v in c.behaviour.variables)
+
+
+def finite_view(robot: Robot) -> FiniteView:
+    """The finite view of a robot without errors."""
+    return _Builder(robot).build()
+
+
+def reference_to(variable: Variable) -> VariableRef:
+    return VariableRef(variable.component, variable.name, variable.type)
+
+
+def result_transitions(behaviour: Behaviour) -> Iterator[ResultTransition]:
+    yield from behaviour.transitions
+    for state in behaviour.states:
+        yield from state.transitions
+
+
+class _Builder:
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.terms = Terms(partial(to_dsl, robot=robot))
+        self.variables = {
+            v.key: v for c in robot.components if c.behaviour for v in c.behaviour.variables
+        }
+        self.states: dict[_StateTerm, None] = {}
+        """Terms of the state, in order of appearance; the list of work while it grows."""
+        self.comparisons: dict[_Node, set[Comparison]] = {}
+        self.leader: dict[_Node, _Node] = {}
+        self.turned: list[_Node] = []
+        """Terms that become one another's opposite."""
+        self.updates: dict[int, tuple[tuple[_StateTerm, Expr], ...]] = {}
+        self.small = True
+
+    def build(self) -> FiniteView:
+        for scope, expr in self._deciding():
+            self._note(scope, self.terms.finite(expr))
+        self.small = all(
+            abs(constant) < _EXACT_IN_DOUBLE
+            for found in self.comparisons.values()
+            for _, constant in found
+            if isinstance(constant, int | float)
+        )
+        worked = 0
+        while worked < len(self.states):
+            term = list(self.states)[worked]
+            worked += 1
+            for component, transition in self._transitions():
+                update = self._update(term, component, transition)
+                if update is not None:
+                    earlier = self.updates.get(id(transition), ())
+                    self.updates[id(transition)] = (*earlier, (term, update))
+                    self._join(term, (transition.event, transition.communication), update)
+        classes = self._classes()
+        return FiniteView(
+            robot=self.robot,
+            tests=tuple(t for t in self.states if isinstance(t, TestRef)),
+            variables={
+                f"{t.component}.{t.variable}": classes[None, t]
+                for t in self.states
+                if isinstance(t, VariableRef)
+            },
+            _terms=self.terms,
+            _classes=classes,
+            _updates=self.updates,
+        )
+
+    # --- what decides
+
+    def _transitions(self) -> Iterator[tuple[Component, ResultTransition]]:
+        for component in self.robot.components:
+            if component.behaviour is not None:
+                for transition in result_transitions(component.behaviour):
+                    yield component, transition
+
+    def _deciding(self) -> Iterator[tuple[Scope, Expr]]:
+        for component in self.robot.components:
+            if component.behaviour is not None:
+                taus = [t for s in component.behaviour.states for t in s.taus]
+                for tau in (*component.behaviour.taus, *taus):
+                    yield from ((None, e) for e in (tau.guard,) if e is not None)
+        for component, transition in self._transitions():
+            scope = transition.event, transition.communication
+            if transition.guard is not None:
+                yield scope, transition.guard
+            for assignment in transition.assignments:
+                variable = self.variables[f"{component.name}.{assignment.variable}"]
+                if variable.in_state and domain(variable.type) is not None:
+                    yield scope, assignment.value
+        yield from ((None, requirement.condition) for requirement in self.robot.requirements)
+        for provide in self.robot.provides:
+            if provide.condition is not None:
+                yield None, provide.condition
+
+    def _note(self, scope: Scope, expr: Expr) -> None:
+        """The terms of a deciding expression, and what they are compared with."""
+        for part in walk(expr):
+            if isinstance(part, TestRef):
+                self.states.setdefault(part)
+            match part:
+                case Binary(operator=operator, left=left, right=right) if operator in FLIPPED:
+                    if _is_term(left) and is_constant(right):
+                        self._compare(scope, left, operator, right)
+                    elif _is_term(right) and is_constant(left):
+                        self._compare(scope, right, FLIPPED[operator], left)
+
+    def _compare(self, scope: Scope, term: Expr, operator: str, constant: Expr) -> None:
+        assert isinstance(term, VariableRef | ValueRef | TestRef)
+        value = evaluate(constant, lambda leaf: None)
+        self.comparisons.setdefault(self._node(scope, term), set()).add((operator, value))
+        if isinstance(term, VariableRef):
+            self.states.setdefault(term)
+
+    # --- what assignments do
+
+    def _update(
+        self, term: _StateTerm, component: Component, transition: ResultTransition
+    ) -> Expr | None:
+        given = {
+            (component.name, assignment.variable): assignment.value
+            for assignment in transition.assignments
+        }
+        if isinstance(term, VariableRef):
+            value = given.get((term.component, term.variable))
+            return None if value is None else self._assigned(term, value)
+        read = {(p.component, p.variable) for p in _parts(term) if isinstance(p, VariableRef)}
+        changed = read & given.keys()
+        if not changed:
+            return None
+        if (
+            self._together(read, component, transition)
+            # Of several changes at once some may not happen.
+            or (len(changed) > 1 and any(_may_be_undefined(given[name]) for name in changed))
+            or any(self._rounded(name, given[name]) for name in changed)
+        ):
+            return _anything(term)
+        return self._substituted(term, given)
+
+    def _rounded(self, name: tuple[str, str], value: Expr) -> bool:
+        """Whether an integer becomes a double, and may not be the same number then."""
+        double = isinstance(self.variables[".".join(name)].type, DoubleType)
+        return double and isinstance(value.type, IntegerType) and not is_constant(value)
+
+    def _together(
+        self, read: set[tuple[str, str]], component: Component, transition: ResultTransition
+    ) -> bool:
+        """Whether another component may change what a test reads at the same time."""
+        return any(
+            other.name != component.name
+            and (also.event, also.communication) == (transition.event, transition.communication)
+            and any((other.name, a.variable) in read for a in also.assignments)
+            for other, also in self._transitions()
+        )
+
+    def _assigned(self, variable: VariableRef, value: Expr) -> Expr:
+        """What a variable with classes becomes."""
+        if is_constant(value):
+            return value
+        if self._rounded((variable.component, variable.variable), value) and not self.small:
+            return _anything(variable)
+        if isinstance(value, VariableRef | ValueRef):
+            if isinstance(value, VariableRef) and domain(value.type) is None:
+                self.states.setdefault(replace(value, span=None))
+            return value
+        return self._known(self.terms.computed(value))
+
+    def _substituted(self, test: TestRef, given: Mapping[tuple[str, str], Expr]) -> Expr:
+        subject = _substitute(test.subject, given)
+        if test.other is None:
+            if is_constant(subject):
+                return Literal(evaluate(subject, lambda leaf: None), test.type)
+            return self._known(self.terms.computed(subject))
+        other = _substitute(test.other, given)
+        if is_constant(subject) and is_constant(other):
+            constant = TestRef(subject, other, test.type, "")
+            return Literal(value_of(constant, lambda leaf: None), test.type)
+        pair, swapped = self.terms.pair(subject, other)
+        found = self._known(pair)
+        return Unary("-", found, test.type) if swapped else found
+
+    def _known(self, test: TestRef) -> TestRef | ChoiceRef:
+        """A test of the state if it is one, else a choice that comes with the event."""
+        return test if test in self.states else self.terms.choice(test)
+
+    # --- groups of terms that are compared with the same constants
+
+    def _node(self, scope: Scope, term: Term) -> _Node:
+        return (scope if isinstance(term, ValueRef) else None), term
+
+    def _find(self, node: _Node) -> _Node:
+        while (above := self.leader.get(node, node)) != node:
+            node = above
+        return node
+
+    def _join(self, term: Term, scope: Scope, update: Expr) -> None:
+        if isinstance(update, Unary):
+            self.turned.append((None, term))
+            update = update.operand
+        if isinstance(update, VariableRef | ValueRef | TestRef) and domain(update.type) is None:
+            first = self._find((None, term))
+            self.comparisons.setdefault(self._node(scope, update), set())
+            self.leader[self._find(self._node(scope, update))] = first
+
+    def _classes(self) -> dict[_Node, Classes]:
+        turned = {self._find(node) for node in self.turned}
+        groups: dict[_Node, set[Comparison]] = {}
+        for node, found in self.comparisons.items():
+            leader = self._find(node)
+            more = {(FLIPPED[op], c) for op, c in found} if leader in turned else set()
+            groups.setdefault(leader, set()).update(found, more)
+        for term in self.states:
+            if domain(term.type) is None:
+                self.comparisons.setdefault((None, term), set())
+        return {
+            node: Classes(
+                node[1].type,
+                frozenset(groups.get(self._find(node), set())),
+                may_be_missing(node[1]),
+            )
+            for node in self.comparisons
+        }
+
+
+def _is_term(expr: Expr) -> bool:
+    return isinstance(expr, VariableRef | ValueRef | TestRef) and domain(expr.type) is None
+
+
+def _anything(term: VariableRef | TestRef) -> ChoiceRef:
+    """A choice of the environment: what the term comes to."""
+    name = f"{term.component}.{term.variable}" if isinstance(term, VariableRef) else term.name
+    return ChoiceRef((f"new {name}",), term.type)
+
+
+def _parts(test: TestRef) -> Iterator[Expr]:
+    yield from walk(test.subject)
+    if test.other is not None:
+        yield from walk(test.other)
+
+
+def _may_be_undefined(expr: Expr) -> bool:
+    return any(
+        isinstance(part, ValueRef) and any(isinstance(step, int) for step in part.path)
+        for part in walk(expr)
+    )
+
+
+def may_be_missing(term: Term) -> bool:
+    """Whether a part of an event's value may not be there."""
+    match term:
+        case ChoiceRef(test=None):
+            return False
+        case ChoiceRef(test=TestRef() as test):
+            return any(_may_be_undefined(part) for part in _parts(test))
+        case ValueRef():
+            return _may_be_undefined(term)
+    return False
+
+
+def _substitute(expr: Expr, given: Mapping[tuple[str, str], Expr]) -> Expr:
+    def leaf(node: Literal | Leaf) -> Expr:
+        if isinstance(node, VariableRef):
+            return given.get((node.component, node.variable), node)
+        return node
+
+    return rewritten(expr, leaf)

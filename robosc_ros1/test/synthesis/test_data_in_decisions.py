@@ -1,0 +1,133 @@
+"""Numbers without bounds and strings that decide about commands: the finite view in synthesis."""
+
+from __future__ import annotations
+
+import pytest
+from plants import explanation_of, guard_text, supervisor_of
+
+from robosc.synthesis import explore
+from robosc.synthesis.documents import explore_document
+from robosc.synthesis.formatting import trace_text
+
+BATTERY = """
+component Battery {
+    outgoing message battery with type: double
+    behaviour {
+        variable charge: double = 1.0
+        initial marked state ok { on response from battery do charge := value }
+    }
+}
+component Base {
+    incoming message drive with type: none
+    incoming message halt with type: none
+}
+"""
+
+ENGINES = pytest.mark.parametrize("engine", ["dense", "bdd"])
+
+
+@ENGINES
+def test_a_number_is_known_by_what_it_is_compared_with(engine: str) -> None:
+    supervisor = supervisor_of(
+        BATTERY
+        + """
+        requirement drive needs Battery.charge > 0.2
+        requirement halt needs Battery.charge <= 0.1
+        """,
+        engine,
+    )
+    assert supervisor.controlled_states == 3
+    assert guard_text(supervisor, "drive.request") == ("Battery.charge > 0.2", "as required")
+    assert guard_text(supervisor, "halt.request") == ("Battery.charge <= 0.1", "as required")
+
+
+@ENGINES
+def test_the_class_between_two_constants_has_nan_in_it(engine: str) -> None:
+    graph = explore(
+        supervisor_of(BATTERY + "requirement { drive, halt } needs Battery.charge > 0.2", engine)
+    )
+    variables = [state["variables"] for state in explore_document(graph)["states"]]
+    assert variables == [
+        {"Battery.charge": "Battery.charge > 0.2"},
+        {"Battery.charge": "!(Battery.charge > 0.2)"},
+    ]
+    values = {t["event"]["value"] for t in explore_document(graph)["transitions"]}
+    assert values == {"value > 0.2", "!(value > 0.2)", None}
+
+
+DRAINING = """
+component Battery {
+    outgoing message battery with type: double
+    service charge_up with request: none, response: none links link
+    behaviour {
+        variable charge: double = 1.0
+        initial marked state ok {
+            on response from battery do charge := value
+        }
+    }
+}
+component Gate {
+    incoming message enter with type: none
+    behaviour {
+        initial marked state outside {
+            on request to enter goto inside
+        }
+        state inside {
+            on response from battery if value < 0.25 goto outside
+        }
+    }
+}
+requirement never Gate.inside and Battery.charge >= 0.5 and Battery.charge < 0.75
+"""
+
+
+@ENGINES
+def test_guards_and_traces_speak_of_classes(engine: str) -> None:
+    supervisor = supervisor_of(DRAINING, engine)
+    text, status = guard_text(supervisor, "enter.request")
+    assert (text, status) == ("false", "never")
+    trace = trace_text(explanation_of(supervisor, "enter.request").trace)
+    assert trace == "enter.request, battery.response(value >= 0.5 and value < 0.75)"
+
+
+@ENGINES
+@pytest.mark.parametrize(
+    ("type_", "condition", "guard"),
+    [
+        ("double", "value > 0.5", "!(Sensor.seen > 0.5)"),
+        ("double", "value <= 0.5", "!(Sensor.seen <= 0.5)"),
+        ("double", "!(value > 0.5)", "Sensor.seen > 0.5"),
+        ("double", "value != 0.5", "Sensor.seen = 0.5"),
+        ("integer", "value > 5", "Sensor.seen <= 5"),
+        ("integer", "value < 3 or value = 7", "Sensor.seen >= 3 and Sensor.seen != 7"),
+        ("string", 'value = "a" or value = "b"', 'Sensor.seen != "a" and Sensor.seen != "b"'),
+    ],
+)
+def test_guards_of_synthesis_are_told_in_comparisons(
+    type_: str, condition: str, guard: str, engine: str
+) -> None:
+    """Synthesis finds out where one must not go, as nothing asks for it directly."""
+    compared = condition.replace("value", "Sensor.seen")
+    supervisor = supervisor_of(
+        f"""
+        component Sensor {{
+            outgoing message sensor with type: {type_}
+            behaviour {{
+                variable seen: {type_}
+                initial marked state s {{
+                    on response from sensor if Base.here do seen := value
+                }}
+            }}
+        }}
+        component Base {{
+            incoming message go with type: none
+            behaviour {{
+                initial marked state here {{ on request to go goto there }}
+                state there {{ transition goto here }}
+            }}
+        }}
+        requirement never Base.there and ({compared})
+        """,
+        engine,
+    )
+    assert guard_text(supervisor, "go.request") == (guard, "restricted")
