@@ -552,6 +552,14 @@ _ALL = (
         "datatype object Twist { speed: double }   // linked to geometry_msgs/Twist",
         "Use one of the fields that the hint lists.",
     ),
+    _warning(
+        _ROS,
+        "unread-field",
+        "The real definition has no field of this name. Nothing reads or sends the property, so it"
+        " does no harm.",
+        "datatype object Twist { speed: double }   // linked to geometry_msgs/Twist",
+        "Remove the property, or use one of the fields that the hint lists.",
+    ),
     _error(
         _ROS,
         "field-kind",

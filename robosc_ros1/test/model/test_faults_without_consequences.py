@@ -182,7 +182,7 @@ def test_an_event_that_does_not_exist_may_bring_any_value() -> None:
     assert "value-not-allowed" not in dict(faults(sensor))
 
 
-def test_a_state_called_like_a_boolean_variable_is_told_once() -> None:
+def test_a_name_that_is_a_state_and_a_boolean_variable_cannot_be_read() -> None:
     lamp = """
     component Lamp {
         incoming message light with type: none
@@ -194,7 +194,9 @@ def test_a_state_called_like_a_boolean_variable_is_told_once() -> None:
     }
     requirement light needs Lamp.on
     """
-    assert faults(lamp) == [("duplicate-name", "on")]
+    assert faults(lamp) == [("ambiguous-name", "on"), ("ambiguous-name", "Lamp.on")]
+    unread = lamp.replace("if on ", "").replace("needs Lamp.on", "needs Lamp.off")
+    assert faults(unread) == [("unused-variable", "on")]
 
 
 def test_booleans_of_other_languages() -> None:

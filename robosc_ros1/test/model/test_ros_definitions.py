@@ -370,7 +370,7 @@ def test_arrays_times_and_nested_messages(p: MessageDefinitions) -> None:
     assert [f for f in faults(text, p) if f[0] != "unused-enum-value"] == []
     wrong = text.replace("i: integer", "ii: integer").replace("secs: integer n", "secs: string n")
     assert [f for f in faults(wrong, p) if f[0] != "unused-enum-value"] == [
-        ("unknown-field", "ii"),
+        ("unread-field", "ii"),
         ("field-kind", "string"),
     ]
 
@@ -417,7 +417,30 @@ def test_one_object_is_checked_against_each_interface_once(p: MessageDefinitions
     datatype object O { missing: integer }
     interface small use Small from p
     """
-    assert faults(text, p) == [("unknown-field", "missing")]
+    assert faults(text, p) == [("unread-field", "missing")]
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        "} provide sent with { missing: 3 ",
+        "behaviour { variable v: integer initial marked state s"
+        " { on response from m do v := value.missing } }",
+    ],
+)
+def test_a_property_without_field_is_an_error_if_it_is_read_or_sent(
+    p: MessageDefinitions, use: str
+) -> None:
+    text = f"""
+    component P {{
+        outgoing message m with identifier: "/m", type: O links small
+        incoming message sent with identifier: "/n", type: O links small
+        {use}
+    }}
+    datatype object O {{ missing: integer }}
+    interface small use Small from p
+    """
+    assert ("unknown-field", "missing") in faults(text, p)
 
 
 def test_the_line_follower_is_sound_without_any_environment(

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from model_text import faults, resolve
+from model_text import behaviour_of, faults, resolve
 from test_ros_definitions import around, package
 
 from robosc.model.entities import Binding, DataObject
+from robosc.model.expr import Binary, Literal
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.types import (
@@ -35,6 +36,7 @@ FILES = {
     "msg__Point": "float64 x\nfloat64 y\n",
     "msg__Scan": "int8 NEAR=1\nfloat32[] ranges\nPoint[2] ends\nstring frame\n",
     "msg__Empty": "",
+    "msg__Mode": "uint8 NORMAL=1\nuint8 STOP=2\nstring NAME=soft\nfloat32 LIMIT=0.5\nuint8 mode\n",
     "srv__Arm": "bool value\n---\nbool success\nuint8 result\n",
     "srv__Reset": "---\n",
     "action__Go": "Point goal\n---\nuint16 error_code\n---\nfloat32 left\n",
@@ -176,6 +178,51 @@ def test_a_property_can_be_a_message(p: MessageDefinitions) -> None:
     """
     resolve(text % "Point", p)
     assert ("field-kind", "p/Scan") in faults(text % "Scan", p)
+
+
+@pytest.mark.parametrize("constant", ["safety.STOP", "p/Mode.STOP", "p/msg/Mode.STOP"])
+def test_constants_of_a_definition(p: MessageDefinitions, constant: str) -> None:
+    text = f"""
+    component C {{
+        outgoing message m with type: Stop
+        behaviour {{
+            variable stop: Stop
+            variable speed: double
+            initial marked state s {{ on response from m do stop := value, speed := p/Mode.LIMIT }}
+        }}
+    }}
+    requirement always C.stop = go
+    datatype enum Stop from p/Mode to {{ value.mode = {constant} -> halt default -> go }}
+    interface safety use Mode from p
+    """
+    (rule,) = next(
+        v.type.rules
+        for v in behaviour_of(resolve(text, p), "C").variables
+        if isinstance(v.type, EnumType)
+    )
+    assert isinstance(rule.condition, Binary)
+    assert rule.condition.right == Literal(2, IntegerType())
+
+
+def test_a_constant_that_is_not_there_has_a_nearest_one(p: MessageDefinitions) -> None:
+    text = """
+    component C { outgoing message m with type: Stop }
+    datatype enum Stop from p/Mode to { value.mode = p/Mode.STOPP -> halt default -> go }
+    """
+    assert ("unknown-member", "STOPP") in faults(text, p)
+    assert ("interface-not-found", "Mood") in faults(text.replace("Mode.STOPP", "Mood.STOP"), p)
+
+
+def test_a_division_by_a_variable_is_no_constant(p: MessageDefinitions) -> None:
+    text = """
+    component C {
+        incoming message m with type: double
+        behaviour { variable p: double = 1.0 initial marked state s { on request to m } }
+    }
+    component D { behaviour { variable x: double = 2.0 initial marked state s {} } }
+    provide m with C.p / D.x
+    """
+    resolve(text, p)
 
 
 def test_formatting_keeps_types_of_ros() -> None:

@@ -14,7 +14,6 @@ from robosc.source import Source
 __all__ = ["RenameError", "applied", "may_be_renamed", "references", "rename"]
 
 _ALWAYS_ESCAPED = frozenset({"value", "true", "false", "and", "or"})
-_FIXED = (SymbolKind.ROS_TYPE, SymbolKind.ROS_PACKAGE, SymbolKind.INCOMING)
 
 
 class RenameError(Exception):
@@ -22,7 +21,7 @@ class RenameError(Exception):
 
 
 def may_be_renamed(symbol: Symbol) -> bool:
-    return symbol.kind not in _FIXED
+    return symbol.declared is not None
 
 
 def references(

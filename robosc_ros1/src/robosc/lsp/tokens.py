@@ -34,6 +34,7 @@ _OF_SYMBOL = {
     SymbolKind.INTERFACE: "interface",
     SymbolKind.ROS_TYPE: "type",
     SymbolKind.ROS_PACKAGE: "namespace",
+    SymbolKind.ROS_CONSTANT: "enumMember",
     SymbolKind.INCOMING: "parameter",
 }
 _TYPE_OF = {INTEGER: "number", NUMBER: "number", STRING: "string"}

@@ -90,21 +90,6 @@ def _declare_behaviour(instance: Instance, node: BehaviourNode, report: Report) 
                 else:
                     instance.variables[name.text] = _variable_type(instance, item, report)
                     instance.variable_nodes[name.text] = item
-    _check_states_and_variables(instance, report)
-
-
-def _check_states_and_variables(instance: Instance, report: Report) -> None:
-    for name, state in instance.states.items():
-        # Where types decide they may share a name; two booleans never can be told apart.
-        type_ = instance.variables.get(name)
-        if type_ is not None and str(type_) == "boolean":
-            variable = instance.variable_nodes[name]
-            report.add(
-                "duplicate-name",
-                max(state.name.span, variable.name.span, key=lambda s: s.start),
-                f"{instance.name} has a state and a boolean variable '{name}'",
-                "give one of them another name",
-            )
 
 
 def _duplicate(

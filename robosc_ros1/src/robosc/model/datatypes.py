@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 from robosc.language.keywords import BASIC_TYPES
-from robosc.model.expr import Expr
+from robosc.model.expr import Expr, Literal
 from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.report import Report
 from robosc.model.ros.definitions import MessageDefinitions, Missing
@@ -29,6 +29,7 @@ from robosc.model.types import (
     StringType,
     Type,
 )
+from robosc.model.values import type_of
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -168,6 +169,46 @@ class TypeTable:
 
     def enum_values(self) -> Iterable[str]:
         return self._by_value
+
+    def has_constant(self, interface: str, name: str) -> bool:
+        """Whether the definition of an interface has a constant."""
+        node = self.scope.interfaces[interface]
+        found = self.type_declarations.ros.constants(node.package.text, node.type.text)
+        return not isinstance(found, Missing) and name in found
+
+    def interface_constant(self, access: Access, member: Name) -> Literal | None:
+        """``interface.NAME``: a constant of its definition; None after an error."""
+        node = self.scope.interfaces[access.root.text]
+        self.scope.used_interfaces.add(access.root.text)
+        self.scope.names.use(access.root, node)
+        return self._ros_constant(node.package, node.type, member, access.span)
+
+    def ros_constant(self, package: Name, type_: Name, member: Name, span: Span) -> Literal | None:
+        """``package/Type.NAME``: a constant of a definition; None after an error."""
+        self.scope.names.note(package, Symbol(SymbolKind.ROS_PACKAGE, package.text))
+        self.scope.names.note(type_, Symbol(SymbolKind.ROS_TYPE, type_.text, package.text))
+        return self._ros_constant(package, type_, member, span)
+
+    def _ros_constant(self, package: Name, type_: Name, member: Name, span: Span) -> Literal | None:
+        found = self.type_declarations.ros.constants(package.text, type_.text)
+        if isinstance(found, Missing):
+            node = RosTypeNode(package, type_, span=span)
+            self._missing.of_interface(found, node, "message, service or action")
+            return None
+        name = f"{package.text}/{type_.text}"
+        if member.text not in found:
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"{name} has no constant '{member.text}'",
+                self._report.suggest(member.text, found, "its constants"),
+            )
+            return None
+        value = found[member.text]
+        detail = f"{value!r}, a constant of {name}"
+        symbol = Symbol(SymbolKind.ROS_CONSTANT, member.text, type_.text, detail=detail)
+        self.scope.names.note(member, symbol)
+        return Literal(value, type_of(value), span)
 
     def record_property(self, name: Name, object_: ObjectType) -> None:
         """Note that a name in this file is a property of an object."""

@@ -37,12 +37,11 @@ from robosc.model.types import (
     IntegerType,
     NoneType,
     ObjectType,
-    StringType,
     Type,
     is_number,
 )
 from robosc.model.unknown import NameFaults, last_name
-from robosc.model.values import accepts, comparable, describe, result_type
+from robosc.model.values import accepts, comparable, describe, result_type, type_of
 from robosc.syntax.nodes import (
     Access,
     BinaryNode,
@@ -120,7 +119,7 @@ class Typer:
             case Access():
                 found = self._value(node)
             case LiteralNode():
-                found = _literal(node)
+                found = Literal(node.value, type_of(node.value), node.span)
             case UnaryNode():
                 found = self._unary(node)
             case BinaryNode():
@@ -157,6 +156,9 @@ class Typer:
         return Unary(node.operator, operand, type_, node.span)
 
     def _binary(self, node: BinaryNode) -> Expr | None:
+        constant = self._meanings.ros_constant(node)
+        if constant is not None:
+            return self._types.ros_constant(*constant)
         operation = BINARY[node.operator]
         if operation.operands is Operand.EQUAL:
             return self._equality(node)
@@ -347,17 +349,6 @@ class Typer:
 
 
 _VALUE_PLACES = "'value' may stand in enum rules and after 'on response' and 'on feedback'"
-
-
-def _literal(node: LiteralNode) -> Literal:
-    match node.value:
-        case bool():
-            return Literal(node.value, BooleanType(), node.span)
-        case int():
-            return Literal(node.value, IntegerType(), node.span)
-        case float():
-            return Literal(node.value, DoubleType(), node.span)
-    return Literal(node.value, StringType(), node.span)
 
 
 def _is_open(node: ExprNode) -> bool:

@@ -34,6 +34,7 @@ from robosc.syntax.nodes import (
     ComponentNode,
     ExprNode,
     ImportNode,
+    PropertyNode,
     ProvideNode,
     RequirementNode,
 )
@@ -97,6 +98,7 @@ class FileResolver:
         self._check_duplicates()
         self._binder.check_unlinked(self._scope.interfaces.values())
         requirements, provides = self._statements()
+        self._binder.report_unknown_fields(self._is_used)
         model = Model(components, requirements, provides)
         model = select_state_variables(model, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
@@ -113,6 +115,11 @@ class FileResolver:
                 self._scope, self.component_table, model, self._type_declarations, self._report
             )
         return model
+
+    def _is_used(self, node: PropertyNode) -> bool:
+        """Whether this file, or a library that it imports from, reads or sends a property."""
+        scopes = [self._scope, *(i.types.scope for i in self.component_table.instances.values())]
+        return any(scope.names.is_used(node) for scope in scopes)
 
     def _rule_condition(self, types: TypeTable, node: ExprNode, source: Type) -> Expr | None:
         return Typer(self._report, types, None, Incoming(source)).check(node, BOOLEAN, RULE)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from robosc.model.datatypes import TypeTable
 from robosc.model.entities import Kind
 from robosc.model.expr import Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
@@ -10,9 +12,26 @@ from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import BooleanType, EnumType, Type
 from robosc.model.unknown import NameFaults, last_name
 from robosc.source import Span
-from robosc.syntax.nodes import Access, ComponentNode, EnumNode, ImportNode, Name, ObjectNode
+from robosc.syntax.nodes import (
+    Access,
+    BinaryNode,
+    ComponentNode,
+    EnumNode,
+    ImportNode,
+    Name,
+    ObjectNode,
+)
 
-__all__ = ["Meanings"]
+__all__ = ["Meanings", "RosConstant"]
+
+
+class RosConstant(NamedTuple):
+    """A constant of a real definition, named as ``package/Type.NAME``."""
+
+    package: Name
+    type: Name
+    name: Name
+    span: Span
 
 
 class Meanings:
@@ -48,8 +67,8 @@ class Meanings:
     def record(self, access: Access, meaning: Expr) -> None:
         """Note what a name means, for editors."""
         if isinstance(meaning, Literal):
-            assert isinstance(meaning.type, EnumType)
-            self._types.record_value(access, meaning.type)
+            if isinstance(meaning.type, EnumType):
+                self._types.record_value(access, meaning.type)
             return
         assert self._symbols is not None
         names, owner, last = self._types.scope.names, self._symbols.own, access.root
@@ -102,6 +121,9 @@ class Meanings:
         if not found and symbols is not None:
             known = symbols.communications(root)
             found = self._phase(access, known[0] if len(known) == 1 else None, member)
+        if not found and self._is_constant(root, name):
+            constant = self._types.interface_constant(access, member)
+            return None if constant is None else [constant]
         if found:
             return found
         if (symbols and symbols.is_broken(root)) or self._types.scope.is_unresolved(name):
@@ -110,6 +132,32 @@ class Meanings:
             self._faults.unknown_member(access, member)
             return None
         return []
+
+    def _is_constant(self, root: str, name: str) -> bool:
+        """Whether ``root.name`` means a constant; a communication may have its interface's name."""
+        if root not in self._types.scope.interfaces:
+            return False
+        taken = self._symbols is not None and self._symbols.communications(root)
+        return not taken or self._types.has_constant(root, name)
+
+    def ros_constant(self, node: BinaryNode) -> RosConstant | None:
+        """``package/Type.NAME``, which reads like a division of names; None for a real one."""
+        package = node.left
+        if isinstance(package, BinaryNode) and package.operator == "/":
+            package = package.left  # package/msg/Type.NAME
+        match node.operator, package, node.right:
+            case "/", Access(root=name, path=()), Access(root=type_, path=(Name() as member,)):
+                if self._is_package(name):
+                    return RosConstant(name, type_, member, node.span)
+        return None
+
+    def _is_package(self, name: Name) -> bool:
+        """Whether a name means a ROS package rather than anything of the model."""
+        own = self._symbols.own if self._symbols else None
+        if own is not None and (name.text in own.variables or name.text in own.states):
+            return False
+        packages = self._types.type_declarations.ros.definitions.packages
+        return packages.find(name.text) is not None
 
     def _phase_of_member(self, access: Access, member: Name, phase: Name) -> list[Expr]:
         """``Arm.grab.busy``: the phase of a communication that is named with its component."""
@@ -153,7 +201,6 @@ def _members(component: Instance, name: str, span: Span) -> list[Expr] | None:
         if type_ is None:
             return None
         found.append(VariableRef(component.name, name, type_, span))
-    clash = bool(found) and isinstance(found[0].type, BooleanType)  # told at the declaration
-    if name in component.states and not clash:
+    if name in component.states:
         found.append(StateRef(component.name, name, span))
     return found

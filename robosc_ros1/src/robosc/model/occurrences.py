@@ -49,6 +49,7 @@ class SymbolKind(Enum):
     INTERFACE = "interface"
     ROS_TYPE = "ROS type"
     ROS_PACKAGE = "ROS package"
+    ROS_CONSTANT = "ROS constant"
     INCOMING = "value"
 
 
@@ -137,6 +138,7 @@ class NameRecorder:
     def __init__(self) -> None:
         self._found: dict[int, Occurrence] = {}
         self._symbols: dict[tuple[int, str], Symbol] = {}
+        self._used: set[int] = set()
         self._closed = False
 
     def declare(self, node: Declaration, owner: str = "") -> None:
@@ -151,6 +153,7 @@ class NameRecorder:
     ) -> None:
         """A name that refers to a declaration, if there is one."""
         if node is not None and not self._closed:
+            self._used.add(id(node))
             symbol = self._symbol(node, owner)
             self._found[name.span.start] = Occurrence(name.span, symbol, False, write)
 
@@ -158,6 +161,10 @@ class NameRecorder:
         """A name of something that no model declares."""
         if not self._closed:
             self._found[name.span.start] = Occurrence(name.span, symbol)
+
+    def is_used(self, node: Declaration) -> bool:
+        """Whether anything in the file refers to a declaration."""
+        return id(node) in self._used
 
     def close(self) -> None:
         self._closed = True

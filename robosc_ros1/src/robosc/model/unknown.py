@@ -119,11 +119,14 @@ class NameFaults:
 
     def ambiguous(self, access: Access, meanings: list[Expr]) -> None:
         """A name that has several meanings, all of them fitting."""
+        names = list(dict.fromkeys(_qualified_name(m) for m in meanings))
         self._report.add(
             "ambiguous-name",
             access.span,
             f"'{access.span.text or last_name(access)}' can mean several things here",
-            "write " + " or ".join(dict.fromkeys(_qualified_name(m) for m in meanings)),
+            "write " + " or ".join(names)
+            if len(names) > 1
+            else "it is a state and a boolean variable: give one of them another name",
         )
 
 

@@ -24,7 +24,7 @@ from robosc.model.types import (
 
 __all__ = [
     "accepts", "check_range", "coerce", "comparable", "default_value", "describe", "is_basic",
-    "result_type",
+    "result_type", "type_of",
 ]  # fmt: skip
 
 
@@ -52,6 +52,18 @@ def result_type(result: Result, operands: Iterable[Type]) -> Type:
         case Result.NUMBER if all(isinstance(type_, IntegerType) for type_ in operands):
             return IntegerType()
     return DoubleType()
+
+
+def type_of(value: Value) -> Type:
+    """The type of a plain value; a string is no enum value."""
+    match value:
+        case bool():
+            return BooleanType()
+        case int():
+            return IntegerType()
+        case float():
+            return DoubleType()
+    return StringType()
 
 
 def is_basic(type_: Type) -> bool:

@@ -6,7 +6,7 @@ we receive must fit into our type (an integer field read as a double is fine, no
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from robosc.model.datatypes import TypeDeclarations
@@ -39,6 +39,8 @@ from robosc.syntax.nodes import (
     CommunicationNode,
     InterfaceNode,
     MessageNode,
+    Name,
+    PropertyNode,
     RosTypeNode,
     ServiceNode,
     TypeNode,
@@ -75,6 +77,7 @@ class Binder:
         self.missing = MissingDefinitions(definitions, report)
         self._looked_up: set[InterfaceNode | RosTypeNode] = set()
         self._checked: set[tuple[ObjectType, str, bool]] = set()
+        self._unknown: list[tuple[PropertyNode, Definition]] = []
         self.lengths: dict[tuple[ObjectType, str], tuple[int, str]] = {}
         """Array properties that a definition gives a length: the least one, and the field."""
 
@@ -211,7 +214,7 @@ class Binder:
             field = definition.field(name)
             if field is None:
                 if not self._type_declarations.is_misread(object_, name):
-                    self._unknown_field(definition, name, node.name.span)
+                    self._unknown.append((node, definition))
                 continue
             problem = misfit(type_, field.type, sending)
             if problem is not None:
@@ -232,7 +235,13 @@ class Binder:
             found = (field.length, f"{place[1]} of {definition.name}")
             self.lengths[place] = min(found, self.lengths.get(place, found))
 
-    def _unknown_field(self, definition: Definition, name: str, span: Span) -> None:
+    def report_unknown_fields(self, is_used: Callable[[PropertyNode], bool]) -> None:
+        """Report properties without a field: an error only if something reads or sends them."""
+        for node, definition in self._unknown:
+            self._unknown_field(definition, node.name, is_used(node))
+
+    def _unknown_field(self, definition: Definition, property_: Name, is_used: bool) -> None:
+        name = property_.text
         names = [f.name for f in definition.fields]
         fields = listing(f"{f.name}: {f.type}" for f in definition.fields) or "none at all"
         nearest = self._report.suggest(name, names, "")
@@ -241,7 +250,9 @@ class Binder:
             hint = f"{nearest}\n{hint}"
         if definition.constant(name) is not None:
             hint = f"'{name}' is one of its constants\n{hint}"
-        self._report.add("unknown-field", span, f"{definition.name} has no field '{name}'", hint)
+        code = "unknown-field" if is_used else "unread-field"
+        message = f"{definition.name} has no field '{name}'"
+        self._report.add(code, property_.span, message, hint)
 
     def _descend(self, type_: Type, field: FieldType, sending: bool, span: Span) -> None:
         if isinstance(type_, EnumType):

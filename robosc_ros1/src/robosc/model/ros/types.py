@@ -5,6 +5,7 @@ So a model can name ``sensor_msgs/LaserScan`` as a type and need declare nothing
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Literal, TypeAlias
 
 from robosc.model.ros.definitions import (
@@ -24,6 +25,7 @@ from robosc.model.types import (
     ObjectType,
     StringType,
     Type,
+    Value,
 )
 
 __all__ = ["Folder", "RosTypes", "is_ros_type"]
@@ -57,6 +59,17 @@ class RosTypes:
             case "srv":
                 return self.definitions.service(package, name)
         return self.definitions.action(package, name)
+
+    def constants(self, package: str, name: str) -> Mapping[str, Value] | Missing:
+        """The constants of a message, service or action, whichever there is."""
+        missing: list[Missing] = []
+        folders: tuple[Folder, ...] = ("msg", "srv", "action")
+        for folder in folders:
+            found = self.interface(package, name, folder)
+            if isinstance(found, Interface):
+                return dict(constant for part in found.parts for constant in part.constants)
+            missing.append(found)
+        return missing[0]
 
     def part(self, package: str, name: str, folder: Folder, index: int) -> Type | Missing:
         """The type of one part of an interface; ``none`` for one without fields."""
