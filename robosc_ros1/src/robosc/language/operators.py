@@ -17,7 +17,7 @@ from robosc.runtime.values import divide, widen
 
 __all__ = [
     "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "HELPERS", "PYTHON_ATOM", "UNARY", "Operand",
-    "Operator", "Range", "Result", "Spelled", "Text", "symbols",
+    "Operator", "Range", "Result", "Spelled", "Text", "infix_signs", "symbols",
 ]  # fmt: skip
 
 
@@ -271,6 +271,11 @@ HELPERS: Mapping[str, Callable[..., Any]] = {
     for function in (widen, *(o.scalar for o in BINARY.values() if o.python.level == PYTHON_ATOM))
 }
 """The functions of the runtime that Python texts may call, by name."""
+
+
+def infix_signs() -> tuple[str, ...]:
+    """The signs that stand between two operands and begin none."""
+    return tuple(o.spelling for o in BINARY.values() if not o.is_word and o.spelling not in UNARY)
 
 
 def symbols(*, words: bool) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from functools import cached_property
 
 from robosc.errors import Diagnostic, Severity
 from robosc.language.keywords import KEYWORDS, Role, words_of
-from robosc.language.operators import symbols
+from robosc.language.operators import infix_signs, symbols
 from robosc.source import Source, Span
 
 __all__ = [
@@ -91,6 +91,7 @@ _CLASSES = {
     "INTEGER": INTEGER,
     "NUMBER": f"[{INTEGER}{NUMBER}{BAD_NUMBER}]",
     "STRING": STRING,
+    "INFIX": "[" + "".join(re.escape(_SPELLINGS[sign]) for sign in infix_signs()) + "]",
     "QUALIFIED": f"{NAME}(?:\\.{ANY_NAME})*",
 }
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from robosc.language.keywords import starts_of
+from robosc.language.operators import symbols
 from robosc.language.tokens import STRING, Tokens, is_word, tokenize
 from robosc.source import Source
 
@@ -20,9 +21,9 @@ _STARTS = {block: starts_of(block) for block in _BLOCKS}
 
 _EXPECT_NAME = frozenset({
     ".", "robot", "library", "component", "requirement", "provide", "interface", "message",
-    "service", "action", "variable", "state", "from", "to", "goto", "do", "if", "and", "or",
-    "needs", "disables", "never", "always", "use", "import", "links", "object", "enum", "=", "!=",
-    "<", "<=", ">", ">=", "+", "-", "*", "/", "=>", "->", ":=", "!", "(", ",", ":", "[",
+    "service", "action", "variable", "state", "from", "to", "goto", "do", "if", "needs",
+    "disables", "never", "always", "use", "import", "links", "object", "enum", "->", ":=", "(",
+    ",", ":", "[", *symbols(words=True), *symbols(words=False),
 })  # fmt: skip
 """After these a word is a name rather than the beginning of the next declaration."""
 

@@ -94,8 +94,7 @@ def _object_block() -> Block:
 
 def _enum_block() -> Block:
     # What an operator follows is no value: it is missing, and this begins the next rule.
-    value = "WORD (?! '->' | '!=' | '<' | '<=' | '<>' | '=' | '=>' | '==' | '=<' | '=/='"
-    value += " | '>' | '>=' | '.' | '..' | '+' | '*' | '/' | '[' )"
+    value = "WORD (?! '->' | INFIX | '<>' | '==' | '=<' | '=/=' | '.' | '..' | '[' )"
     condition = Expression("a rule 'condition -> value' or '}'") - symbol("->")
     default = terminal("default '->'", "", lambda reading, start, end, parts: None)
     rules = Rule(
@@ -414,8 +413,7 @@ def _requirement() -> Rule:
         [t.communications(), one], "the name of a communication after 'disables'"
     )
     # 'never' and 'always' may also be names: of a communication, or where an expression begins.
-    named = "needs | disables | and | or | '.' | '[' | '=' | '=>' | '<' | '<=' | '>' | '>='"
-    named += " | '*' | '/' | '+' | ')' | '!='"
+    named = "needs | disables | and | or | '.' | '[' | INFIX | ')'"
     invariant = choice(f"(?: never | always ) (?! {named} )", "") - Expression(
         "a condition after 'never' or 'always'"
     )

@@ -19,9 +19,9 @@ __all__ = ["Synchroniser", "nearest_keyword"]
 
 _LOOKS = {word: re.compile(looks) for word, looks in LOOKS.items()}
 _NO_START = re.compile(
-    pattern("':' | '.' | '..' | ',' | '=' | '=>' | '==' | '=<' | '=/=' | ')' | ']' | '<' | '<='")
+    pattern("':' | '.' | '..' | ',' | INFIX | '==' | '=<' | '=/=' | '<>' | ')' | ']' | ':='")
     + "|"
-    + pattern("'<>' | '>' | '>=' | '*' | '/' | '+' | ':=' | and | or")
+    + pattern("and | or")
 )
 
 
