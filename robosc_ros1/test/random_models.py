@@ -406,7 +406,7 @@ class _Builder:
                 reference = variable.reference(scope.component, self.rng)
                 return f"{reference} + {self.pick(('1', '-1', '2'))}"
             if found and self.chance(40):
-                return f"{self.pick(found)} {self.pick('+-*')} {self.integer(scope)}"
+                return f"{self.pick(found)} {self.pick('+-*%')} {self.integer(scope)}"
         return self.pick(found) if found and self.chance(65) else self.pick(type_.values)
 
     def data_only(self, variable: _Variable, scope: _Scope) -> str:

@@ -15,7 +15,15 @@ _WORDS = """
 """
 _NAMES = st.sampled_from(_WORDS.split())
 _COMMENT_TEXTS = st.text("abc é{}()\"'/*;:=-", max_size=20)
-_LEVELS = [["=>"], ["or"], ["and"], ["=", "!="], ["<", "<=", ">", ">="], ["+", "-"], ["*", "/"]]
+_LEVELS = [
+    ["=>"],
+    ["or"],
+    ["and"],
+    ["=", "!="],
+    ["<", "<=", ">", ">="],
+    ["+", "-"],
+    ["*", "/", "%"],
+]
 
 
 def _flat(parts: list[list[str]]) -> list[str]:

@@ -54,6 +54,13 @@ def divide(left, right):
         return float("-inf") if negative else float("inf")
 
 
+def remainder(left, right):
+    """What is left of a division downwards; nothing is divided by the integer 0."""
+    if right == 0:
+        return left if isinstance(left, int) and isinstance(right, int) else float("nan")
+    return doubling(lambda a, b: a % b)(left, right)
+
+
 OPERATORS = {
     "=": lambda a, b: a == b,
     "!=": lambda a, b: a != b,
@@ -65,6 +72,7 @@ OPERATORS = {
     "-": doubling(lambda a, b: a - b),
     "*": doubling(lambda a, b: a * b),
     "/": divide,
+    "%": remainder,
 }
 
 

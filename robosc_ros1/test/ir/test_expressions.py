@@ -22,7 +22,7 @@ from robosc.model.entities import Robot
 from robosc.model.expr import FALSE, TRUE, Binary, Literal, Unary, ValueRef, VariableRef
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
 from robosc.model.values import result_type
-from robosc.runtime.values import divide
+from robosc.runtime.values import divide, remainder
 from robosc.source import Source, Span
 
 ARITHMETIC = [o.spelling for o in BINARY.values() if o.result is not Result.BOOLEAN]
@@ -142,6 +142,26 @@ def variable(name, type_=BOOL):
 )
 def test_dsl_text_has_only_the_brackets_it_needs(expr, text):
     assert to_dsl(expr, ROBOT) == text
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "rest"),
+    [
+        (7, 4, 3), (-1, 4, 3), (1, -4, -3), (-7, -4, -3), (5, 0, 5), (-5, 0, -5), (0, 0, 0),
+        (-0.5, 2, 1.5), (5.5, -2.0, -0.5), (10**400, 7, 10**400 % 7), (2.0, 10**400, 2.0),
+    ],
+)  # fmt: skip
+def test_a_remainder_has_the_sign_of_the_divisor(left, right, rest):
+    found = remainder(left, right)
+    assert (found, type(found)) == (rest, type(rest))
+
+
+@pytest.mark.parametrize(
+    ("left", "right"),
+    [(5.0, 0), (5, 0.0), (0.0, 0), (math.inf, 2), (10**400, 2.5), (1.0, math.nan)],
+)
+def test_a_remainder_of_doubles_may_be_no_number(left, right):
+    assert math.isnan(remainder(left, right))
 
 
 def test_division_never_fails():

@@ -141,7 +141,16 @@ def apply(operator: str, left: Any, right: Any) -> Any:
             return left * right
         case "/":
             return divide(float(left), float(right))
+        case "%":
+            return remainder(left, right)
     raise ValueError(operator)
+
+
+def remainder(left: Any, right: Any) -> Any:
+    """What is left of a division downwards; an integer is not divided by 0."""
+    if right == 0:
+        return left if isinstance(left, int) and isinstance(right, int) else math.nan
+    return left - right * (left // right) if isinstance(left, int) else left % right
 
 
 def divide(left: float, right: float) -> float:

@@ -138,7 +138,7 @@ def test_conditions(expr: Expr) -> None:
         integers,
         lambda inner: st.builds(
             lambda op, left, right: Binary(op, left, right, INTEGER),
-            st.sampled_from("+-*"),
+            st.sampled_from("+-*%"),
             inner,
             inner,
         ),

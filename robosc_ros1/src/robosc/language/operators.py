@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
-from robosc.runtime.values import divide, widen
+from robosc.runtime.values import divide, remainder, widen
 
 __all__ = [
     "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "HELPERS", "PYTHON_ATOM", "UNARY", "Operand",
@@ -164,6 +164,10 @@ def _product_fits(left: Range, right: Range) -> bool:
     return left.magnitude * right.magnitude < EXACT_IN_INT64
 
 
+def _is_nowhere_zero(left: Range, right: Range) -> bool:
+    return not right.low <= 0 <= right.high
+
+
 def _both_are_doubles(left: Range, right: Range) -> bool:
     return max(left.magnitude, right.magnitude) <= EXACT_IN_DOUBLE
 
@@ -260,6 +264,10 @@ BINARY: Mapping[str, Operator] = {
         Operator(
             "/", 7, Operand.NUMBER, Result.DOUBLE, divide, "true_divide", _both_are_doubles,
             python=_call(divide),
+        ),
+        Operator(
+            "%", 7, Operand.NUMBER, Result.NUMBER, remainder, "remainder", _is_nowhere_zero,
+            python=_call(remainder),
         ),
     )
 }  # fmt: skip

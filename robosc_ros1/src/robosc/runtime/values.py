@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, Optional
 
 __all__ = [
     "Mismatch", "Undefined", "Value", "divide", "given", "in_range", "jsonable", "only_field",
-    "optional", "widen",
+    "optional", "remainder", "widen",
 ]  # fmt: skip
 
 Value = Any
@@ -39,6 +39,19 @@ def divide(left: float, right: float) -> float:
     if numerator == 0.0 or math.isnan(numerator):
         return math.nan
     return math.copysign(math.inf, numerator) * math.copysign(1.0, denominator)
+
+
+def remainder(left: Value, right: Value) -> Value:
+    """``left - right * floor(left / right)``: the remainder with the sign of the divisor.
+
+    Of an integer divided by the integer 0 that is the integer itself, else of x/0 not a number.
+    """
+    if right == 0:
+        return left if isinstance(left, int) and isinstance(right, int) else math.nan
+    try:
+        return left % right
+    except OverflowError:  # a double, and an integer beyond the doubles
+        return widen(left) % widen(right)
 
 
 def given(value: Optional[Value]) -> Value:
