@@ -78,9 +78,6 @@ def _check(args: Arguments) -> int:
             f"{_plural(len(results), 'file')}: {_plural(count[Severity.ERROR], 'error')},"
             f" {_plural(count[Severity.WARNING], 'warning')}"
         )
-    for result in results:
-        if result.incomplete is not None:
-            print(f"note: {result.incomplete}", file=sys.stderr)
     for problem in unreadable:
         _complain(str(problem))
     if unreadable:

@@ -768,6 +768,24 @@ _ALL = (
     ),
     _plant(
         Severity.WARNING,
+        "properties-unchecked",
+        "There are internal transitions, and the controlled system has too many states to walk"
+        " through. What the message names was not checked: whether internal transitions always end,"
+        " whether they end in the same state in any order, whether the controller keeps reaching"
+        " marked states. Synthesis itself is complete.",
+        "state a { transition goto b } state b {}, beside twenty boolean variables",
+        "Narrow the ranges of variables that requirements read, or avoid internal transitions.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "synthesis-unchecked",
+        "The state space is too large for a check: whether a controller exists, and what it would"
+        " forbid, is not known. The message says what makes it large.",
+        "two gauges of type integer(0..100000) that a requirement compares",
+        "Convert large ranges by an enum; `robosc synthesize` takes the time it needs.",
+    ),
+    _plant(
+        Severity.WARNING,
         "order-matters",
         "Several internal transitions are possible at once, and where that ends depends on which is"
         " taken first. The controller takes them in the order of the file.",

@@ -19,6 +19,7 @@ from robosc.errors import (
     EmptySupervisorError,
     ModelError,
     RoboscError,
+    Severity,
     StateSpaceError,
     UsageError,
     has_errors,
@@ -94,19 +95,12 @@ class Loaded:
     diagnostics: tuple[Diagnostic, ...]
 
 
-_MOST_COMMUNICATIONS = 300
-
-
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """All that is to be said about a file. ``failure`` is why it cannot become a controller.
-
-    ``incomplete`` says what was left out, because the state space is too large.
-    """
+    """All that is to be said about a file. ``failure`` is why it cannot become a controller."""
 
     diagnostics: tuple[Diagnostic, ...]
     failure: RoboscError | None = None
-    incomplete: str | None = None
 
     @property
     def exit_code(self) -> int:
@@ -137,17 +131,40 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
     if robot is None:
         failure = ModelError(diagnostics) if has_errors(diagnostics) else None
         return Checked(diagnostics, failure)
-    # The symbolic engine could, but a check is asked for often and must not take a minute.
-    engine = "auto" if len(robot.communications) <= _MOST_COMMUNICATIONS else "dense"
     try:
-        supervisor = synthesize(robot, engine, progress=options.progress)
+        supervisor = synthesize(robot, progress=_within(_CHECK_SECONDS, options.progress))
     except StateSpaceError as error:
-        return Checked(diagnostics, incomplete=f"{path}: checked without synthesis: {error}")
+        unchecked = Diagnostic(
+            Severity.WARNING,
+            "synthesis-unchecked",
+            f"checked without synthesis: {error}",
+            robot.span,
+        )
+        return Checked((*diagnostics, unchecked))
     try:
         _existing(supervisor)
     except (EmptySupervisorError, ModelError) as error:
         return Checked(diagnostics + error.diagnostics, error)
     return Checked(diagnostics + supervisor.diagnostics)
+
+
+_CHECK_SECONDS = 20.0
+"""Processor time of synthesis in a check, which is asked for often."""
+
+
+def _within(seconds: float, progress: Progress | None) -> Progress:
+    """The same progress, stopped by StateSpaceError when the processor time is used up."""
+    end = time.process_time() + seconds
+
+    def limited(what: str, done: int, most: int) -> None:
+        if time.process_time() > end:
+            raise StateSpaceError(
+                f"it takes more than {seconds:g} s; 'robosc synthesize' takes the time it needs"
+            )
+        if progress is not None:
+            progress(what, done, most)
+
+    return limited
 
 
 def synthesize(
@@ -285,11 +302,26 @@ def generate(
         raise UsageError(f"{name!r} is no name for a package: it would hide {other}")
     supervisor = synthesize(loaded.robot, progress=options.progress)
     _existing(supervisor, loaded.diagnostics)
+    _bounded(supervisor)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
     package = _emitter(output.target, output.mode)(supervisor, name, config.of_package(name))
     folder = output.folder or config.output.get(output.target) or Path()
     files = write(package, folder, output.force)
     return Generated(output, supervisor, diagnostics, files, time.perf_counter() - start)
+
+
+def _bounded(supervisor: Supervisor) -> None:
+    """Refuse a supervisor of which nobody knows whether its internal transitions end.
+
+    Raises:
+        StateSpaceError: the bound on them that a controller needs could not be found.
+    """
+    unknown = "bounded response" not in dict(supervisor.properties)
+    if unknown and supervisor.step_bound is None:
+        raise StateSpaceError(
+            "the state space is too large to find out whether internal transitions end;"
+            " 'robosc check' says more"
+        )
 
 
 def _emitter(target: Target, mode: Mode) -> Callable[[Supervisor, str, Config], Package]:

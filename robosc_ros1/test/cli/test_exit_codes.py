@@ -5,6 +5,7 @@ Nothing that a user can cause shows a Python traceback.
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -14,8 +15,10 @@ from pathlib import Path
 
 import models
 import pytest
+from families import switches
 from ros_support import SOURCES, Completed
 
+from robosc import pipeline
 from robosc.synthesis.bdd.manager import available
 
 Robosc = Callable[..., Completed]
@@ -135,9 +138,32 @@ def test_ranges_that_nobody_can_enumerate(
     # The symbolic engine, where it is installed, still enumerates the first.
     enumerable = available() and values == "0..100000"
     assert ("checked without synthesis" in done.stderr) is not enumerable
+    told = json.loads(robosc("check", "--json", name).stdout)["diagnostics"]
+    assert ("synthesis-unchecked" in {d["code"] for d in told}) is not enumerable
     done = robosc("synthesize", "--engine", "dense", name)
     assert code(done) == 4
     assert "convert" in done.stderr
+
+
+def test_a_check_that_takes_too_long_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline, "_CHECK_SECONDS", 0.0)
+    (tmp_path / "good.rscd").write_text(models.GOOD, encoding="utf-8")
+    checked = pipeline.check(tmp_path / "good.rscd")
+    assert [d.code for d in checked.diagnostics] == ["synthesis-unchecked"]
+
+
+def test_a_large_robot_without_controller_is_found_out(tmp_path: Path) -> None:
+    doomed = "component A { outgoing message m with type: none behaviour {"
+    doomed += " initial marked state a { on response from m goto b } marked state b {} } }"
+    doomed += " requirement never A.b"
+    text = f"robot Large {{ {switches(310)} {doomed} }}"
+    (tmp_path / "large.rscd").write_text(text, encoding="utf-8")
+    checked = pipeline.check(tmp_path / "large.rscd")
+    assert checked.exit_code == (3 if available() else 0)
+    expected = "empty-supervisor" if available() else "synthesis-unchecked"
+    assert expected in {d.code for d in checked.diagnostics}
 
 
 def test_worst_of_several_files_counts(robosc: Robosc, tmp_path: Path) -> None:

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pytest
+import steep_families
 from synthesis.plants import supervisor_of
 
-from robosc.errors import Diagnostic
+from robosc import pipeline
+from robosc.errors import Diagnostic, StateSpaceError
 from robosc.supervisor import Supervisor
+from robosc.synthesis import compute
 
 CONTROL = ("endless-settling", "order-matters", "blocking-under-control")
 
@@ -167,3 +173,57 @@ def test_an_order_without_end_is_no_other_end() -> None:
     )
     assert properties(found)["confluence"]
     assert [d for d in found.diagnostics if d.code in CONTROL] == []
+
+
+# --- systems with too many states to walk through
+
+SENSORS = "".join(
+    f"component S{i} {{ outgoing message up{i} with type: none outgoing message down{i} with"
+    f" type: none behaviour {{ initial marked state low {{ on response from up{i} goto high }}"
+    f" marked state high {{ on response from down{i} goto low }} }} }} "
+    for i in range(17)
+)
+
+GUARDED_CIRCLE = SENSORS + (
+    "component A { behaviour { initial marked state a { transition if S0.high goto b }"
+    " marked state b { transition if S0.low goto a } } }"
+)
+"""Its internal transitions end, but only their guards tell so."""
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_a_large_system_without_end_is_told(engine: str) -> None:
+    found = supervisor_of(steep_families.restless(18), engine)
+    assert [d.code for d in found.diagnostics] == ["endless-settling", "properties-unchecked"]
+    assert properties(found) == {"bounded response": False}
+    assert found.step_bound is None
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_a_large_system_whose_automata_end_by_themselves(engine: str) -> None:
+    states = "initial marked state a { transition goto b } state b { transition goto c }"
+    states += " marked state c {}"
+    found = supervisor_of(SENSORS + f"component A {{ behaviour {{ {states} }} }}", engine)
+    assert properties(found) == {"bounded response": True}
+    assert found.step_bound == 2
+    assert "properties-unchecked" in {d.code for d in found.diagnostics}
+
+
+def test_a_fixpoint_tells_that_guards_end_it() -> None:
+    pytest.importorskip("oxidd")
+    found = supervisor_of(GUARDED_CIRCLE, "bdd")
+    assert properties(found) == {"bounded response": True}
+    assert found.step_bound == 1
+
+
+def test_no_controller_without_a_bound_on_its_steps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compute, "available", lambda: False)
+    model = tmp_path / "circle.rscd"
+    model.write_text(f"robot Circle {{ {GUARDED_CIRCLE} }}", encoding="utf-8")
+    with pytest.raises(StateSpaceError, match="whether internal transitions end"):
+        pipeline.generate(model, output=pipeline.Output(folder=tmp_path))
+    assert [path.name for path in tmp_path.iterdir()] == ["circle.rscd"]
+    (warning,) = [d for d in pipeline.check(model).diagnostics if d.code == "properties-unchecked"]
+    assert "bounded response, confluence and nonblocking under control" in warning.message

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from kept import Kept
 
+from robosc import pipeline
 from robosc.codes import CODES
 from robosc.errors import render_all
 from robosc.ir.lower import lower
@@ -23,7 +24,10 @@ MODELS = sorted(path.stem for path in FOLDER.glob("*.rscd"))
 def shown(code: str) -> str:
     robot, found = load(f"{code}.rscd")
     assert robot is not None, render_all(found)
-    diagnostics = synthesize(lower(robot), "dense").diagnostics
+    if code == "synthesis-unchecked":
+        diagnostics = pipeline.check(f"{code}.rscd").diagnostics
+    else:
+        diagnostics = synthesize(lower(robot), "dense").diagnostics
     assert [CODES[d.code].severity for d in diagnostics] == [d.severity for d in diagnostics]
     assert code in {d.code for d in diagnostics}
     return render_all(diagnostics)

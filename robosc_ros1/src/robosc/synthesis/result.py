@@ -43,7 +43,7 @@ def make_supervisor(
             empty=True,
         )
     explanations = explain_guards(system, guards)
-    properties = examine(plant, guards, sizes.controlled_states)
+    properties = examine(system, guards, sizes.controlled_states)
     return Supervisor(
         plant=plant,
         engine=engine,

@@ -47,6 +47,12 @@ class System(Protocol):
         Asked only of states that the plant under its requirements can reach.
         """
 
+    def longest_completion(self) -> int | None:
+        """The most internal transitions that can follow one another, in any order.
+
+        None: there is no end, or it would be too much work to find out.
+        """
+
 
 def possible(plant: Plant, event: Event) -> Expr:
     """Where the plant can do a controllable event."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from robosc.ir.automaton import Plant
+from robosc.model.entities import EventKind
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation, Relations
@@ -160,6 +161,32 @@ class SymbolicEngine:
         found: Iterates = [(-1, self.encoding.initial)]
         self._forward(self.encoding.initial, *self._controlled(states), iterates=found)
         return found
+
+    def longest_completion(self, states: Bdd) -> int | None:
+        """The most internal transitions that can follow one another in the controlled system.
+
+        A greatest fixpoint: after n rounds those states are left from which n transitions can
+        follow one another. None if there is no end.
+        """
+        transitions = [
+            disjunct
+            for event in self.events
+            if self.plant.events[event.number].kind is EventKind.TAU
+            for disjunct in self._required[event.number]
+            if not disjunct.stays
+        ]
+        left = states
+        length = 0
+        while left != self.manager.false:
+            self.manager.collect_garbage()
+            before = self.manager.union(
+                self.relations.preimage(disjunct, left) & left for disjunct in transitions
+            )
+            if before == left:
+                return None
+            left = before
+            length += 1
+        return max(0, length - 1)
 
     # --- control
 

@@ -46,6 +46,9 @@ class SymbolicSystem:
     def plant_reaches(self, condition: Expr) -> bool | None:
         return self.encoding.holds(condition) & self.solution.plant_reach != self._false
 
+    def longest_completion(self) -> int | None:
+        return self.engine.longest_completion(self.solution.states)
+
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         """A path to a state where the condition holds: a shortest one unless that is too costly."""
         self.encoding.manager.collect_garbage()

@@ -54,6 +54,9 @@ class DenseSystem:
         engine = self.solution.engine
         return engine.count(self._plant, engine.compiler.condition(condition)) > 0
 
+    def longest_completion(self) -> int | None:
+        return None
+
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         engine = self.solution.engine
         if not engine.count(self.solution.states, engine.compiler.condition(condition)):

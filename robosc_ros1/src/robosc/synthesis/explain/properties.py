@@ -10,8 +10,10 @@ Eclipse ESCET toolset:
 - *nonblocking under control*: from each state in which the controller comes to rest, one that is
   marked and at rest can be reached, internal transitions taken eagerly.
 
-Without internal transitions all three follow from synthesis. With them the controlled
-system is walked state by state; one that is too large for that leaves the properties out.
+Without internal transitions all three follow from synthesis. With them the controlled system is
+walked state by state. Of one that is too large for that, bounded response is proved from the
+components' automata alone or by a greatest fixpoint (:meth:`System.longest_completion`), and
+refuted where a completion near the initial state goes round; a diagnostic tells what was left out.
 """
 
 from __future__ import annotations
@@ -24,13 +26,15 @@ from robosc.errors import Diagnostic, Severity
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
-from robosc.synthesis.formatting import listing, trace_text
+from robosc.synthesis.formatting import amount, listing, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper
-from robosc.synthesis.system import make_step
+from robosc.synthesis.system import System, make_step
 
 __all__ = ["Properties", "examine"]
 
 _MOST_STATES = 100_000
+_FIRST = 2_000
+"""Completions that are walked through in a system with more states."""
 
 
 @dataclass(frozen=True)
@@ -42,14 +46,60 @@ class Properties:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def examine(plant: Plant, guards: Sequence[Guard], controlled_states: int) -> Properties:
+_NAMES = ("bounded response", "confluence", "nonblocking under control")
+
+
+def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
     """The properties of the controller of a supervisor that is not empty."""
     if all(guard.event.kind is not EventKind.TAU or guard.status == "never" for guard in guards):
-        names = ("bounded response", "confluence", "nonblocking under control")
-        return Properties(tuple((name, True) for name in names), 0)
+        return Properties(tuple((name, True) for name in _NAMES), 0)
     if controlled_states > _MOST_STATES:
-        return Properties((), None)
-    return _Controller(plant, guards).examine()
+        return _of_large(system, guards, controlled_states)
+    return _Controller(system.plant, guards).examine()
+
+
+def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
+    """What can be told without walking through all states."""
+    bound = _longest_locally(system.plant)
+    if bound is None:
+        bound = system.longest_completion()
+    endless = None if bound is not None else _Controller(system.plant, guards).endless(_FIRST)
+    holds: tuple[tuple[str, bool], ...] = ()
+    if bound is not None or endless is not None:
+        holds = ((_NAMES[0], endless is None),)
+    left_out = _NAMES[len(holds) :]
+    unchecked = Diagnostic(
+        Severity.WARNING,
+        "properties-unchecked",
+        f"the controlled system has {amount(controlled_states)} states, too many to walk through:"
+        f" {listing(left_out)} {'was' if len(left_out) == 1 else 'were'} not checked",
+        system.plant.robot.span,
+        "narrow the ranges of variables that requirements read, or avoid internal transitions",
+    )
+    return Properties(holds, bound, (*([] if endless is None else [endless]), unchecked))
+
+
+def _longest_locally(plant: Plant) -> int | None:
+    """A bound on completions: internal transitions change nothing but locations.
+
+    None if those of some component go round, their guards left aside.
+    """
+    import networkx as nx  # loaded when it is needed: it costs more than most syntheses
+
+    graph = nx.DiGraph()
+    for event in plant.events:
+        if event.kind is EventKind.TAU:
+            graph.add_edges_from(
+                ((a.component, edge.source), (a.component, edge.target))
+                for a in event.automata
+                for edge in a.edges
+                if edge.source != edge.target
+            )
+    if not nx.is_directed_acyclic_graph(graph):
+        return None
+    parts = (graph.subgraph(part) for part in nx.weakly_connected_components(graph))
+    longest: int = sum(nx.dag_longest_path_length(part) for part in parts)
+    return longest
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,9 +151,18 @@ class _Controller:
         bound = max(len(s.path) - 1 for s in self.completions.values())
         return Properties(holds, bound if endless is None else None, tuple(diagnostics))
 
-    def _run(self) -> None:
+    def endless(self, most: int) -> Diagnostic | None:
+        """A completion that goes round, among the first ones."""
+        self._run(most)
+        found = next((s for s in self.completions.values() if not s.ends), None)
+        return None if found is None else self._endless(found)
+
+    def _run(self, most: int | None = None) -> None:
+        """Walk through all completions, or until there are ``most``."""
         queue = self._completed(self.plant.initial)
         for rest in queue:  # grows while it is walked
+            if most is not None and len(self.completions) > most:
+                return
             for event in self.others:
                 for _, after in event.targets(rest):
                     if after not in self.completions:
