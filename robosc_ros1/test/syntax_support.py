@@ -59,11 +59,15 @@ def shown(node: Any) -> str:
     match node:
         case None:
             return "-"
+        case NamedTypeNode(name=name, library=Name(text=library)):
+            return f"{library}.{shown(name)}"
         case Name(text=text) | NamedTypeNode(name=Name(text=text)):
             return str(text)
-        case Access(root=root, path=path):
-            return root.text + "".join(
-                f"[{p}]" if isinstance(p, int) else f".{p.text}" for p in path
+        case Access(root=root, path=path, index=index):
+            return (
+                root.text
+                + (f"[{shown(index)}]" if index else "")
+                + "".join(f"[{p}]" if isinstance(p, int) else f".{p.text}" for p in path)
             )
         case LiteralNode(value=value):
             return repr(value)
@@ -82,6 +86,9 @@ def shown(node: Any) -> str:
         case tuple():
             return f"[{', '.join(map(shown, node))}]"
         case _ if is_dataclass(node):
-            parts = [shown(getattr(node, f.name)) for f in fields(node) if f.compare]
+            shown_fields = [f for f in fields(node) if f.compare]
+            while shown_fields and getattr(node, shown_fields[-1].name) == shown_fields[-1].default:
+                shown_fields.pop()
+            parts = [shown(getattr(node, f.name)) for f in shown_fields]
             return f"{type(node).__name__.removesuffix('Node')}({', '.join(parts)})"
     return str(node)

@@ -116,9 +116,10 @@ def test_names_of_a_library_are_looked_up_whatever_else_is_wrong(tmp_path: Path)
         }
         requirement Right.turn needs Right.okk
     }"""
+    no_prefix = "expected 'prefix:' or the name of a constant or parameter after 'with'"
     _, found = load(Source(str(tmp_path / "model.rscd"), model), definitions=MessageDefinitions())
     assert [(d.code, d.span.text, d.message) for d in found] == [
-        ("syntax", "prefix", "expected 'prefix:' after 'with'"),
+        ("syntax", "prefix", no_prefix),
         ("syntax", "{", "an imported component cannot be extended"),
         ("unknown-member", "okk", "Right has no variable or state 'okk'"),
     ]

@@ -75,6 +75,50 @@ robot  R {
  interface i use T from p }
 """
 
+UGLY_SECOND_EDITION = """\
+robot  R {
+ constant  a:array ( double )=[ 1.0 ,b ] parameter p:duration = 2  min
+ condition c=any ( s . on for  s  in S [ 1 .. 3 ] if s.x  in {a ,b} )
+ component S [ 1 .. 6 ] { outgoing message m with identifier : "/m" , timeout : 0.5 s , type : p / T
+ action n with type : p / action / T
+ behaviour { initial state s { after 2 s if Way ( value . x )=b do y := f ( ) goto t
+   on timeout from m } } }
+ component L [ 1..2 ] from W import V with prefix : "/l" , radius : 0.2
+ for i  in 1 .. 6 { requirement S [ i - 1 ] . go needs a [ f ( i ,j ) ] . b
+   prefer { x , S[i].y } over z }
+ provide m with { x : [ { y : 1 s } , min ( a ,b ) ] , z : [ ] } }
+"""
+
+
+def test_layout_of_the_second_edition() -> None:
+    check(UGLY_SECOND_EDITION)
+    assert (
+        formatted(UGLY_SECOND_EDITION)
+        == """\
+robot R {
+    constant a: array(double) = [1.0, b]
+    parameter p: duration = 2 min
+    condition c = any(s.on for s in S[1..3] if s.x in {a, b})
+    component S[1..6] {
+        outgoing message m with identifier: "/m", timeout: 0.5 s, type: p/T
+        action n with type: p/action/T
+        behaviour {
+            initial state s {
+                after 2 s if Way(value.x) = b do y := f() goto t
+                on timeout from m
+            }
+        }
+    }
+    component L[1..2] from W import V with prefix: "/l", radius: 0.2
+    for i in 1..6 {
+        requirement S[i-1].go needs a[f(i, j)].b
+        prefer { x, S[i].y } over z
+    }
+    provide m with { x: [{ y: 1 s }, min(a, b)], z: [] }
+}
+"""
+    )
+
 
 def test_layout_of_every_construct() -> None:
     assert (

@@ -182,3 +182,90 @@ def test_text_without_line_ends_or_with_windows_ones_means_the_same() -> None:
 @pytest.mark.parametrize("word", ["requirement a needs b", "provide a with 3"])
 def test_a_library_says_nothing_about_control(word: str) -> None:
     assert "error[misplaced]: a library holds no" in faults(f"library L {{ {word} }}")
+
+
+@pytest.mark.parametrize(
+    ("text", "tree"),
+    [
+        ("constant a: double = 0.2", "Constant(a, double, 0.2)"),
+        ("constant a: array(double) = [1, b]", "Constant(a, array(double), Array([1, b]))"),
+        ("parameter a: duration = 2 min", "Parameter(a, duration, Duration(2, min))"),
+        ("condition a = b and c", "Condition(a, (b and c))"),
+        ("prefer a over b", "Prefer([a], [b])"),
+        ("prefer { a, B.c } over { d }", "Prefer([a, B.c], [d])"),
+        (
+            "for i in 1..6 { requirement S[i-1].go needs S[i].on for j in -2..2 { } }",
+            "For(i, Range(1, 6), [Requirement(needs, [S[(i - 1)].go], Member(Element(S, i), [on])),"
+            " For(j, Range(-2, 2), [])])",
+        ),
+        ("component A[0..3] { }", "Component(A, [], Range(0, 3))"),
+        (
+            "component A[1..2] from L import C with prefix: '/a', x: 0.2, y: 2 * b",
+            "Import(A, L, C, '/a', [Argument(x, 0.2), Argument(y, (2 * b))], Range(1, 2))",
+        ),
+        ("component A { constant a: T = 1 }", "Component(A, [Constant(a, T, 1)])"),
+        ("component A { parameter a: T = 1 }", "Component(A, [Parameter(a, T, 1)])"),
+        ("component A { condition a = b }", "Component(A, [Condition(a, b)])"),
+        (
+            "component A { outgoing message a with identifier: '/a', timeout: 0.5 s, type: p/T }",
+            "Component(A, [Message(outgoing, a, '/a', RosType(p, T), -, Duration(0.5, s))])",
+        ),
+        (
+            "component A { action a with timeout: k, type: p/action/T }",
+            "Component(A, [Action(a, -, RosType(p, T, action, action), RosType(p, T, action, action, 1),"
+            " RosType(p, T, action, action, 2), -, k)])",
+        ),
+        (
+            "component A { service a with request: L.T, response: p/msg/T links i }",
+            "Component(A, [Service(a, -, L.T, RosType(p, T, msg), i)])",
+        ),
+        ("datatype object O { a: p/T b: array(L.T) }", "Object(O, [Property(a,"
+         " RosType(p, T)), Property(b, array(L.T))])"),
+        ("provide a with { b: [{ c: 2 s }, 1], d: [] }", "Provide(a, DataObject([DataField(b,"
+         " Array([DataObject([DataField(c, Duration(2, s))]), 1])), DataField(d, Array([]))]), -)"),
+        ("requirement A[3].b needs c", "Requirement(needs, [A[3].b], c)"),
+        ("requirement a disables { A[i].b, c }", "Requirement(disables, [A[i].b, c], a)"),
+        ("provide A[i + 1].b with c", "Provide(A[(i + 1)].b, c, -)"),
+    ],
+)  # fmt: skip
+def test_statements_and_types_of_the_second_edition(text: str, tree: str) -> None:
+    assert declarations(text) == [tree]
+
+
+@pytest.mark.parametrize(
+    ("text", "tree"),
+    [
+        ("on timeout from a goto b", "ResultTransition(timeout, a, -, [], b)"),
+        ("on response from A[2].a", "ResultTransition(response, A[2].a, -, [], -)"),
+        ("after 0.5 s goto a", "After(Duration(0.5, s), -, [], a)"),
+        ("after A.b if c do d := 1, e := 2 goto f",
+         "After(A.b, c, [Assignment(d, 1), Assignment(e, 2)], f)"),
+    ],
+)  # fmt: skip
+def test_transitions_of_the_second_edition(text: str, tree: str) -> None:
+    found = declarations(f"component A {{ behaviour {{ state s {{ {text} }} }} }}")
+    assert found == [f"Component(A, [Behaviour([State(s, False, False, [{tree}])])])"]
+
+
+@pytest.mark.parametrize(
+    ("text", "tree"),
+    [
+        ("abs(x) < hypot(a.x, -1)", "(Call(abs, [x]) < Call(hypot, [a.x, (-1)]))"),
+        ("now() + L.Way(value.a[0])", "(Call(now, []) + Call(L.Way, [value.a[0]]))"),
+        ("!a in { b, c } or d", "(In((!a), [b, c]) or d)"),
+        ("a + 1 in { 2 } = b", "(In((a + 1), [2]) = b)"),
+        ("a[i+1].b[2].c", "Member(Element(a, (i + 1)), [b, 2, c])"),
+        ("a[i][j]", "Element(Element(a, i), j)"),
+        ("a[-30..30]", "Slice(a, (-30), 30)"),
+        ("f(a)[i].b", "Member(Element(Call(f, [a]), i), [b])"),
+        ("any(x > 0 for x in a)", "Aggregate(any, (x > 0), x, a, -)"),
+        (
+            "count(s.on for s in S[1..3] if s.x = 1 or b) < 2",
+            "(Aggregate(count, s.on, s, Slice(S, 1, 3), ((s.x = 1) or b)) < 2)",
+        ),
+        ("a = [1, [b]]", "(a = Array([1, Array([b])]))"),
+        ("1.5 ms + 2 h", "(Duration(1.5, ms) + Duration(2, h))"),
+    ],
+)
+def test_expressions_of_the_second_edition(text: str, tree: str) -> None:
+    assert declarations(f"requirement c needs {text}") == [f"Requirement(needs, [c], {tree})"]

@@ -23,6 +23,7 @@ _WORDS = r"""
     with prefix: incoming outgoing message service action identifier: type: request: response:
     feedback: links behaviour variable state initial marked transition on request response if do
     goto needs disables never always default string integer array none value true false and or
+    constant parameter condition prefer over for in after timeout: ms s min any(
     { } ( ) [ ] , . .. : := = == => -> != < <= > >= + - * / ! ^ ^a a b A.b 0 1 007 1.5 1e 1e9 9.9.9
     99999999999999999999999 1e999 " ' "s" 's' "\q" // /* */ # ; & && | @ $ é \
 """

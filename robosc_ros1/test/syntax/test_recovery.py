@@ -50,7 +50,7 @@ robot R {
 }
 """,
         """\
-model.rscd:3:33: error[syntax]: expected 'identifier:' or 'type:' after 'with'
+model.rscd:3:33: error[syntax]: expected 'identifier:', 'timeout:' or 'type:' after 'with'
     3 |         outgoing message a with typ: double
       |                                 ^^^ did you mean 'type'?
 model.rscd:4:33: error[syntax]: expected 'identifier:' or 'type:' after 'with'
@@ -59,10 +59,10 @@ model.rscd:4:33: error[syntax]: expected 'identifier:' or 'type:' after 'with'
 model.rscd:5:35: error[syntax]: expected ',' and 'response:'
     5 |         service c with request: T response: U
       |                                   ^^^^^^^^ a ',' is missing before it
-model.rscd:6:9: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action' or 'behaviour'
+model.rscd:6:9: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour', 'constant', 'parameter' or 'condition'
     6 |         outgong message d with type: none
       |         ^^^^^^^ did you mean 'outgoing'?
-model.rscd:7:9: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour' or '}'
+model.rscd:7:9: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour', 'constant', 'parameter', 'condition' or '}'
     7 |         message e with type: none
       |         ^^^^^^^ write 'incoming message' or 'outgoing message'
 model.rscd:9:24: error[syntax]: expected ':' after the name of the variable
@@ -71,13 +71,13 @@ model.rscd:9:24: error[syntax]: expected ':' after the name of the variable
 model.rscd:10:36: error[syntax]: expected a whole number
    10 |             variable y: integer(0..z) = 3
       |                                    ^
-model.rscd:12:20: error[syntax]: expected 'request', 'response', 'feedback', 'error' or 'cancel' after 'on'
+model.rscd:12:20: error[syntax]: expected 'request', 'response', 'feedback', 'error', 'cancel' or 'timeout' after 'on'
    12 |                 on respnse from a goto t
       |                    ^^^^^^^ did you mean 'response'?
-model.rscd:13:43: error[syntax]: expected 'on', 'transition' or '}'
+model.rscd:13:43: error[syntax]: expected 'on', 'transition', 'after' or '}'
    13 |                 on response from a goto t if x
       |                                           ^^ 'if' stands before 'do' and 'goto'
-model.rscd:14:28: error[syntax]: expected 'if', 'goto', 'on', 'transition' or '}'
+model.rscd:14:28: error[syntax]: expected 'if', 'goto', 'on', 'transition', 'after' or '}'
    14 |                 transition iff x goto t
       |                            ^^^ did you mean 'if'?
 model.rscd:17:20: error[syntax]: 'initial' stands before 'marked'
@@ -119,7 +119,7 @@ model.rscd:36:20: error[syntax]: expected 'needs' or 'disables'
 model.rscd:37:27: error[syntax]: expected ',' or '}'
    37 |     provide a with { x: 3 y: 4 }
       |                           ^
-model.rscd:38:22: error[syntax]: expected 'if', 'component', 'requirement', 'provide', 'datatype', 'interface' or '}'
+model.rscd:38:22: error[syntax]: expected 'if', 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'prefer', 'for' or '}'
    38 |     provide b with 3 iff c
       |                      ^^^ did you mean 'if'?
 """,
@@ -353,7 +353,7 @@ robot R {
 model.rscd:3:45: error[unterminated-string]: this string has no end
     3 |         outgoing message a with identifier: "/a, type: double
       |                                             ^^^^^^^^^^^^^^^^^ close it with "
-model.rscd:4:51: error[syntax]: expected 'type:'
+model.rscd:4:51: error[syntax]: expected 'timeout:' or 'type:'
     4 |         outgoing message b with identifier: '/b', typ: double
       |                                                   ^^^ did you mean 'type'?
 """,
@@ -440,7 +440,7 @@ robot R {
     requirement a needs b =< c
     requirement a needs (b or c
     requirement a needs b. = c
-    requirement a needs b[c] = 3
+    requirement a needs b[] = 3
 }
 """,
         """\
@@ -462,9 +462,9 @@ model.rscd:6:31: error[syntax]: expected an operator, or ')' to close the '(' of
 model.rscd:7:28: error[syntax]: expected a name after '.'
     7 |     requirement a needs b. = c
       |                            ^
-model.rscd:8:27: error[syntax]: expected a whole number in '[…]'
-    8 |     requirement a needs b[c] = 3
-      |                           ^ an index is a literal
+model.rscd:8:27: error[syntax]: expected an index in '[…]'
+    8 |     requirement a needs b[] = 3
+      |                           ^
 """,
     ),
     "numbers and strings that are none": (
@@ -589,16 +589,16 @@ robot R {
 }
 """,
         """\
-model.rscd:2:5: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface' or '}'
+model.rscd:2:5: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'prefer', 'for' or '}'
     2 |     42
       |     ^^
-model.rscd:3:21: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface' or '}'
+model.rscd:3:21: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'prefer', 'for' or '}'
     3 |     component A { } foo bar
       |                     ^^^
-model.rscd:4:19: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour' or '}'
+model.rscd:4:19: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour', 'constant', 'parameter', 'condition' or '}'
     4 |     component B { ( }
       |                   ^
-model.rscd:5:27: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface' or '}'
+model.rscd:5:27: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'prefer', 'for' or '}'
     5 |     requirement a needs b ) or c
       |                           ^
 """,

@@ -14,7 +14,8 @@ from enum import Enum
 from robosc.language.operators import symbols
 
 __all__ = [
-    "BASIC_TYPES", "KEYWORDS", "RESERVED", "Keyword", "Role", "escape", "starts_of", "words_of",
+    "BASIC_TYPES", "KEYWORDS", "RESERVED", "Keyword", "Role", "UNITS", "escape", "starts_of",
+    "words_of",
 ]  # fmt: skip
 
 
@@ -55,8 +56,13 @@ def _table() -> Iterator[Keyword]:
     for word in _FILES:
         yield Keyword(word, declaration, ("file",))
     yield Keyword("component", declaration, _FILES)
-    yield Keyword("requirement", declaration, ("robot",))
-    yield Keyword("provide", declaration, ("robot",))
+    yield Keyword("requirement", declaration, ("robot", "for"))
+    yield Keyword("provide", declaration, ("robot", "for"))
+    yield Keyword("prefer", declaration, ("robot", "for"))
+    yield Keyword("for", clause, ("robot", "for"))
+    yield Keyword("constant", declaration, (*_FILES, "component"))
+    yield Keyword("parameter", declaration, (*_FILES, "component"))
+    yield Keyword("condition", declaration, (*_FILES, "component", "for"))
     yield Keyword("datatype", declaration, _FILES)
     yield Keyword("interface", declaration, _FILES)
     yield Keyword("object", declaration)
@@ -73,15 +79,17 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("state", declaration, ("behaviour",))
     yield Keyword("on", clause, _TRANSITIONS)
     yield Keyword("transition", clause, _TRANSITIONS)
+    yield Keyword("after", clause, ("state",))
     yield Keyword("default", clause, ("enum",))
     for word in ("if", "do", "goto", "needs", "disables", "never", "always", "with", "links"):
         yield Keyword(word, clause)
-    for word in ("from", "to", "use", "import"):
+    for word in ("from", "to", "use", "import", "over", "in"):
         yield Keyword(word, clause)
     for word in ("request", "response", "feedback"):
         yield Keyword(word, (Role.EVENT, Role.LABEL))
     for word in ("error", "cancel"):
         yield Keyword(word, (Role.EVENT,))
+    yield Keyword("timeout", (Role.EVENT, Role.LABEL))
     for word in ("identifier", "type", "prefix"):
         yield Keyword(word, (Role.LABEL,))
     for word in ("string", "boolean", "integer", "double", "none", "array"):
@@ -97,6 +105,10 @@ KEYWORDS: dict[str, Keyword] = {keyword.word: keyword for keyword in _table()}
 
 RESERVED = frozenset(word for word, keyword in KEYWORDS.items() if keyword.reserved)
 """Words that are never a name unless escaped; all other keywords depend on where they stand."""
+
+
+UNITS = {"ms": 0.001, "s": 1.0, "min": 60.0, "h": 3600.0}
+"""The units of a duration, each in seconds. They stand behind numbers only, and are no keywords."""
 
 
 def words_of(role: Role) -> tuple[str, ...]:

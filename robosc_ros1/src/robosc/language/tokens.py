@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from robosc.errors import Diagnostic, Severity
-from robosc.language.keywords import KEYWORDS, Role, words_of
+from robosc.language.keywords import KEYWORDS, UNITS, Role, words_of
 from robosc.language.operators import infix_signs, symbols
 from robosc.source import Source, Span
 
@@ -37,8 +37,8 @@ _SYMBOLS = ("{", "}", "(", ")", "[", "]", ",", ".", ":", "^", "->", ":=", "..")
 _SIGNS = sorted({*_SYMBOLS, *FOREIGN, *symbols(words=False)})
 _LONG = {sign: chr(0xA1 + n) for n, sign in enumerate(s for s in _SIGNS if len(s) > 1)}
 _SHORT = "".join(sign for sign in _SIGNS if len(sign) == 1)
-_WORDS = {word: chr(_FIRST + n) for n, word in enumerate((*KEYWORDS, "not"))}
-"""``not`` is no keyword, but stands where one is meant."""
+_WORDS = {word: chr(_FIRST + n) for n, word in enumerate((*KEYWORDS, *UNITS, "not"))}
+"""Units and ``not`` are no keywords, but their kinds are asked for."""
 
 _SPELLINGS = {**_LONG, **{symbol: symbol for symbol in _SHORT}, **_WORDS}
 
@@ -265,7 +265,7 @@ def _terminated(string: str) -> bool:
 LOOKS = {
     word: pattern(f"{word} {rest}")
     for word, rest in {
-        "component": "(?= NAME (?: '{' | from ) )",
+        "component": "(?= NAME (?: '{' | '[' | from ) )",
         "requirement": "(?! and | or | needs | disables )"
         " (?= QUALIFIED (?! ':' ) | '(' | '{' | '!' )",
         "provide": "(?= QUALIFIED with )",
@@ -280,7 +280,13 @@ LOOKS = {
         "initial": "(?= marked? state )",
         "marked": "(?= state )",
         "state": "(?= NAME '{' )",
-        "on": "(?= (?: request | response | feedback | error | cancel ) (?: from | to ) )",
+        "on": f"(?= (?: {' | '.join(words_of(Role.EVENT))} ) (?: from | to ) )",
+        "after": "(?= (?: NUMBER | NAME ) (?: WORD )? (?: if | do | goto ) )",
+        "constant": "(?= NAME ':' WORD )",
+        "parameter": "(?= NAME ':' WORD )",
+        "condition": "(?= NAME '=' )",
+        "prefer": "(?= QUALIFIED over | '{' )",
+        "for": "(?= NAME in )",
         "transition": "(?= if | goto )",
     }.items()
 }

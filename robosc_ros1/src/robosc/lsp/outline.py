@@ -12,17 +12,23 @@ from robosc.syntax.nodes import (
     ActionNode,
     BehaviourNode,
     ComponentNode,
+    ConditionNode,
+    ConstantNode,
     DeclarationNode,
     EnumNode,
     FileNode,
+    ForNode,
     ImportNode,
     InterfaceNode,
     MessageNode,
     ObjectNode,
+    ParameterNode,
+    PreferNode,
     ProvideNode,
     RequirementNode,
     ServiceNode,
     StateNode,
+    ValueNode,
     VariableNode,
 )
 
@@ -92,6 +98,21 @@ def _declaration(node: DeclarationNode) -> OutlineItem:
         case InterfaceNode():
             detail = f"{node.package.text}/{node.type.text}"
             return OutlineItem(node.name.text, "interface", detail, node.span, node.name.span)
+        case ConstantNode() | ParameterNode() | ConditionNode():
+            return _value(node)
+        case PreferNode():
+            label = " ".join(node.span.text.split())
+            return OutlineItem(label, "prefer", "prefer", node.span, node.span)
+        case ForNode():
+            label = f"for {node.variable.text} in {node.indexes.span.text}"
+            children = tuple(_declaration(statement) for statement in node.statements)
+            return OutlineItem(label, "for", "for", node.span, node.variable.span, children)
+
+
+def _value(node: ValueNode) -> OutlineItem:
+    kind = {ConstantNode: "constant", ParameterNode: "parameter"}.get(type(node), "condition")
+    detail = kind if isinstance(node, ConditionNode) else node.type.span.text
+    return OutlineItem(node.name.text, kind, detail, node.span, node.name.span)
 
 
 def _inside(node: ComponentNode) -> Iterator[OutlineItem]:
@@ -112,6 +133,8 @@ def _inside(node: ComponentNode) -> Iterator[OutlineItem]:
                 )
             case BehaviourNode():
                 yield from _behaviour(item)
+            case ConstantNode() | ParameterNode() | ConditionNode():
+                yield _value(item)
 
 
 def _behaviour(node: BehaviourNode) -> Iterator[OutlineItem]:

@@ -36,6 +36,7 @@ from robosc.model.values import check_range, coerce, default_value
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
+    AfterNode,
     AssignmentNode,
     BehaviourNode,
     ExprNode,
@@ -159,6 +160,8 @@ class BehaviourResolver:
         for item in node.transitions:
             if isinstance(item, TauNode):
                 taus.append(self._tau(item))
+                continue
+            if isinstance(item, AfterNode):
                 continue
             nodes.append(item)
             result = self._result(item)

@@ -63,7 +63,7 @@ def declare(instance: Instance, report: Report) -> None:
                 continue
             instance.behaviour = item
             _declare_behaviour(instance, item, report)
-        else:
+        elif isinstance(item, MessageNode | ServiceNode | ActionNode):
             _declare_communication(instance, item, report)
 
 

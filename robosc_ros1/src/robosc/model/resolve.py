@@ -23,7 +23,7 @@ from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.types import RosTypes
 from robosc.model.scope import FileScope
 from robosc.source import Source
-from robosc.syntax.nodes import ImportNode
+from robosc.syntax.nodes import FileNode, ImportNode
 from robosc.syntax.parser import parse, read_source
 
 __all__ = ["Reading", "ResolvedFile", "load", "read"]
@@ -95,6 +95,14 @@ class Reading:
     libraries: Mapping[str, ResolvedFile]
 
 
+def _pending(node: FileNode) -> tuple[Diagnostic, ...]:
+    """What the grammar knows and the model does not know yet."""
+    return tuple(
+        Diagnostic(Severity.ERROR, "syntax", f"not supported yet: {what}", span)
+        for what, span in node.pending
+    )
+
+
 class _Loader:
     """One run: the file asked for and, through its imports, libraries."""
 
@@ -141,6 +149,8 @@ class _Loader:
     def _file(self, source: Source) -> ResolvedFile:
         report = Report(self._strict)
         node, syntax = parse(source)
+        if node is not None and node.pending:
+            return ResolvedFile(None, (*syntax, *_pending(node)))
         report.extend(syntax)
         if node is None:
             return ResolvedFile(None, report.diagnostics)

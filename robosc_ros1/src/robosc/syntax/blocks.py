@@ -10,7 +10,7 @@ declaration demands, so that one wrong brace is one error.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,7 +19,7 @@ from pyparsing import ParserElement
 
 from robosc.errors import Note
 from robosc.language.tokens import pattern
-from robosc.syntax.elements import ended
+from robosc.syntax.elements import ended, in_words
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.reading import Build, Fault, Reading
 from robosc.syntax.synchronise import Synchroniser, nearest_keyword
@@ -27,6 +27,9 @@ from robosc.syntax.synchronise import Synchroniser, nearest_keyword
 __all__ = ["Block", "Child", "Header", "Items", "Rule", "late_brace"]
 
 _NEVER = r"(?!)"
+_MAX_DEPTH = 20
+"""How deep blocks may be nested: the text must not exhaust the stack."""
+
 _FAR = 50
 """How many tokens behind its place an opening brace may come."""
 
@@ -178,7 +181,12 @@ class Block:
         """The nodes of the block that begins at a token, and the place behind it. Raises Fault."""
         nodes: list[Any] = []
         inside = self._open(reading, at, header, opening)
+        if reading.depth >= _MAX_DEPTH:
+            message = f"blocks are nested more than {_MAX_DEPTH} deep"
+            raise Fault(header.start, message, code="too-deep")
+        reading.depth += 1
         end = self.read(reading, inside, header, nodes)
+        reading.depth -= 1
         return tuple(nodes), end
 
     def _open(self, reading: Reading, at: int, header: Header, opening: str) -> int:
@@ -254,7 +262,7 @@ class Block:
             if block:
                 inside, end = block.enter(reading, end, Header(at, end), rule.opening)
                 parts.append(inside)
-            node = rule.build(reading, at, end, parts)
+            node = reading.noted(rule.build(reading, at, end, parts))
         except Fault as fault:
             return self._recover(reading, at, fault, told)
         if rule.refusal:
@@ -287,11 +295,11 @@ class Block:
             return self._open_again(reading, at, word, nodes)
         keyword = nearest_keyword(word, tuple(self.items.rules))
         if keyword:
-            message = f"expected {_either(self.items.words)}"
+            message = f"expected {in_words(self.items.words)}"
             reading.report("syntax", message, at, hint=f"did you mean '{keyword}'?")
             rule = self.items.rules[keyword]
             return self._declaration(reading, at, at + 1, rule, nodes, told=True)
-        message = f"expected {_either((*tail, *self.items.words, _CLOSE))}"
+        message = f"expected {in_words((*tail, *self.items.words, _CLOSE))}"
         if reading.tokens.follows_fault(at):
             return self._recover(reading, at, Fault(at, message), told=True)
         if reading.kind(at) == "{" and isinstance(nodes[-1], ImportNode):
@@ -347,12 +355,6 @@ class Block:
 
 
 _CLOSE = "'}'"
-
-
-def _either(phrases: Sequence[str]) -> str:
-    """``a``, ``a or b``, ``a, b or c``."""
-    *first, last = phrases
-    return f"{', '.join(first)} or {last}" if first else last
 
 
 def late_brace(reading: Reading, at: int) -> int | None:

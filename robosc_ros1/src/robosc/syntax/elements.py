@@ -6,7 +6,7 @@ a rule means: once ``a`` has matched, ``b`` must.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from pyparsing import Empty, MatchFirst, Opt, ParserElement, ParseResults, Regex, ZeroOrMore
@@ -15,8 +15,8 @@ from robosc.language.tokens import pattern
 from robosc.syntax.reading import Build, Form, Reading, Stop
 
 __all__ = [
-    "built", "choice", "either", "ended", "keyword", "label", "listed", "maybe", "nested",
-    "nothing", "refused", "symbol", "terminal",
+    "built", "choice", "either", "ended", "in_words", "keyword", "label", "listed", "maybe",
+    "nested", "nothing", "refused", "symbol", "terminal",
 ]  # fmt: skip
 
 
@@ -60,6 +60,12 @@ def choice(words: str, expected: str) -> ParserElement:
 def either(alternatives: Sequence[ParserElement], expected: str) -> ParserElement:
     """The first of these that matches."""
     return MatchFirst(alternatives).set_name(expected)
+
+
+def in_words(phrases: Iterable[str]) -> str:
+    """``a``, ``a or b``, ``a, b or c``."""
+    *first, last = phrases
+    return f"{', '.join(first)} or {last}" if first else last
 
 
 def maybe(part: ParserElement, default: Any = None) -> ParserElement:

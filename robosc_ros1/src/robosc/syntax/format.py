@@ -11,32 +11,48 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from robosc.errors import ModelError, has_errors
+from robosc.language.attributes import ATTRIBUTES
 from robosc.language.operators import BINARY
 from robosc.source import Source
 from robosc.syntax.layout import Doc, Indent, Line, print_doc
 from robosc.syntax.nodes import (
     Access,
     ActionNode,
+    AfterNode,
+    AggregateNode,
+    ArgumentNode,
+    ArrayNode,
     AssignmentNode,
     BehaviourNode,
     BinaryNode,
+    CallNode,
     ComponentNode,
+    ConditionNode,
+    ConstantNode,
     DataNode,
     DataObjectNode,
+    DurationNode,
+    ElementNode,
     EnumNode,
     EnumRuleNode,
     ExprNode,
     FileNode,
+    ForNode,
     ImportNode,
+    InNode,
     InterfaceNode,
     LiteralNode,
+    MemberNode,
     MessageNode,
     ObjectNode,
+    ParameterNode,
+    PreferNode,
     PropertyNode,
     ProvideNode,
     RequirementNode,
     ResultTransitionNode,
     ServiceNode,
+    SliceNode,
     StateNode,
     TauNode,
     UnaryNode,
@@ -84,6 +100,12 @@ class _Formatter:
             VariableNode: self._variable,
             ResultTransitionNode: self._transition,
             TauNode: self._transition,
+            AfterNode: self._transition,
+            ConstantNode: self._constant,
+            ParameterNode: self._constant,
+            ConditionNode: self._condition,
+            PreferNode: self._prefer,
+            ForNode: self._for,
             PropertyNode: self._property,
             EnumRuleNode: self._rule,
             RequirementNode: self._requirement,
@@ -110,7 +132,17 @@ class _Formatter:
         return [*docs, self.words.take()]
 
     def _component(self, node: ComponentNode) -> Doc:
-        return self._block(self._spaced(2), node.items)
+        return self._block(self._named_component(node), node.items)
+
+    def _named_component(self, node: ComponentNode | ImportNode) -> list[Doc]:
+        docs = self._spaced(2)
+        if node.indexes:
+            docs += [self.words.take(), *self.words.until(node.indexes.span.end), self.words.take()]
+        return docs
+
+    def _for(self, node: ForNode) -> Doc:
+        header = [*self._spaced(3), " ", *self.words.until(node.indexes.span.end)]
+        return self._block(header, node.statements)
 
     def _behaviour(self, node: BehaviourNode) -> Doc:
         return self._block(self._spaced(1), node.items)
@@ -129,10 +161,14 @@ class _Formatter:
 
     def _import(self, node: ImportNode) -> Doc:
         begin = self.words.index
-        docs: list[Doc] = [*self._spaced(2)]
+        docs = self._named_component(node)
         clauses: list[Doc] = [_LINE, *self._spaced(4)]
-        if node.prefix:
-            clauses += [_LINE, *self._spaced(2), self.words.take(), " ", self.words.take()]
+        given: list[Any] = [*node.arguments, *([node.prefix] if node.prefix else [])]
+        for number, part in enumerate(sorted(given, key=lambda part: part.span.start)):
+            clauses += [self.words.take(), _LINE] if number else [_LINE, self.words.take(), " "]
+            clauses += [self.words.take(), self.words.take(), " "]
+            value = part.value if isinstance(part, ArgumentNode) else None
+            clauses.append(self._expression(value) if value else self.words.take())
         return self.words.group(begin, [*docs, Indent(clauses)])
 
     def _interface(self, node: InterfaceNode) -> Doc:
@@ -144,25 +180,36 @@ class _Formatter:
     def _communication(self, node: MessageNode | ServiceNode | ActionNode) -> Doc:
         begin = self.words.index
         head: list[Doc] = [*self._spaced(4 if isinstance(node, MessageNode) else 3)]
-        types = (
-            [node.type]
-            if isinstance(node, MessageNode)
-            else [node.request, node.response]
-            if isinstance(node, ServiceNode)
-            else [node.request, node.response, node.feedback]
-        )
-        ends = list(dict.fromkeys(part.span.end for part in types))
-        if node.identifier:
-            ends.insert(0, node.identifier.span.end)
         clauses: list[Doc] = []
-        for number, end in enumerate(ends):
-            clauses += [_LINE if number else " ", self.words.take(), self.words.take(), " "]
-            clauses += self.words.until(end)
-            if number < len(ends) - 1:
-                clauses.append(self.words.take())
+        for number, value in enumerate(_attributes(node)):
+            clauses += [self.words.take(), _LINE] if number else [" "]
+            clauses += [self.words.take(), self.words.take(), " "]
+            if value is node.timeout and value is not None:
+                clauses.append(self._expression(value))
+            else:
+                clauses += self.words.until(value.span.end)
         if node.links:
             clauses += [" ", *self._spaced(2)]
         return self.words.group(begin, [*head, Indent(clauses)])
+
+    def _constant(self, node: ConstantNode | ParameterNode) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = [*self._spaced(2), self.words.take(), " "]
+        docs += [*self.words.until(node.type.span.end), " ", self.words.take()]
+        if isinstance(node.value, DataObjectNode):
+            return [*docs, " ", self._data(node.value)]
+        return self.words.group(begin, [*docs, Indent([_LINE, self._data(node.value)])])
+
+    def _condition(self, node: ConditionNode) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = self._spaced(3)
+        return self.words.group(begin, [*docs, Indent([_LINE, self._expression(node.value)])])
+
+    def _prefer(self, node: PreferNode) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = [self.words.take(), " ", self._names(node.preferred)]
+        over: list[Doc] = [_LINE, self.words.take(), " ", self._names(node.over)]
+        return self.words.group(begin, [*docs, Indent(over)])
 
     def _variable(self, node: VariableNode) -> Doc:
         begin = self.words.index
@@ -182,13 +229,16 @@ class _Formatter:
         docs: list[Doc] = [self._expression(condition) if condition else self.words.take()]
         return self.words.group(begin, [*docs, Indent([_LINE, *self._spaced(2)])])
 
-    def _transition(self, node: ResultTransitionNode | TauNode) -> Doc:
+    def _transition(self, node: ResultTransitionNode | TauNode | AfterNode) -> Doc:
         begin = self.words.index
         head: list[Doc] = [self.words.take()]
         clauses: list[Doc] = []
         assignments: tuple[AssignmentNode, ...] = ()
         if isinstance(node, ResultTransitionNode):
             head += [" ", *self._spaced(2), " ", *self.words.until(node.communication.span.end)]
+            assignments = node.assignments
+        elif isinstance(node, AfterNode):
+            head += [" ", self._expression(node.duration)]
             assignments = node.assignments
         if node.guard is not None:
             clauses += [_LINE, self.words.take(), " ", self._expression(node.guard)]
@@ -246,6 +296,8 @@ class _Formatter:
         return docs
 
     def _data(self, node: DataNode) -> Doc:
+        if isinstance(node, ArrayNode):
+            return self._listed(node.elements)
         if not isinstance(node, DataObjectNode):
             return self._expression(node)
         begin = self.words.index
@@ -276,6 +328,25 @@ class _Formatter:
                 docs.append(self.words.group(begin, inside if count else [Indent(inside)]))
             case UnaryNode(operand=operand):
                 docs += [self.words.take(), self._expression(operand)]
+            case DurationNode():
+                docs += self._spaced(2)
+            case CallNode(function=function, arguments=arguments):
+                docs += [*self.words.until(function.span.end), self._listed(arguments)]
+            case AggregateNode():
+                docs.append(self._aggregate(node))
+            case InNode(operand=operand, values=values):
+                docs += [self._expression(operand), " ", self.words.take(), " "]
+                docs.append(self._listed(values))
+            case ElementNode(array=array, index=index):
+                docs += [self._expression(array), self.words.take(), self._tight(index)]
+                docs.append(self.words.take())
+            case SliceNode(array=array, first=first, last=last):
+                docs += [self._expression(array), self.words.take(), self._tight(first)]
+                docs += [self.words.take(), self._tight(last), self.words.take()]
+            case MemberNode(object=inner):
+                docs += [self._expression(inner), *self.words.until(node.span.end)]
+            case ArrayNode(elements=elements):
+                docs.append(self._listed(elements))
             case Access() | LiteralNode():
                 docs += self.words.until(node.span.end)
         return [*docs, *(self.words.take() for _ in range(count))]
@@ -290,6 +361,33 @@ class _Formatter:
         else:
             docs.append(self._expression(node))
 
+    def _listed(self, nodes: Sequence[DataNode]) -> Doc:
+        """Brackets with commas between what is in them."""
+        begin = self.words.index
+        docs: list[Doc] = [self.words.take()]
+        inside: list[Doc] = []
+        for node in nodes:
+            inside += [self.words.take(), _LINE] if inside else [Line(flat="")]
+            inside.append(self._data(node))
+        if inside:
+            docs += [Indent(inside), Line(flat="")]
+        return self.words.group(begin, [*docs, self.words.take()])
+
+    def _aggregate(self, node: AggregateNode) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = [self.words.take(), self.words.take()]
+        inside: list[Doc] = [Line(flat=""), self._expression(node.element), _LINE]
+        inside += [*self._spaced(3), " ", self._expression(node.array)]
+        if node.condition is not None:
+            inside += [_LINE, self.words.take(), " ", self._expression(node.condition)]
+        docs += [Indent(inside), Line(flat="")]
+        return self.words.group(begin, [*docs, self.words.take()])
+
+    def _tight(self, node: ExprNode) -> Doc:
+        """An index: without blanks if it is arithmetic only."""
+        simple = all(character not in node.span.text for character in ",{")
+        return self.words.until(node.span.end) if simple else self._expression(node)
+
     # --- words ---
 
     def _spaced(self, count: int) -> list[Doc]:
@@ -298,3 +396,13 @@ class _Formatter:
         for _ in range(count - 1):
             docs += [" ", self.words.take()]
         return docs
+
+
+def _attributes(node: MessageNode | ServiceNode | ActionNode) -> list[Any]:
+    """What stands behind ``with``, each value once."""
+    values = {
+        value.span.start: value
+        for attribute in ATTRIBUTES
+        if (value := getattr(node, attribute.name, None)) is not None
+    }
+    return [values[start] for start in sorted(values)]

@@ -6,13 +6,14 @@ It is built once, on first use, and works on the kinds of tokens. ``a - b`` in a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache
-from typing import Any
+from functools import cache, partial
+from typing import Any, cast
 
-from pyparsing import ParserElement
+from pyparsing import ParserElement, ZeroOrMore
 
+from robosc.language.attributes import Attribute, Value, attributes_of
 from robosc.language.keywords import Role, words_of
 from robosc.language.tokens import pattern
 from robosc.syntax import terminals as t
@@ -21,6 +22,7 @@ from robosc.syntax.elements import (
     built,
     choice,
     either,
+    in_words,
     keyword,
     label,
     listed,
@@ -32,19 +34,27 @@ from robosc.syntax.elements import (
 )
 from robosc.syntax.expressions import ACCESS, Expression
 from robosc.syntax.nodes import (
-    Access,
     ActionNode,
+    AfterNode,
+    ArgumentNode,
+    ArrayNode,
     AssignmentNode,
     BehaviourNode,
+    CommunicationNode,
     ComponentNode,
+    ConditionNode,
+    ConstantNode,
     DataFieldNode,
     DataObjectNode,
     EnumNode,
     EnumRuleNode,
+    ForNode,
     ImportNode,
     InterfaceNode,
     MessageNode,
     ObjectNode,
+    ParameterNode,
+    PreferNode,
     PropertyNode,
     ProvideNode,
     RequirementNode,
@@ -52,6 +62,7 @@ from robosc.syntax.nodes import (
     RosTypeNode,
     ServiceNode,
     StateNode,
+    StringNode,
     TauNode,
     VariableNode,
 )
@@ -152,23 +163,64 @@ def _interface() -> Rule:
 # --- communications ------------------------------------------------------------------------------
 
 
-def _identifier(first: str) -> ParserElement:
-    """``with``, an optional identifier, and the label of the first type."""
-    first_label = label(first)
-    comma = symbol(",", f"',' and '{first}:'")
-    given = label("identifier") - t.string("a string after 'identifier:'") - comma - first_label
-    return keyword("with", f"'with' and '{first}:'") - either(
-        [built(first_label, lambda reading, start, end, parts: None), given],
-        f"'identifier:' or '{first}:' after 'with'",
-    )
+def _communication(word: str) -> Rule:
+    """A message, service or action, its attributes as the table says."""
+    if word in ("incoming", "outgoing"):
+        kind: Any = partial(cast(Any, MessageNode), word)
+        named = keyword("message", f"'message' after '{word}'") - t.name("a name for the message")
+    else:
+        kind = ServiceNode if word == "service" else ActionNode
+        named = t.name(f"a name for the {word}")
+    attributes = attributes_of(word)
+    types = [attribute.name for attribute in attributes if attribute.value is Value.TYPE]
+    start = keyword("with", f"'with' and '{types[0]}:'")
+
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> CommunicationNode:
+        name, *pairs = parts
+        given = {"identifier": None, "links": None, **dict(pairs)}
+        if "type" in given and "type" not in types:
+            definition = replace(given.pop("type"), folder=_FOLDERS[word])
+            given |= {type_: replace(definition, part=n) for n, type_ in enumerate(types)}
+        if "timeout" in given:
+            reading.pending.append(("'timeout:'", given["timeout"].span))
+        node: CommunicationNode = kind(name=name, **given, span=reading.span(start, end))
+        return node
+
+    return Rule(named - start - _attributes(attributes, 0), build, tail=_links_missing)
 
 
-def _typed(first: str) -> ParserElement:
-    return symbol(",", f"',' and '{first}:'") - label(first) - t.type_(f"a type after '{first}:'")
+_FOLDERS = {"service": "srv", "action": "action"}
 
 
-def _links() -> ParserElement:
-    return maybe(keyword("links") - t.name("the name of an interface after 'links'"))
+def _attributes(attributes: Sequence[Attribute], place: int) -> ParserElement:
+    """Those from a place on; each leaves its name and its value."""
+    optional = [attribute for attribute in attributes if not attribute.required]
+    required = [attribute for attribute in attributes if attribute.required]
+    first = required[0].name
+    choices = {}
+    for later, attribute in enumerate(optional[place:], place + 1):
+        comma = symbol(",", f"',' and '{first}:'")
+        choices[attribute.name] = _attribute(attribute) - comma - _attributes(attributes, later)
+    ending = _attribute(required[0])
+    for attribute in required[1:]:
+        ending = ending - symbol(",", f"',' and '{attribute.name}:'") - _attribute(attribute)
+    links = keyword("links") - t.name("the name of an interface after 'links'")
+    choices[first] = ending - maybe(built(links, _named("links")), ("links", None))
+    if first != "type":
+        definition = label("type") - t.ros_type("a ROS type 'package/Type' after 'type:'")
+        choices["type"] = built(definition, _named("type"))
+    expected = in_words(f"'{name}:'" for name in choices)
+    return either(list(choices.values()), expected if place else f"{expected} after 'with'")
+
+
+def _attribute(attribute: Attribute) -> ParserElement:
+    values = {Value.STRING: t.string, Value.DURATION: t.duration, Value.TYPE: t.type_}
+    value = values[attribute.value](f"{attribute.value.value} after '{attribute.name}:'")
+    return built(label(attribute.name) - value, _named(attribute.name))
+
+
+def _named(name: str) -> Build:
+    return lambda reading, start, end, parts: (name, parts[0])
 
 
 def _links_missing(node: Any) -> tuple[str, ...]:
@@ -176,57 +228,33 @@ def _links_missing(node: Any) -> tuple[str, ...]:
     return () if node.links or isinstance(type_, RosTypeNode) else ("'links'",)
 
 
-def _message(direction: str) -> Rule:
-    grammar = (
-        keyword("message", f"'message' after '{direction}'")
-        - t.name("a name for the message")
-        - _identifier("type")
-        - t.type_("a type after 'type:'")
-        - _links()
+# --- names for values ----------------------------------------------------------------------------
+
+
+def _values() -> dict[str, Rule]:
+    """Constants, parameters and conditions."""
+
+    def typed(what: str, value: ParserElement) -> ParserElement:
+        return (
+            t.name(f"a name for the {what}")
+            - symbol(":", f"':' after the name of the {what}")
+            - t.type_("a type after ':'")
+            - symbol("=", "'=' and a value")
+            - value
+        )
+
+    condition = (
+        t.name("a name for the condition")
+        - symbol("=", "'=' after the name of the condition")
+        - Expression("a condition after '='")
     )
-    return Rule(grammar, _node(MessageNode, direction), tail=_links_missing)
-
-
-def _service() -> Rule:
-    return _with_parts(ServiceNode, "service", "srv", ("request", "response"))
-
-
-def _action() -> Rule:
-    return _with_parts(ActionNode, "action", "action", ("request", "response", "feedback"))
-
-
-def _with_parts(
-    kind: Callable[..., ServiceNode | ActionNode], word: str, folder: str, labels: tuple[str, ...]
-) -> Rule:
-    """A service or action: its types one by one, or ``type:`` for all of them at once."""
-    first, *others = labels
-    types = label(first) - t.type_(f"a type after '{first}:'")
-    for other in others:
-        types = types - _typed(other)
-    type_ = label("type") - t.ros_type("a ROS type after 'type:'")
-    either_way = [type_, types - _links()]
-    words = f"'type:' or '{first}:'"
-    absent = terminal(f"(?= type ':' | {first} ':' )", "", _nothing)
-    given = label("identifier") - t.string("a string after 'identifier:'")
-    given = given - symbol(",", f"',' and {words}")
-    grammar = t.name(f"a name for the {word}") - keyword("with", f"'with' and {words}")
-    grammar = grammar - either(
-        [absent - either(either_way, words), given - either(either_way, words)],
-        f"'identifier:', {words} after 'with'",
-    )
-
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> ServiceNode | ActionNode:
-        name, identifier, *rest = parts
-        if len(rest) == 1:
-            rest = [replace(rest[0], folder=folder, part=n) for n in range(len(labels))]
-            rest.append(None)
-        return kind(name, identifier, *rest, span=reading.span(start, end))
-
-    return Rule(grammar, build, tail=_links_missing)
-
-
-def _nothing(reading: Reading, start: int, end: int, parts: list[Any]) -> None:
-    return None
+    return {
+        "constant": Rule(typed("constant", _data()), _node(ConstantNode)),
+        "parameter": Rule(
+            typed("parameter", Expression("a value after '='")), _node(ParameterNode)
+        ),
+        "condition": Rule(condition, _node(ConditionNode)),
+    }
 
 
 # --- behaviour -----------------------------------------------------------------------------------
@@ -244,26 +272,29 @@ def _transitions() -> dict[str, Rule]:
         - Expression("a value after ':='"),
         _node(AssignmentNode),
     )
+    assignments = maybe(built(keyword("do") - listed(assignment), _tuple), ())
     events = words_of(Role.EVENT)
-    *others, last = (f"'{word}'" for word in events)
+    expected = in_words(f"'{word}'" for word in events) + " after 'on'"
     result = (
-        terminal(" | ".join(events), f"{', '.join(others)} or {last} after 'on'", _build_event)
+        terminal(" | ".join(events), expected, _build_event)
         - terminal("from | to", "'from' or 'to' after the kind of event")
         - t.communication("the name of a communication")
         - maybe(_condition())
-        - maybe(built(keyword("do") - listed(assignment), _tuple), ())
+        - assignments
         - goto
     )
+    after = t.duration("a duration after 'after'") - maybe(_condition()) - assignments - goto
     tau = maybe(_condition()) + goto
     return {
         "on": Rule(result, _build_result, tail=_clauses_missing),
         "transition": Rule(tau, _node(TauNode), tail=_clauses_missing),
+        "after": Rule(after, _node(AfterNode), tail=_clauses_missing),
     }
 
 
 def _clauses_missing(node: Any) -> tuple[str, ...]:
     """The clauses that may still follow at the end of a transition."""
-    assigns = isinstance(node, ResultTransitionNode)
+    assigns = not isinstance(node, TauNode)
     if node.goto:
         return ()
     if assigns and node.assignments:
@@ -278,6 +309,8 @@ def _build_event(reading: Reading, start: int, end: int, parts: list[Any]) -> An
 
 def _build_result(reading: Reading, start: int, end: int, parts: list[Any]) -> ResultTransitionNode:
     (event, event_span), communication, guard, assignments, goto = parts
+    if event == "timeout":
+        reading.pending.append(("'timeout'", event_span))
     span = reading.span(start, end)
     return ResultTransitionNode(
         event, event_span, communication, guard, assignments, goto, span=span
@@ -326,11 +359,12 @@ def _behaviour_block() -> Block:
         ("do", "'do' stands before 'goto', and only after 'on'"),
         ("':='", "write '=' for an initial value"),
     )
-    state_block = Block(Items(("'on'", "'transition'"), transitions, advice=advice))
+    state_block = Block(Items(("'on'", "'transition'", "'after'"), transitions, advice=advice))
     rules = {
         "variable": _variable(),
         **{word: _state(state_block, word) for word in ("initial", "marked", "state")},
-        **transitions,
+        "on": transitions["on"],
+        "transition": transitions["transition"],
     }
     return Block(
         Items(("'variable'", "'state'", "'on'", "'transition'"), rules, advice=advice),
@@ -343,14 +377,20 @@ def _behaviour_block() -> Block:
 
 def _component_block() -> Block:
     behaviour_block = _behaviour_block()
+    values = _values()
     rules = {
-        "incoming": _message("incoming"),
-        "outgoing": _message("outgoing"),
-        "service": _service(),
-        "action": _action(),
+        **{word: _communication(word) for word in ("incoming", "outgoing", "service", "action")},
         "behaviour": Rule(nothing(), _node(BehaviourNode), block=lambda parts: behaviour_block),
+        **values,
     }
-    words = ("'incoming message'", "'outgoing message'", "'service'", "'action'", "'behaviour'")
+    words: tuple[str, ...] = (
+        "'incoming message'",
+        "'outgoing message'",
+        "'service'",
+        "'action'",
+        "'behaviour'",
+    )
+    words += tuple(f"'{word}'" for word in values)
     advice = (("',' identifier ':'", "'identifier:' stands right behind 'with'"),)
     meant = (("message", "write 'incoming message' or 'outgoing message'"),)
     return Block(
@@ -370,36 +410,52 @@ def _adopt(kind: type[ComponentNode] | type[BehaviourNode]) -> Callable[[Any, li
 
 
 def _component(block: Block) -> Rule:
-    prefix = (
-        keyword("with")
-        - label("prefix", "'prefix:' after 'with'")
-        - t.string("a string after 'prefix:'")
+    prefix = label("prefix") - t.string("a string after 'prefix:'")
+    argument = built(
+        terminal("(?! prefix ) NAME (?= ':' )", "a name", make_name)
+        - symbol(":")
+        - Expression("a value after ':'"),
+        _node(ArgumentNode),
     )
+    expected = "'prefix:' or the name of a constant or parameter"
+    given = either([prefix, argument], expected)
+    first = either([prefix, argument], f"{expected} after 'with'")
     imported = built(
         keyword("from")
         - t.name("the name of a library after 'from'")
         - keyword("import", "'import' and the name of a component")
         - t.name("the name of a component after 'import'")
-        - maybe(prefix),
+        - maybe(keyword("with") - first - ZeroOrMore(symbol(",") - given)),
         _tuple,
     )
     return Rule(
-        t.name("a name for the component") - maybe(imported),
+        t.name("a name for the component") - maybe(_several()) - maybe(imported),
         _build_component,
-        block=lambda parts: None if parts[1] else block,
+        block=lambda parts: None if parts[2] else block,
         opening="'{' or 'from' after the name of the component",
     )
+
+
+def _several() -> ParserElement:
+    """The indexes of several components."""
+    return symbol("[") - t.range_() - symbol("]", "']' after the last index")
 
 
 def _build_component(
     reading: Reading, start: int, end: int, parts: list[Any]
 ) -> ComponentNode | ImportNode:
     span = reading.span(start, end)
-    name, imported = parts[:2]
-    if imported:
-        library, component, prefix = imported
-        return ImportNode(name, library, component, prefix, span=span)
-    return ComponentNode(name, parts[2], span=span)
+    name, indexes, imported = parts[:3]
+    if not imported:
+        return ComponentNode(name, parts[3], indexes, span=span)
+    library, component, *given = imported
+    prefixes = [part for part in given if isinstance(part, StringNode)]
+    if len(prefixes) > 1:
+        message = "there are two prefixes"
+        raise Fault(start, message, span=prefixes[1].span, hint="leave one of them out")
+    prefix = prefixes[0] if prefixes else None
+    arguments = tuple(part for part in given if isinstance(part, ArgumentNode))
+    return ImportNode(name, library, component, prefix, arguments, indexes, span=span)
 
 
 # --- requirements and data -----------------------------------------------------------------------
@@ -408,9 +464,8 @@ def _build_component(
 def _requirement() -> Rule:
     expected = "a communication or a condition after 'requirement'"
     needs = choice("needs", "'needs'") - Expression("a condition after 'needs'")
-    one = built(t.communication("the name of a communication"), _tuple)
-    disables = choice("disables", "'disables'") - either(
-        [t.communications(), one], "the name of a communication after 'disables'"
+    disables = choice("disables", "'disables'") - t.communications(
+        "the name of a communication after 'disables'"
     )
     # 'never' and 'always' may also be names: of a communication, or where an expression begins.
     named = "needs | disables | and | or | '.' | '[' | INFIX | ')'"
@@ -419,7 +474,7 @@ def _requirement() -> Rule:
     )
     single = Expression(expected) - either([needs, disables], "'needs' or 'disables'")
     return Rule(
-        either([invariant, t.communications() - needs, single], expected), _build_requirement
+        either([invariant, t.braced_communications() - needs, single], expected), _build_requirement
     )
 
 
@@ -432,25 +487,46 @@ def _build_requirement(reading: Reading, start: int, end: int, parts: list[Any])
         return RequirementNode("disables", right, left, span=span)
     if isinstance(left, tuple):
         return RequirementNode("needs", left, right, span=span)
-    if not isinstance(left, Access) or any(isinstance(part, int) for part in left.path):
+    if (one := t.as_communication(left)) is None:
         message = "expected the name of a communication before 'needs'"
         raise Fault(start + 1, message, span=left.span)
-    return RequirementNode("needs", (left,), right, span=span)
+    return RequirementNode("needs", (one,), right, span=span)
+
+
+def _prefer() -> Rule:
+    grammar = (
+        t.communications("the name of a communication after 'prefer'")
+        - keyword("over", "'over' and the name of a communication")
+        - t.communications("the name of a communication after 'over'")
+    )
+    return Rule(grammar, _node(PreferNode))
+
+
+def _for(block: Block) -> Rule:
+    grammar = (
+        t.name("a name for the index after 'for'")
+        - keyword("in", "'in' after the name")
+        - t.range_()
+    )
+    return Rule(grammar, _node(ForNode), block=lambda parts: block)
 
 
 def _provide() -> Rule:
-    data = nested(_data, t.MAX_NESTING, "objects are")
     grammar = (
         t.communication("the name of a communication after 'provide'")
         - keyword("with", "'with' and the data")
-        - data
+        - _data()
         - maybe(_condition())
     )
     return Rule(grammar, _node(ProvideNode), tail=lambda node: () if node.condition else ("'if'",))
 
 
-def _data(inner: ParserElement) -> ParserElement:
-    """An expression or an object, whose fields are ``inner``."""
+def _data() -> ParserElement:
+    return nested(_datum, t.MAX_NESTING, "objects are")
+
+
+def _datum(inner: ParserElement) -> ParserElement:
+    """An expression, an object or an array, whose parts are ``inner``."""
     field = built(
         t.name("a property name") - symbol(":", "':' after the property name") - inner,
         _node(DataFieldNode),
@@ -458,7 +534,10 @@ def _data(inner: ParserElement) -> ParserElement:
     filled = listed(field) - symbol("}", "',' or '}'")
     braces = symbol("{") - either([symbol("}"), filled], "a property name or '}'")
     made = built(braces, _node(DataObjectNode, fixed=0))
-    return either([made, Expression("a value")], "a value or '{'")
+    elements = listed(inner) - symbol("]", "',' or ']'")
+    brackets = symbol("[") - either([symbol("]"), elements], "a value or ']'")
+    array = built(brackets, _node(ArrayNode, fixed=0))
+    return either([made, array, Expression("a value")], "a value or '{'")
 
 
 # --- files ---------------------------------------------------------------------------------------
@@ -466,21 +545,41 @@ def _data(inner: ParserElement) -> ParserElement:
 
 def _file_block(kind: str) -> Block:
     component_block, object_block, enum_block = _component_block(), _object_block(), _enum_block()
-    rules = {
-        "component": _component(component_block),
+    values = _values()
+    statements = {
         "requirement": _requirement(),
         "provide": _provide(),
+        "prefer": _prefer(),
+        "condition": values["condition"],
+    }
+    for_block = Block(Items(tuple(f"'{word}'" for word in (*statements, "for")), statements))
+    statements["for"] = _for(for_block)
+    rules = {
+        "component": _component(component_block),
+        "requirement": statements["requirement"],
+        "provide": statements["provide"],
         "datatype": _datatype(object_block, enum_block),
         "interface": _interface(),
+        **values,
+        "prefer": statements["prefer"],
+        "for": statements["for"],
     }
     if kind == "library":
-        for word, plural in (("requirement", "requirements"), ("provide", "provided data")):
+        for word, plural in _NOT_IN_LIBRARIES.items():
             refusal = f"a library holds no {plural}: write this in the robot that imports it"
             rules[word].refusal = refusal
     words = tuple(f"'{word}'" for word in rules if not rules[word].refusal)
     block = Block(Items(words, rules), child=Child(component_block, _adopt(ComponentNode)))
-    object_block.parent = enum_block.parent = block
+    object_block.parent = enum_block.parent = for_block.parent = block
     return block
+
+
+_NOT_IN_LIBRARIES = {
+    "requirement": "requirements",
+    "provide": "provided data",
+    "prefer": "preferences",
+    "for": "statements",
+}
 
 
 @cache

@@ -12,13 +12,15 @@ from typing import Literal, TypeAlias
 from robosc.source import Span
 
 __all__ = [
-    "Access", "ActionNode", "ArrayTypeNode", "AssignmentNode", "BasicTypeNode", "BehaviourNode",
-    "BinaryNode", "CommunicationNode", "ComponentNode", "DataFieldNode", "DataNode",
-    "DataObjectNode", "DeclarationNode", "EnumNode", "EnumRuleNode", "ExprNode", "FileNode",
-    "ImportNode", "InterfaceNode", "LiteralNode", "MessageNode", "Name", "NamedTypeNode",
-    "ObjectNode", "PropertyNode", "ProvideNode", "RequirementNode", "ResultTransitionNode",
-    "RosTypeNode", "ServiceNode", "StateNode", "StringNode", "TauNode", "TypeNode", "UnaryNode",
-    "VariableNode",
+    "Access", "ActionNode", "AfterNode", "AggregateNode", "ArgumentNode", "ArrayNode",
+    "ArrayTypeNode", "AssignmentNode", "BasicTypeNode", "BehaviourNode", "BinaryNode", "CallNode",
+    "CommunicationNode", "ComponentNode", "ConditionNode", "ConstantNode", "DataFieldNode",
+    "DataNode", "DataObjectNode", "DeclarationNode", "DurationNode", "ElementNode", "EnumNode",
+    "EnumRuleNode", "ExprNode", "FileNode", "ForNode", "ImportNode", "InNode", "InterfaceNode",
+    "LiteralNode", "MemberNode", "MessageNode", "Name", "NamedTypeNode", "ObjectNode",
+    "ParameterNode", "PreferNode", "PropertyNode", "ProvideNode", "RangeNode", "RequirementNode",
+    "ResultTransitionNode", "RosTypeNode", "ServiceNode", "SliceNode", "StatementNode",
+    "StateNode", "StringNode", "TauNode", "TypeNode", "UnaryNode", "ValueNode", "VariableNode",
 ]  # fmt: skip
 
 
@@ -63,10 +65,15 @@ class LiteralNode:
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """``a.b[0].c``: a name (``value`` included), then members as Name and indexes as int."""
+    """``a.b[0].c``: a name (``value`` included), then members as Name and indexes as int.
+
+    ``index`` stands behind the root of a communication, as in ``Station[i-1].go``, until the
+    copies of a component are made; a literal index is part of the path.
+    """
 
     root: Name
     path: tuple[Name | int, ...]
+    index: ExprNode | None = None
     span: Span = _span()
 
 
@@ -88,7 +95,95 @@ class BinaryNode:
     span: Span = _span()
 
 
-ExprNode: TypeAlias = LiteralNode | Access | UnaryNode | BinaryNode
+@dataclass(frozen=True, slots=True)
+class DurationNode:
+    """``0.5 s``: a number with a unit of time."""
+
+    amount: int | float
+    unit: str
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class CallNode:
+    """``abs(x)``, ``Way(value.x)`` or ``Library.Way(value.x)``."""
+
+    function: Access
+    arguments: tuple[ExprNode, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class AggregateNode:
+    """``any(element for variable in array if condition)``; ``function`` is the word before it."""
+
+    function: Name
+    element: ExprNode
+    variable: Name
+    array: ExprNode
+    condition: ExprNode | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class InNode:
+    """``operand in { a, b }``."""
+
+    operand: ExprNode
+    values: tuple[ExprNode, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ElementNode:
+    """``array[index]`` with an index that is no literal."""
+
+    array: ExprNode
+    index: ExprNode
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class SliceNode:
+    """``array[first..last]``, both ends included."""
+
+    array: ExprNode
+    first: ExprNode
+    last: ExprNode
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class MemberNode:
+    """A part of what is no plain name: ``a[i].x`` is the part ``x`` of the element ``a[i]``."""
+
+    object: ExprNode
+    path: tuple[Name | int, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayNode:
+    """``[a, b]``; in provided data the elements may be objects."""
+
+    elements: tuple[DataNode, ...]
+    span: Span = _span()
+
+
+ExprNode: TypeAlias = (
+    LiteralNode
+    | Access
+    | UnaryNode
+    | BinaryNode
+    | DurationNode
+    | CallNode
+    | AggregateNode
+    | InNode
+    | ElementNode
+    | SliceNode
+    | MemberNode
+    | ArrayNode
+)
 
 
 # --- types ---------------------------------------------------------------------------------------
@@ -111,7 +206,10 @@ class ArrayTypeNode:
 
 @dataclass(frozen=True, slots=True)
 class NamedTypeNode:
+    """A type by its name, or by that of its library: ``Library.Way``. ``duration`` is one, too."""
+
     name: Name
+    library: Name | None = None
     span: Span = _span()
 
 
@@ -195,32 +293,73 @@ class MessageNode:
     identifier: StringNode | None
     type: TypeNode
     links: Name | None
+    timeout: ExprNode | None = None
     span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
 class ServiceNode:
+    """With ``type:`` instead of request and response, these are parts of that RosTypeNode."""
+
     name: Name
     identifier: StringNode | None
     request: TypeNode
     response: TypeNode
     links: Name | None
+    timeout: ExprNode | None = None
     span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
 class ActionNode:
+    """With ``type:`` instead of the three types, these are the parts of that RosTypeNode."""
+
     name: Name
     identifier: StringNode | None
     request: TypeNode
     response: TypeNode
     feedback: TypeNode
     links: Name | None
+    timeout: ExprNode | None = None
     span: Span = _span()
 
 
 CommunicationNode: TypeAlias = MessageNode | ServiceNode | ActionNode
 
+
+# --- names for values ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantNode:
+    """``constant name: type = value``."""
+
+    name: Name
+    type: TypeNode
+    value: DataNode
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterNode:
+    """``parameter name: type = value``."""
+
+    name: Name
+    type: TypeNode
+    value: ExprNode
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ConditionNode:
+    """``condition name = value``."""
+
+    name: Name
+    value: ExprNode
+    span: Span = _span()
+
+
+ValueNode: TypeAlias = ConstantNode | ParameterNode | ConditionNode
 
 # --- behaviour -----------------------------------------------------------------------------------
 
@@ -244,7 +383,7 @@ class AssignmentNode:
 class ResultTransitionNode:
     """``on <event> from|to <communication> if … do … goto …``; the name may be qualified."""
 
-    event: Literal["request", "response", "feedback", "error", "cancel"]
+    event: Literal["request", "response", "feedback", "error", "cancel", "timeout"]
     event_span: Span = field(compare=False, repr=False)
     communication: Access
     guard: ExprNode | None
@@ -263,11 +402,22 @@ class TauNode:
 
 
 @dataclass(frozen=True, slots=True)
+class AfterNode:
+    """``after <duration> if … do … goto …``."""
+
+    duration: ExprNode
+    guard: ExprNode | None
+    assignments: tuple[AssignmentNode, ...]
+    goto: Name | None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
 class StateNode:
     name: Name
     initial: bool
     marked: bool
-    transitions: tuple[ResultTransitionNode | TauNode, ...]
+    transitions: tuple[ResultTransitionNode | TauNode | AfterNode, ...]
     span: Span = _span()
 
 
@@ -280,20 +430,43 @@ class BehaviourNode:
 
 
 @dataclass(frozen=True, slots=True)
+class RangeNode:
+    """``first..last``, both ends included."""
+
+    first: int
+    last: int
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
 class ComponentNode:
+    """``component name { … }``, or ``component name[1..6] { … }`` for several of a kind."""
+
     name: Name
-    items: tuple[CommunicationNode | BehaviourNode, ...]
+    items: tuple[CommunicationNode | BehaviourNode | ValueNode, ...]
+    indexes: RangeNode | None = None
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ArgumentNode:
+    """``name: value`` behind the ``with`` of an import."""
+
+    name: Name
+    value: ExprNode
     span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
 class ImportNode:
-    """``component name from library import component with prefix: "…"``."""
+    """``component name from library import component with prefix: "…", radius: 0.2``."""
 
     name: Name
     library: Name
     component: Name
     prefix: StringNode | None
+    arguments: tuple[ArgumentNode, ...] = ()
+    indexes: RangeNode | None = None
     span: Span = _span()
 
 
@@ -334,11 +507,32 @@ class ProvideNode:
     span: Span = _span()
 
 
+@dataclass(frozen=True, slots=True)
+class PreferNode:
+    """``prefer a over b``, ``prefer { a, b } over c``."""
+
+    preferred: tuple[Access, ...]
+    over: tuple[Access, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
+class ForNode:
+    """``for name in 1..6 { … }`` around statements of a robot."""
+
+    variable: Name
+    indexes: RangeNode
+    statements: tuple[StatementNode, ...]
+    span: Span = _span()
+
+
+StatementNode: TypeAlias = RequirementNode | ProvideNode | PreferNode | ConditionNode | ForNode
 DeclarationNode: TypeAlias = (
     ComponentNode
     | ImportNode
-    | RequirementNode
-    | ProvideNode
+    | StatementNode
+    | ConstantNode
+    | ParameterNode
     | ObjectNode
     | EnumNode
     | InterfaceNode
@@ -351,10 +545,13 @@ class FileNode:
 
     ``broken`` holds every word in the declarations that were skipped for their faults: a name that
     is unknown but among them was probably declared there, and calling it unknown would be noise.
+    ``pending`` are constructs that the grammar knows and the model does not know yet, each with its
+    place.
     """
 
     kind: Literal["robot", "library"]
     name: Name
     declarations: tuple[DeclarationNode, ...]
     broken: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
+    pending: tuple[tuple[str, Span], ...] = field(default=(), compare=False, repr=False)
     span: Span = _span()

@@ -14,8 +14,27 @@ from typing import Any, TypeAlias
 from pyparsing import ParseBaseException, ParserElement, ParseSyntaxException
 
 from robosc.errors import Diagnostic, Note, Severity
+from robosc.language.keywords import UNITS
 from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
 from robosc.source import Span
+from robosc.syntax.nodes import (
+    AfterNode,
+    AggregateNode,
+    ArgumentNode,
+    ArrayNode,
+    CallNode,
+    ConditionNode,
+    ConstantNode,
+    DurationNode,
+    ElementNode,
+    ForNode,
+    InNode,
+    MemberNode,
+    ParameterNode,
+    PreferNode,
+    RangeNode,
+    SliceNode,
+)
 
 __all__ = ["Build", "Fault", "Form", "Reading", "Stop"]
 
@@ -37,6 +56,27 @@ _ADVICE = {
 _WINDOW = 64
 _LOOKAHEAD = 8
 """No rule of the grammar looks further ahead than so many tokens."""
+
+
+PENDING: dict[type, str] = {
+    AfterNode: "'after'",
+    AggregateNode: "going through an array",
+    ArgumentNode: "arguments of an import",
+    ArrayNode: "arrays of values",
+    CallNode: "calls",
+    ConditionNode: "named conditions",
+    ConstantNode: "constants",
+    DurationNode: "durations",
+    ElementNode: "computed indexes",
+    ForNode: "'for'",
+    InNode: "'in'",
+    MemberNode: "computed indexes",
+    ParameterNode: "parameters",
+    PreferNode: "preferences",
+    RangeNode: "several components of a kind",
+    SliceNode: "slices",
+}
+"""Nodes whose meaning is not there yet; whoever gives them one removes them here."""
 
 
 class Fault(Exception):
@@ -105,7 +145,8 @@ class Reading:
     consequence. ``reopened`` tells that a block was continued behind its closing brace, so that the
     braces no longer count. ``broken`` collects the words of everything that was skipped: names that
     later stages must not call unknown. ``lifted`` holds, by block, nodes of declarations that stood
-    in a block inside it.
+    in a block inside it. ``pending`` are constructs that the model does not know yet. ``depth``
+    counts the open blocks.
     """
 
     def __init__(self, tokens: Tokens) -> None:
@@ -115,6 +156,8 @@ class Reading:
         self.diagnostics: list[Diagnostic] = list(tokens.diagnostics)
         self.broken: set[str] = set()
         self.lifted: dict[Any, list[Any]] = {}
+        self.pending: list[tuple[str, Span]] = []
+        self.depth = 0
         self.settled = -1
         self.reopened = False
 
@@ -157,7 +200,13 @@ class Reading:
         if type(part) is not Form:
             return part
         parts = [self.made(inner, base) for inner in part.parts]
-        return part.build(self, base + part.start, base + part.end, parts)
+        return self.noted(part.build(self, base + part.start, base + part.end, parts))
+
+    def noted(self, node: Any) -> Any:
+        """The node, after a note if the model does not know such nodes yet."""
+        if (what := PENDING.get(type(node))) is not None:
+            self.pending.append((what, node.span))
+        return node
 
     def _explained(self, fault: ParseBaseException, base: int) -> Fault:
         at = base + fault.loc
@@ -233,6 +282,8 @@ class Reading:
             return "write ':=' to assign"
         if found == "," and message.startswith("expected 'needs'"):
             return "several stand in braces: { …, … }"
+        if message.startswith("expected a duration") and found[0].isdigit():
+            return f"a duration has a unit: {', '.join(UNITS)}"
         if found in _ADVICE:
             return _ADVICE[found]
         if f"'{found}:'" in message:
@@ -240,7 +291,9 @@ class Reading:
                 return f"write '{found}:' with its colon"
             missing = "'with'" if message.startswith("expected 'with'") else "a ','"
             return f"{missing} is missing before it"
-        near = get_close_matches(found, _QUOTED.findall(message), 1, 0.6) if len(found) < 30 else []
+        cutoff = 0.6 if len(found) > 3 else 0.7
+        words = _QUOTED.findall(message) if len(found) < 30 else []
+        near = get_close_matches(found, words, 1, cutoff)
         return f"did you mean '{near[0]}'?" if near and near[0] != found else None
 
     def skipped(self, start: int, end: int) -> None:

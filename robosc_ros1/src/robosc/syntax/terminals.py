@@ -9,6 +9,7 @@ from typing import Any, cast
 
 from pyparsing import Forward, ParserElement
 
+from robosc.language.keywords import UNITS
 from robosc.syntax.elements import (
     built,
     either,
@@ -19,12 +20,28 @@ from robosc.syntax.elements import (
     symbol,
     terminal,
 )
-from robosc.syntax.nodes import ArrayTypeNode, BasicTypeNode, NamedTypeNode, RosTypeNode, StringNode
+from robosc.syntax.expressions import Expression
+from robosc.syntax.nodes import (
+    Access,
+    ArrayTypeNode,
+    BasicTypeNode,
+    ElementNode,
+    ExprNode,
+    LiteralNode,
+    MemberNode,
+    Name,
+    NamedTypeNode,
+    RangeNode,
+    RosTypeNode,
+    StringNode,
+)
+from robosc.syntax.operands import make_leaf
 from robosc.syntax.reading import Reading
 from robosc.syntax.values import make_access, make_integer, make_name, make_string
 
 __all__ = [
-    "MAX_NESTING", "communication", "communications", "name", "ros_type", "string", "type_",
+    "MAX_NESTING", "as_communication", "braced_communications", "communication", "communications",
+    "duration", "name", "range_", "ros_type", "string", "type_",
 ]  # fmt: skip
 
 MAX_NESTING = 20
@@ -39,17 +56,75 @@ def name(expected: str) -> ParserElement:
 
 
 def communication(expected: str) -> ParserElement:
-    return terminal("QUALIFIED", expected, make_access)
+    """A communication by its name, perhaps of a component with an index."""
+    plain = terminal("QUALIFIED (?! '[' )", expected, make_access)
+    indexed = built(
+        terminal("NAME (?= '[' )", expected, make_name)
+        - symbol("[")
+        - Expression("an index in '[…]'")
+        - symbol("]", "']' after the index")
+        - terminal("'.' WORD", "'.' and the name of a communication", _build_member),
+        _build_indexed,
+    )
+    return either([plain, indexed], expected)
 
 
-def communications() -> ParserElement:
+def _build_member(reading: Reading, start: int, end: int, parts: list[Any]) -> Name:
+    return make_name(reading, start + 1, end, [])
+
+
+def _build_indexed(reading: Reading, start: int, end: int, parts: list[Any]) -> Access:
+    root, index, member = parts
+    reading.pending.append(("an index of components", reading.span(start, end)))
+    return Access(root, (member,), index, span=reading.span(start, end))
+
+
+def as_communication(node: ExprNode) -> Access | None:
+    """The communication that an expression names; None if it does not name one."""
+    match node:
+        case Access(path=(int() as index, Name() as member)):
+            number = LiteralNode(index, span=node.span)
+            return Access(node.root, (member,), number, span=node.span)
+        case Access() if not any(isinstance(part, int) for part in node.path):
+            return node
+        case MemberNode(
+            object=ElementNode(array=Access(root=root, path=()), index=index_),
+            path=(Name() as member,),
+        ):
+            return Access(root, (member,), index_, span=node.span)
+    return None
+
+
+def braced_communications() -> ParserElement:
     """Communications in braces; leaves them as one tuple."""
     one = communication("the name of a communication")
     return built(symbol("{") - listed(one) - symbol("}", "',' or '}'"), _tuple)
 
 
+def communications(expected: str) -> ParserElement:
+    """One communication, or several in braces; leaves a tuple."""
+    one = built(communication("the name of a communication"), _tuple)
+    return either([braced_communications(), one], expected)
+
+
 def _tuple(reading: Reading, start: int, end: int, parts: list[Any]) -> tuple[Any, ...]:
     return tuple(parts)
+
+
+def range_() -> ParserElement:
+    """``1..6``."""
+    bound = terminal("'-'? INTEGER", "a whole number", make_integer)
+    return built(bound - symbol("..", "'..' and the last index") - bound, _build_range)
+
+
+def _build_range(reading: Reading, start: int, end: int, parts: list[Any]) -> RangeNode:
+    return RangeNode(parts[0], parts[1], span=reading.span(start, end))
+
+
+def duration(expected: str) -> ParserElement:
+    """``0.5 s``, or the name of a constant or parameter."""
+    units = " | ".join(UNITS)
+    return terminal(f"NUMBER (?: {units} ) | QUALIFIED", expected, make_leaf)
 
 
 def string(expected: str) -> ParserElement:
@@ -73,16 +148,16 @@ def type_(expected: str) -> ParserElement:
         - symbol(")", "')' to close 'array('"),
         _build_array,
     )
-    named = terminal(f"NAME {_NO_COLON}", "a type", _build_named)
+    named = terminal(f"NAME (?: '.' WORD )? {_NO_COLON}", "a type", _build_named)
     deep = terminal(f"(?: array '(' ){{{MAX_NESTING}}}", "a type")
     too_deep = refused(deep, MAX_NESTING, "arrays are")
-    kind <<= either([too_deep, basic, integer, array, ros_type("a type"), named], expected)
+    kind <<= either([too_deep, ros_type("a type"), basic, integer, array, named], expected)
     return kind
 
 
 def ros_type(expected: str) -> ParserElement:
     """``package/Type``, or with ``msg``, ``srv`` or ``action`` between the two."""
-    return terminal(f"NAME '/' WORD (?: '/' WORD )? {_NO_COLON}", expected, _build_ros_type)
+    return terminal(f"WORD '/' WORD (?: '/' WORD )? {_NO_COLON}", expected, _build_ros_type)
 
 
 def _build_ros_type(reading: Reading, start: int, end: int, parts: list[Any]) -> RosTypeNode:
@@ -96,7 +171,10 @@ def _build_basic(reading: Reading, start: int, end: int, parts: list[Any]) -> Ba
 
 
 def _build_named(reading: Reading, start: int, end: int, parts: list[Any]) -> NamedTypeNode:
-    return NamedTypeNode(make_name(reading, start, end, []), span=reading.span(start, end))
+    if end > start + 1:
+        reading.pending.append(("types of a library", reading.span(start, end)))
+    *library, name = (make_name(reading, at, at + 1, []) for at in range(start, end, 2))
+    return NamedTypeNode(name, library[0] if library else None, span=reading.span(start, end))
 
 
 def _build_integer(reading: Reading, start: int, end: int, parts: list[Any]) -> BasicTypeNode:

@@ -11,7 +11,7 @@ from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
 from robosc.syntax.reading import Fault, Reading
 
-__all__ = ["make_access", "make_integer", "make_name", "make_number", "make_string"]
+__all__ = ["make_access", "make_integer", "make_name", "make_number", "make_parts", "make_string"]
 
 MAX_INTEGER = 2**64 - 1
 """The largest whole number of any ROS type (uint64)."""
@@ -35,8 +35,13 @@ def make_access(reading: Reading, start: int, end: int, parts: list[Any]) -> Acc
     root = reading.text(start).removeprefix("^")
     if end == start + 1:
         return Access(Name(root, span=span), (), span=span)
+    path = make_parts(reading, start + 1, end)
+    return Access(Name(root, span=reading.span(start, start + 1)), path, span=span)
+
+
+def make_parts(reading: Reading, at: int, end: int) -> tuple[Name | int, ...]:
+    """``.b[0].c``: members and indexes."""
     path: list[Name | int] = []
-    at = start + 1
     while at < end:
         if reading.kind(at) == ".":
             path.append(make_name(reading, at + 1, at + 2, []))
@@ -44,7 +49,7 @@ def make_access(reading: Reading, start: int, end: int, parts: list[Any]) -> Acc
         else:
             path.append(make_integer(reading, at + 1, at + 2, []))
             at += 3
-    return Access(Name(root, span=reading.span(start, start + 1)), tuple(path), span=span)
+    return tuple(path)
 
 
 def make_integer(reading: Reading, start: int, end: int, parts: list[Any]) -> int:

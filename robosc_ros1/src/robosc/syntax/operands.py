@@ -1,0 +1,333 @@
+"""The trees of expressions: operators by precedence, calls, indexes and lists, with two stacks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias, cast
+
+from robosc.language.operators import BINARY, UNARY
+from robosc.language.tokens import BAD_NUMBER, INTEGER, NUMBER, STRING, kinds_of
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    AggregateNode,
+    ArrayNode,
+    BinaryNode,
+    CallNode,
+    DurationNode,
+    ElementNode,
+    ExprNode,
+    InNode,
+    LiteralNode,
+    MemberNode,
+    Name,
+    SliceNode,
+    UnaryNode,
+)
+from robosc.syntax.reading import Fault, Reading
+from robosc.syntax.values import make_access, make_name, make_number, make_parts, make_string
+
+__all__ = ["MAX_DEPTH", "MAX_NESTING", "Step", "build_expression", "make_leaf", "nested_too_deep"]
+
+MAX_DEPTH = 200
+"""Levels that the tree of an expression may have, so that later stages may recurse.
+
+Chains of ``and`` or ``or`` do not count: long ones become balanced trees, which mean the same.
+Arithmetic is not associative on doubles, so its chains stay as they are written.
+"""
+
+MAX_NESTING = 60
+"""Levels of brackets that an expression may need.
+
+The parser of Python 3.8 gives up at 90, and in generated code expressions are parts of longer ones.
+"""
+
+BALANCE_FROM = 64
+"""Chains of ``and`` or ``or`` up to this length are left-associative trees as usual."""
+
+Step: TypeAlias = tuple[
+    Literal["operand", "prefix", "operator", "open", "close", "comma", "for", "parts"],
+    int,
+    int,
+    str,
+]
+"""A piece of an expression: what it is, its extent in tokens, and the operator or kind of bracket.
+
+A comma also stands for what else divides a bracket: ``..`` and the ``if`` of an aggregate.
+"""
+
+_BOOLEANS = frozenset((*kinds_of("true"), *kinds_of("false")))
+_NUMBERS = (INTEGER, NUMBER, BAD_NUMBER)
+_PREFIX_LEVEL = UNARY["!"].level
+
+
+@dataclass(slots=True)
+class _Operand:
+    """A finished operand, or the parts of a chain of ``and`` or ``or`` that may still grow.
+
+    ``start`` and ``end`` include parentheses, ``depth`` is the height of the tree, ``nesting`` the
+    brackets that stand within each other when it is written as Python, at the most.
+    """
+
+    node: ExprNode | None
+    start: int
+    end: int
+    depth: int = 1
+    nesting: int = 0
+    chain: str = ""
+    parts: list[_Operand] | None = None
+    joints: list[int] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Pending:
+    """An operator that waits for its right side; an opening bracket has no level."""
+
+    symbol: str
+    level: int
+    at: int
+
+
+@dataclass(slots=True)
+class _Bracket:
+    """An open bracket and what stands in it so far.
+
+    ``start`` includes what it belongs to: the function, or the operand of an index.
+    """
+
+    what: str
+    start: int
+    end: int
+    base: _Operand | None
+    count: int
+    parts: list[_Operand] = field(default_factory=list)
+    variable: Name | None = None
+
+
+class _Builder:
+    """Operator precedence with two stacks."""
+
+    def __init__(self, reading: Reading) -> None:
+        self.reading = reading
+        self.operands: list[_Operand] = []
+        self.pending: list[_Pending] = []
+        self.brackets: list[_Bracket] = []
+
+    def operand(self, node: ExprNode, start: int, end: int) -> None:
+        self.operands.append(_Operand(node, start, end))
+
+    def prefix(self, symbol: str, at: int) -> None:
+        self._wait(_Pending(symbol, _PREFIX_LEVEL, at))
+
+    def open(self, what: str, start: int, end: int) -> None:
+        base = None
+        if what == "set":
+            self._reduce(BINARY["="].level)
+        if what in ("set", "index"):
+            base = self._finished(self.operands.pop())
+            start = base.start
+        self.brackets.append(_Bracket(what, start, end, base, len(self.operands)))
+        self.pending.append(_Pending("(", 0, start))
+
+    def comma(self) -> None:
+        """What stood in the bracket up to here is one part of it."""
+        self._reduce(1)
+        self.brackets[-1].parts.append(self._finished(self.operands.pop()))
+
+    def bind(self, variable: Name) -> None:
+        """The bracket goes through an array."""
+        self.comma()
+        self.brackets[-1].variable = variable
+
+    def close(self, end: int) -> None:
+        self._reduce(1)
+        bracket = self.brackets.pop()
+        self.pending.pop()
+        if len(self.operands) > bracket.count:
+            bracket.parts.append(self._finished(self.operands.pop()))
+        if bracket.what == "group":
+            (inner,) = bracket.parts
+            self.operands.append(
+                _Operand(inner.node, bracket.start, end, inner.depth, inner.nesting)
+            )
+            return
+        span = self.reading.span(bracket.start, end)
+        self._put(self.reading.noted(_bracketed(self.reading, bracket, span)), bracket, end)
+
+    def _put(self, node: ExprNode, bracket: _Bracket, end: int) -> None:
+        inside = [*bracket.parts, bracket.base] if bracket.base else bracket.parts
+        depth = 1 + max((part.depth for part in inside), default=0)
+        nesting = 1 + max((part.nesting for part in inside), default=0)
+        operand = _Operand(node, bracket.start, end, depth, nesting)
+        self.operands.append(self._limited(operand, bracket.start))
+
+    def parts(self, start: int, end: int) -> None:
+        """``.x[0]`` behind an index or a call."""
+        of = self.operands.pop()
+        assert of.node is not None
+        path = make_parts(self.reading, start, end)
+        span = self.reading.span(of.start, end)
+        node = self.reading.noted(MemberNode(of.node, path, span=span))
+        self.operands.append(_Operand(node, of.start, end, of.depth, of.nesting))
+
+    def operator(self, symbol: str, at: int) -> None:
+        operation = BINARY[symbol]
+        # What binds as tightly is reduced first, except for a right-associative one.
+        self._reduce(operation.level + operation.right_associative)
+        self._wait(_Pending(symbol, operation.level, at))
+
+    def finish(self) -> ExprNode:
+        self._reduce(1)
+        node = self._finished(self.operands.pop()).node
+        assert node is not None
+        return node
+
+    def _wait(self, pending: _Pending) -> None:
+        # Whatever waits for its right side will stand above all that comes behind it.
+        if len(self.pending) - len(self.brackets) >= MAX_DEPTH:
+            raise self._too_deep(pending.at)
+        self.pending.append(pending)
+
+    def _reduce(self, level: int) -> None:
+        """Apply all pending operators at least that strong, back to the last parenthesis."""
+        while self.pending and self.pending[-1].level >= level:
+            pending = self.pending.pop()
+            right = self.operands.pop()
+            if pending.level == _PREFIX_LEVEL:
+                self.operands.append(self._unary(pending, self._finished(right)))
+            elif pending.symbol in ("and", "or"):
+                self.operands.append(self._chain(pending, self.operands.pop(), right))
+            else:
+                left = self._finished(self.operands.pop())
+                right = self._finished(right)
+                self.operands.append(self._binary(pending.symbol, pending.at, left, right))
+
+    def _unary(self, pending: _Pending, operand: _Operand) -> _Operand:
+        assert operand.node is not None
+        span = self.reading.span(pending.at, operand.end)
+        node = UnaryNode(cast(Literal["!", "-"], pending.symbol), operand.node, span=span)
+        depth, nesting = operand.depth + 1, operand.nesting + 1
+        return self._limited(_Operand(node, pending.at, operand.end, depth, nesting), pending.at)
+
+    def _binary(self, symbol: str, at: int, left: _Operand, right: _Operand) -> _Operand:
+        assert left.node is not None and right.node is not None
+        node = BinaryNode(
+            symbol,
+            left.node,
+            right.node,
+            operator_span=self.reading.span(at, at + 1),
+            span=self.reading.span(left.start, right.end),
+        )
+        depth = 1 + max(left.depth, right.depth)
+        nesting = max(left.nesting + _is_bracketed(left, symbol), right.nesting + 1)
+        return self._limited(_Operand(node, left.start, right.end, depth, nesting), at)
+
+    def _chain(self, pending: _Pending, left: _Operand, right: _Operand) -> _Operand:
+        right = self._finished(right)
+        if left.chain == pending.symbol:
+            assert left.parts is not None and left.joints is not None
+            left.parts.append(right)
+            left.joints.append(pending.at)
+            left.end = right.end
+            return left
+        parts = [self._finished(left), right]
+        return _Operand(None, left.start, right.end, 1, 0, pending.symbol, parts, [pending.at])
+
+    def _finished(self, operand: _Operand) -> _Operand:
+        if operand.parts is None or operand.joints is None:
+            return operand
+        return self._fold(operand.chain, operand.parts, operand.joints)
+
+    def _fold(self, symbol: str, parts: list[_Operand], joints: list[int]) -> _Operand:
+        if len(parts) <= BALANCE_FROM:
+            result = parts[0]
+            for at, part in zip(joints, parts[1:], strict=True):
+                result = self._binary(symbol, at, result, part)
+            return result
+        half = len(parts) // 2
+        left = self._fold(symbol, parts[:half], joints[: half - 1])
+        right = self._fold(symbol, parts[half:], joints[half:])
+        return self._binary(symbol, joints[half - 1], left, right)
+
+    def _limited(self, operand: _Operand, at: int) -> _Operand:
+        if operand.depth > MAX_DEPTH:
+            raise self._too_deep(at)
+        if operand.nesting > MAX_NESTING:
+            raise self._too_deep(at, MAX_NESTING)
+        return operand
+
+    def _too_deep(self, at: int, limit: int = MAX_DEPTH) -> Fault:
+        return Fault(at, nested_too_deep(limit), code="too-deep", hint="split it")
+
+
+def _is_bracketed(left: _Operand, symbol: str) -> bool:
+    """Whether a left operand is written in brackets, as a call for a division is."""
+    if symbol == "/" or not isinstance(left.node, BinaryNode):
+        return symbol == "/"
+    return symbol == "=>" or BINARY[left.node.operator].level != BINARY[symbol].level
+
+
+def _bracketed(reading: Reading, bracket: _Bracket, span: Span) -> ExprNode:
+    """The node of a bracket that is no mere group."""
+    nodes = tuple(cast(ExprNode, part.node) for part in bracket.parts)
+    base = bracket.base.node if bracket.base else None
+    if bracket.variable is not None:
+        function = make_name(reading, bracket.start, bracket.start + 1, [])
+        condition = nodes[2] if len(nodes) > 2 else None
+        return AggregateNode(function, nodes[0], bracket.variable, nodes[1], condition, span=span)
+    if bracket.what == "call":
+        function_ = make_access(reading, bracket.start, bracket.end - 1, [])
+        return CallNode(function_, nodes, span=span)
+    if bracket.what == "array":
+        return ArrayNode(nodes, span=span)
+    assert base is not None
+    if bracket.what == "set":
+        return InNode(base, nodes, span=span)
+    if len(nodes) == 1:
+        return ElementNode(base, nodes[0], span=span)
+    return SliceNode(base, nodes[0], nodes[1], span=span)
+
+
+def build_expression(reading: Reading, start: int, end: int, parts: list[Any]) -> ExprNode:
+    """The tree of an expression from its steps, whose places count from the first part."""
+    first, steps = parts
+    base = start - first
+    builder = _Builder(reading)
+    for what, begin, stop, symbol in steps:
+        at, behind = base + begin, base + stop
+        if what == "operand":
+            builder.operand(make_leaf(reading, at, behind, []), at, behind)
+        elif what == "operator":
+            builder.operator(symbol, at)
+        elif what == "prefix":
+            builder.prefix(symbol, at)
+        elif what == "open":
+            builder.open(symbol, at, behind)
+        elif what == "comma":
+            builder.comma()
+        elif what == "for":
+            builder.bind(make_name(reading, at + 1, at + 2, []))
+        elif what == "parts":
+            builder.parts(at, behind)
+        else:
+            builder.close(behind)
+    return builder.finish()
+
+
+def make_leaf(reading: Reading, start: int, end: int, parts: list[Any]) -> ExprNode:
+    kind = reading.kind(start)
+    span = reading.span(start, end)
+    if kind in _BOOLEANS:
+        return LiteralNode(reading.text(start) == "true", span=span)
+    if kind == STRING:
+        return LiteralNode(make_string(reading, start), span=span)
+    if kind in _NUMBERS:
+        number = make_number(reading, start)
+        if end > start + 1:
+            unit = reading.text(start + 1)
+            return cast(ExprNode, reading.noted(DurationNode(number, unit, span=span)))
+        return LiteralNode(number, span=span)
+    return make_access(reading, start, end, [])
+
+
+def nested_too_deep(limit: int = MAX_DEPTH) -> str:
+    return f"this expression is nested more than {limit} levels deep"
