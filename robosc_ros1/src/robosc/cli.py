@@ -144,6 +144,8 @@ def _generate(args: Arguments) -> int:
         pipeline.Output(args.target, args.output, args.package, args.force, args.config, args.mode),
     )
     _report(result.diagnostics)
+    for warning in result.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
     print(report.generated_text(result), end="")
     return 0
 

@@ -78,13 +78,18 @@ class Output:
 
 @dataclass(frozen=True, slots=True)
 class Generated:
-    """A written package; ``seconds`` is the time from the model to the last file."""
+    """A written package; ``seconds`` is the time from the model to the last file.
+
+    ``warnings`` are about the files with options.
+    """
 
     output: Output
     supervisor: Supervisor
     diagnostics: tuple[Diagnostic, ...]
+    package: str
     files: Written
     seconds: float
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,7 +289,7 @@ def generate(
         EmptySupervisorError: no controller can keep the requirements.
         StateSpaceError: the state space is too large.
     """
-    from robosc.emit.config import load_config
+    from robosc.emit.original_config import load_config
     from robosc.emit.package import namesake
     from robosc.emit.writer import write
 
@@ -306,8 +311,10 @@ def generate(
     diagnostics = loaded.diagnostics + supervisor.diagnostics
     package = _emitter(output.target, output.mode)(supervisor, name, config.of_package(name))
     folder = output.folder or config.output.get(output.target) or Path()
-    files = write(package, folder, output.force)
-    return Generated(output, supervisor, diagnostics, files, time.perf_counter() - start)
+    location = config.locations.get((output.target, output.mode))
+    files = write(package, folder, output.force, None if output.folder else location)
+    seconds = time.perf_counter() - start
+    return Generated(output, supervisor, diagnostics, name, files, seconds, config.warnings)
 
 
 def _bounded(supervisor: Supervisor) -> None:

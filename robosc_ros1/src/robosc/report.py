@@ -99,7 +99,7 @@ def generated_text(result: Generated) -> str:
         lines.append("no part of the package any more, but changed by hand, and so kept:")
         lines += [f"    {path}" for path in files.kept]
     lines.append(f"done in {result.seconds:.2f} s; next:")
-    name = files.folder.name
+    name = result.package
     if output.target == "ros1":
         lines.append(f"    catkin_make && roslaunch {name} {name}.launch")
     else:

@@ -12,7 +12,8 @@ from ros_support import Completed
 
 from robosc import pipeline
 from robosc.emit import ros1, ros2
-from robosc.emit.config import Config, load_config
+from robosc.emit.config import Config
+from robosc.emit.original_config import load_config
 from robosc.errors import UsageError
 
 
@@ -44,19 +45,54 @@ def test_own_options(tmp_path: Path) -> None:
 def test_the_file_of_the_original_and_own_options_before_it(tmp_path: Path) -> None:
     pytest.importorskip("yaml")
     (tmp_path / "controller-config.json").write_text(
-        '{"publishStateInformation": true, "writeEventsToLog": false, "output": "there",'
-        ' "supervisor": {"any": "thing"}}'
+        '{"output": {"ros1ControllerNodeLocation": "there", "ros2SupervisorNodeLocation": "guard"},'
+        ' "supervisor": {"controller": {"run": {"packageName": "p", "executable": "e"}}}}'
     )
     config = load_config(tmp_path / "model.rscd")
+    # The state is published unless somebody says no.
     assert config.parameters == {"legacy_state_topic": "/state", "event_log": ""}
-    assert config.output["ros1"] == tmp_path / "there"
-    assert config.supervisor == {"any": "thing"}
+    assert config.locations == {
+        ("ros1", "controller"): tmp_path / "there",
+        ("ros2", "supervisor"): tmp_path / "guard",
+    }
+    assert config.supervisor == {"package": "p", "executable": "e"}
     (tmp_path / "robosc.yaml").write_text(
-        "parameters: {legacy_state_topic: /other}\noutput: here\n"
+        "parameters: {legacy_state_topic: /other}\noutput: {ros1: here}\n"
     )
     config = load_config(tmp_path / "model.rscd")
     assert config.parameters["legacy_state_topic"] == "/other"
     assert config.output["ros1"] == tmp_path / "here"
+    assert config.locations == {("ros2", "supervisor"): tmp_path / "guard"}
+
+
+def test_the_file_of_the_original_may_lie_below_the_model(tmp_path: Path) -> None:
+    for folder in ("b", "a/deep", ".hidden"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "controller-config.json").write_text(
+            json.dumps({"output": {"ros1ControllerNodeLocation": folder}})
+        )
+    # Folders in it are relative to the model all the same.
+    config = load_config(tmp_path / "model.rscd")
+    assert config.locations == {("ros1", "controller"): tmp_path / "a" / "deep"}
+
+
+def test_what_the_original_does_not_know_is_a_warning(tmp_path: Path) -> None:
+    file = tmp_path / "controller-config.json"
+    file.write_text(
+        '{"writeEvents": true, "zzz": 1, "output": {"ros1ControllerLocation": "x"},'
+        ' "supervisor": {"controler": {}, "controller": {"run": {"package": "p"}}}}'
+    )
+    config = load_config(tmp_path / "model.rscd")
+    assert config.warnings == (
+        f"{file}: unknown key 'writeEvents'; did you mean writeEventsToLog?",
+        f"{file}: unknown key 'zzz'; there are: publishStateInformation, writeEventsToLog, output,"
+        " supervisor",
+        f"{file}: unknown key 'ros1ControllerLocation' in output;"
+        " did you mean ros1ControllerNodeLocation?",
+        f"{file}: unknown key 'controler' in supervisor; did you mean controller?",
+        f"{file}: unknown key 'package' in supervisor.controller.run; did you mean packageName?",
+    )
+    assert (config.locations, config.supervisor) == ({}, {})
 
 
 @pytest.mark.parametrize(
@@ -70,18 +106,31 @@ def test_the_file_of_the_original_and_own_options_before_it(tmp_path: Path) -> N
         ("robosc.yaml", "- a", "must hold keys and values"),
         ("robosc.yaml", "a: [", "while parsing"),
         ("controller-config.json", '{"a": }', "controller-config.json:1:7: Expecting value"),
-        ("controller-config.json", '{"writeEvents": true}', "did you mean writeEventsToLog?"),
         ("controller-config.json", '{"writeEventsToLog": 1}', "must be true or false, not 1"),
-        ("controller-config.json", '{"PublishStateInformation": true}', "did you mean publishSta"),
-        ("controller-config.json", '{"package": "x"}', "unknown key 'package'; there are: publis"),
-        ("controller-config.json", '{"output": {"ros1": {"here": 1}}}', "output must be a folder"),
-        ("controller-config.json", '{"output": null}', "output must be a folder"),
+        ("controller-config.json", '{"output": "there"}', "output must be an object, not 'there'"),
+        (
+            "controller-config.json",
+            '{"output": {"ros2ControllerNodeLocation": 1}}',
+            "output.ros2ControllerNodeLocation must be a text, not 1",
+        ),
+        (
+            "controller-config.json",
+            '{"supervisor": {"controller": {"run": []}}}',
+            "supervisor.controller.run must be an object, not []",
+        ),
         ("controller-config.json", "[]", "must hold keys and values"),
         ("controller-config.json", "[" * 100000, "nested too deeply"),
         ("controller-config.json", "", "controller-config.json:1:1: Expecting value"),
         ("robosc.yaml", "[" * 5000, "nested too deeply"),
         ("robosc.yaml", "parameters: [rate]", "parameters must be names of parameters"),
         ("robosc.yaml", "1: x", "unknown key 1; there are"),
+        (
+            "robosc.yaml",
+            "version: 1.2.3\nversion: 1.2.4",
+            "robosc.yaml:2:1: duplicate key 'version'",
+        ),
+        ("robosc.yaml", "parameters: {rate: 1,\n  rate: 2}", ":2:3: duplicate key 'rate'"),
+        ("robosc.yaml", "parameters: {a: [{b: 1, b: 2}]}", "duplicate key 'b'"),
         ("robosc.yaml", "supervisor: x", "supervisor must be a section, not 'x'"),
     ],
 )
@@ -179,14 +228,20 @@ def test_generate_obeys_the_file_of_the_original(
     options = {
         "publishStateInformation": True,
         "writeEventsToLog": True,
-        "outputLocations": {"ROS1": "../one/src", "ros2": "../two/src"},
+        "output": {
+            "ros1ControllerNodeLocation": "../one/src/steered",
+            "ros2ControllerNodeLocation": "../two/src/steered",
+        },
     }
     file = tmp_path / "models" / "controller-config.json"
     file.write_text("\ufeff" + json.dumps(options), encoding="utf-8")
     for target, place in (("ros1", "one"), ("ros2", "two")):
         done = robosc("generate", "models/lantern.rscd", "--target", target)
         assert done.returncode == 0, done.stderr
-        package = tmp_path / place / "src" / "lantern_controller"
+        # The folder becomes the package.
+        package = tmp_path / place / "src" / "steered"
+        assert "<name>lantern_controller</name>" in (package / "package.xml").read_text()
+        assert "lantern_controller lantern_controller.launch" in done.stdout
         told = (package / "config" / "lantern_controller.yaml").read_text(encoding="utf-8")
         assert 'legacy_state_topic: "/state"\n' in told
         assert 'event_log: "~/.ros/log/lantern_controller.jsonl"\n' in told
@@ -196,14 +251,14 @@ def test_generate_obeys_the_file_of_the_original(
     assert 'event_log: "~/.ros/log/other.jsonl"\n' in told
     file.write_text('{"writeEventToLog": true}', encoding="utf-8")
     done = robosc("generate", "models/lantern.rscd")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == (
-        "error: models/controller-config.json: unknown key 'writeEventToLog';"
+    assert done.returncode == 0
+    assert done.stderr.endswith(
+        "\nwarning: models/controller-config.json: unknown key 'writeEventToLog';"
         " did you mean writeEventsToLog?\n"
     )
 
 
 def test_a_folder_below_the_home_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    (tmp_path / "controller-config.json").write_text('{"output": "~/ws/src"}')
+    (tmp_path / "robosc.yaml").write_text("output: ~/ws/src")
     assert load_config(tmp_path / "model.rscd").output["ros1"] == tmp_path / "home" / "ws" / "src"

@@ -94,7 +94,10 @@ def test_what_cannot_be_told_apart_is_refused(provides: list[str], fault: str) -
     assert fault in diagnostic.message
 
 
-GUARDED = {"package": "wild", "executable": "wild.py", "name": "w", "arguments": '--say "a & b"'}
+GUARDED = {
+    "package": "wild", "executable": "wild.py", "name": "w", "namespace": "far",
+    "arguments": '--say "a & b"',
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("target", EMITTERS)
@@ -107,13 +110,35 @@ def test_the_configuration_tells_what_is_guarded(target: str) -> None:
         values = {n.value for n in ast.walk(ast.parse(launch)) if isinstance(n, ast.Constant)}
     else:
         launch = files["launch/cart_supervisor.launch"].content
-        values = {tag.get("default") for tag in ElementTree.fromstring(launch).iter("arg")}
+        tree = ElementTree.fromstring(launch)
+        values = {tag.get("default") for tag in tree.iter("arg")}
+        values |= {tag.get("ns") for tag in tree.iter("node")}
     assert set(GUARDED.values()) <= values
+
+
+@pytest.mark.parametrize("target", EMITTERS)
+def test_a_launch_file_may_start_what_is_guarded(target: str) -> None:
+    config = Config(supervisor={"package": "wild", "launch_file": "wild.launch"})
+    supervisor = supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}")
+    files = EMITTERS[target](supervisor, "cart_supervisor", config).files
+    if target == "ros2":
+        launch = files["launch/cart_supervisor.launch.py"].content
+        calls = [n.func.id for n in ast.walk(ast.parse(launch)) if isinstance(n, ast.Call)
+                 and isinstance(n.func, ast.Name)]  # fmt: skip
+        assert calls.count("IncludeLaunchDescription") == 1 and calls.count("Node") == 1
+        assert '"launch/wild.launch"' in launch
+    else:
+        tree = ElementTree.fromstring(files["launch/cart_supervisor.launch"].content)
+        (group,) = tree.iter("group")
+        (include,) = group.iter("include")
+        assert include.get("file") == "$(find wild)/launch/wild.launch"
+        assert {r.get("to") for r in group.iter("remap")} >= {"/supervised/vel"}
+        assert len(list(tree.iter("node"))) == 1
 
 
 def test_a_key_of_the_section_that_is_not_known_is_refused() -> None:
     config = Config(supervisor={"node": "wild"})
-    with pytest.raises(UsageError, match="has texts for package, executable, name, arguments; not"):
+    with pytest.raises(UsageError, match="has texts for package, executable, name, namespace, arg"):
         ros1_supervisor.emit(supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}"), "c", config)
 
 

@@ -91,9 +91,13 @@ def test_what_is_shown_can_be_chosen(stage: Stage, puppet: Puppet, ear: Puppet) 
         node.shows(lambda s: s["counters"]["inputs"] == 50)
         times = [state["time"] for state in ear.all_heard("/probe_controller/state")]
         assert all(late - soon > 0.49 for soon, late in pairwise(times))
-        legacy = ear.hears("/state", lambda m: m["variables"]["Switches"]["height"] == 3)
-        assert legacy["states"] == {"Switches": "on", "Oracle": "resting", "Runner": "resting"}
-        assert legacy["transitions"][-1] in ("response_level", "request_halt")
+        ear.hears("/state", lambda m: "message_level.u_response" in m["transitions"])
+        legacy = ear.hears(
+            "/state", lambda m: m["current"]["Switches"]["variables"]["height"] == "3"
+        )
+        states = {name: told["state"] for name, told in legacy["current"].items()}
+        assert states == {"Switches": "on", "Oracle": "resting", "Runner": "resting"}
+        assert legacy["definition"]["name"] == "Probe"
         _, _, (publications, _, _) = ServerProxy(stage.master.uri).getSystemState("/test")  # type: ignore
         topics = {topic for topic, nodes in publications if "/probe_controller" in nodes}
         assert "/probe_controller/events" not in topics

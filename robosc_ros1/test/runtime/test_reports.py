@@ -149,16 +149,24 @@ def test_nobody_listens_and_the_state_still_knows_the_latest_events() -> None:
         engine.post(SENSOR, "response", 50)
         heard.wait(lambda: heard.states and heard.states[-1]["counters"]["inputs"] == 1)
 
-    run_reporter(Settings(legacy_state_topic="/state"), heard, play)
+    run_reporter(Settings(), heard, play)
     assert heard.told == []
-    assert heard.states[-1]["latest"]
-    latest = [f"{e['event']['kind']}_{e['event']['name']}" for e in heard.states[-1]["latest"]]
-    assert "response_range" in latest
-    assert heard.legacies[-1] == {
-        "states": heard.states[-1]["components"],
-        "variables": {"Sensor": {"clear": True}, "Motor": {"speed": 5.0}},
-        "transitions": latest,
-    }
+    assert "range" in {e["event"]["name"] for e in heard.states[-1]["latest"]}
+
+
+class Broken(Heard):
+    def state(self, text: str) -> None:
+        raise TypeError("no such text")
+
+
+def test_a_report_that_cannot_be_made_is_reported() -> None:
+    heard = Broken()
+
+    def play(engine: Engine) -> None:
+        heard.wait(lambda: heard.levels)
+
+    run_reporter(Settings(), heard, play)
+    assert heard.levels[0] == (2, "cannot report the state: TypeError: no such text", {})
 
 
 def test_diagnostics_warn_of_what_is_new_and_are_calm_again() -> None:

@@ -1,13 +1,12 @@
 """Options of the generator that lie beside a model: ``robosc.yaml``, ``controller-config.json``.
 
-The second is the file of the original tool: what of it has a meaning here sets the same options,
-and ``robosc.yaml`` goes before it. A key that is not known is an error in both.
+The second is the file of the original RoboSC, see :mod:`robosc.emit.original_config`; what
+``robosc.yaml`` sets takes precedence.
 """
 
 from __future__ import annotations
 
 import difflib
-import json
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -21,14 +20,16 @@ from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime import qos, settings
 from robosc.runtime.model import Communication as Declared
 
-__all__ = ["DEFAULTS", "Config", "declared_communications", "load_config", "shared_topics"]
+__all__ = [
+    "DEFAULTS", "EVENT_LOG", "OWN", "Config", "declared_communications", "read_own", "read_text",
+    "shared_topics",
+]  # fmt: skip
 
-_EVENT_LOG = "~/.ros/log/{package}.jsonl"
+EVENT_LOG = "~/.ros/log/{package}.jsonl"
 OWN = "robosc.yaml"
-ORIGINAL = "controller-config.json"
 
 
-def _empty() -> Mapping[str, Any]:
+def _empty() -> Mapping[Any, Any]:
     return MappingProxyType({})
 
 
@@ -36,24 +37,28 @@ def _empty() -> Mapping[str, Any]:
 class Config:
     """Options of one generation; what the command line says goes before ``package`` and ``output``.
 
-    ``output`` are folders by target, ``parameters`` defaults of the node's parameters by their full
-    names. ``supervisor`` tells the node that a supervisor guards, as it stands in the file.
+    ``output`` are the folders that get packages, by target; ``locations`` those that become the
+    package themselves, by target and mode. ``parameters`` are defaults of the node's parameters by
+    their full names. ``supervisor`` tells the node that a supervisor guards, as it stands in the
+    file. ``warnings`` are what somebody should know who wrote the files.
     """
 
     package: str | None = None
     output: Mapping[str, Path] = field(default_factory=_empty)
+    locations: Mapping[tuple[str, str], Path] = field(default_factory=_empty)
     version: str = "0.1.0"
     maintainer: str = "robosc"
     email: str = "robosc@example.org"
     licence: str = "BSD-3-Clause"
     parameters: Mapping[str, Any] = field(default_factory=_empty)
     supervisor: Mapping[str, Any] = field(default_factory=_empty)
+    warnings: tuple[str, ...] = ()
 
     def of_package(self, package: str) -> Config:
         """The same; the log that the original's file asks for is one of the package's own."""
-        if self.parameters.get("event_log") != _EVENT_LOG:
+        if self.parameters.get("event_log") != EVENT_LOG:
             return self
-        log = _EVENT_LOG.format(package=package)
+        log = EVENT_LOG.format(package=package)
         return replace(self, parameters=MappingProxyType({**self.parameters, "event_log": log}))
 
     def checked(self, robot: Robot) -> Config:
@@ -100,42 +105,27 @@ def shared_topics(robot: Robot) -> list[tuple[str, list[str]]]:
     return [(name, keys) for (name, _, _), keys in topics.items()]
 
 
-def load_config(model: Path, file: Path | None = None) -> Config:
-    """The options for a model: from ``file``, or from the files that lie beside the model.
+def read_text(file: Path) -> str:
+    """The text of a file with options.
 
-    Raises:
-        UsageError: a file cannot be read, is no YAML or JSON, or has a key or value that is not
-            known; the message names file and key.
+    Raises UsageError if it cannot be read.
     """
-    if file is not None:
-        return _read(file, Config())
-    config = Config()
-    for name in (ORIGINAL, OWN):
-        place = model.parent / name
-        if place.is_file():
-            config = _read(place, config)
-    return config
-
-
-def _read(file: Path, config: Config) -> Config:
     try:
-        text = file.read_text(encoding="utf-8-sig")  # some editors begin with a mark
+        return file.read_text(encoding="utf-8-sig")  # some editors begin with a mark
     except OSError as error:
         raise UsageError(f"cannot read {file}: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise UsageError(f"cannot read {file}: it is no UTF-8 text") from error
-    if file.suffix == ".json":
-        return _apply(file, _parsed_json(file, text), _ORIGINAL_KEYS, config)
-    return _apply(file, _parsed_yaml(file, text), _OWN_KEYS, config)
 
 
-def _parsed_json(file: Path, text: str) -> Any:
-    try:
-        return json.loads(text)
-    except json.JSONDecodeError as error:
-        raise UsageError(f"{file}:{error.lineno}:{error.colno}: {error.msg}") from error
-    except RecursionError as error:
-        raise UsageError(f"{file} is nested too deeply") from error
+def read_own(file: Path, config: Config) -> Config:
+    """The options with those that a ``robosc.yaml`` sets.
+
+    Raises:
+        UsageError: it cannot be read, is no YAML, or has a key or value that is not known; the
+            message names file and key.
+    """
+    return _apply(file, _parsed_yaml(file, read_text(file)), config)
 
 
 def _parsed_yaml(file: Path, text: str) -> Any:
@@ -144,6 +134,7 @@ def _parsed_yaml(file: Path, text: str) -> Any:
     except ImportError as error:
         raise UsageError(f"{file} cannot be read: python3-yaml is not installed") from error
     try:
+        _refuse_duplicates(file, yaml.compose(text, yaml.SafeLoader))
         return yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise UsageError(f"{file}: {' '.join(str(error).split())}") from error
@@ -154,18 +145,38 @@ def _parsed_yaml(file: Path, text: str) -> Any:
 Setter = Callable[[Config, Any, Path], Config]
 
 
-def _apply(file: Path, document: Any, keys: Mapping[str, Setter], config: Config) -> Config:
+def _refuse_duplicates(file: Path, node: Any) -> None:
+    """YAML says that keys are unique; its reader takes the last of several.
+
+    Raises UsageError with the place of the second.
+    """
+    if isinstance(node.value if node is not None else None, str):
+        return
+    seen: set[str] = set()
+    for entry in node.value if node is not None else ():
+        if not isinstance(entry, tuple):
+            _refuse_duplicates(file, entry)
+            continue
+        key, value = entry
+        if isinstance(key.value, str) and key.value in seen:
+            place = f"{key.start_mark.line + 1}:{key.start_mark.column + 1}"
+            raise UsageError(f"{file}:{place}: duplicate key {key.value!r}")
+        seen.add(str(key.value))
+        _refuse_duplicates(file, value)
+
+
+def _apply(file: Path, document: Any, config: Config) -> Config:
     if document is None:
         return config
     if not isinstance(document, dict):
         raise UsageError(f"{file} must hold keys and values")
     for key, value in document.items():
-        if key not in keys:
-            near = difflib.get_close_matches(str(key), keys, 1)
-            hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(keys)}"
+        if key not in _KEYS:
+            near = difflib.get_close_matches(str(key), _KEYS, 1)
+            hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(_KEYS)}"
             raise UsageError(f"{file}: unknown key {key!r}; {hint}")
         try:
-            config = keys[key](config, value, file)
+            config = _KEYS[key](config, value, file)
         except ValueError as error:
             raise UsageError(f"{file}: {key} must be {error}, not {value!r}") from None
     return config
@@ -190,7 +201,13 @@ def _output(config: Config, value: Any, file: Path) -> Config:
         if name not in ("ros1", "ros2") or not isinstance(folder, str):
             raise ValueError("a folder, or folders for ros1 and ros2")
         folders[name] = file.parent / Path(folder).expanduser()
-    return replace(config, output=MappingProxyType({**config.output, **folders}))
+    # What the original's file says of these targets is no longer asked for.
+    locations = {key: place for key, place in config.locations.items() if key[0] not in folders}
+    return replace(
+        config,
+        output=MappingProxyType({**config.output, **folders}),
+        locations=MappingProxyType(locations),
+    )
 
 
 def _parameters(config: Config, value: Any, _: Path) -> Config:
@@ -200,22 +217,13 @@ def _parameters(config: Config, value: Any, _: Path) -> Config:
     return replace(config, parameters=MappingProxyType(merged))
 
 
-def _switch(parameter: str, when_true: str) -> Setter:
-    def put(config: Config, value: Any, file: Path) -> Config:
-        if not isinstance(value, bool):
-            raise ValueError("true or false")
-        return _parameters(config, {parameter: when_true if value else ""}, file)
-
-    return put
-
-
 def _supervisor(config: Config, value: Any, _: Path) -> Config:
     if not isinstance(value, dict):
         raise ValueError("a section")
     return replace(config, supervisor=MappingProxyType(dict(value)))
 
 
-_OWN_KEYS: Mapping[str, Setter] = {
+_KEYS: Mapping[str, Setter] = {
     "package": _text("package", r"[a-z][a-z0-9_]*", "a package name in lower case"),
     "output": _output,
     "version": _text("version", r"\d+\.\d+\.\d+", "a text like 1.2.3"),
@@ -223,13 +231,5 @@ _OWN_KEYS: Mapping[str, Setter] = {
     "email": _text("email", r"[^@\s]+@[^@\s]+\.[^@\s.]+", "an address with a dotted domain"),
     "license": _text("licence", r".*\S.*", "the name of a licence"),
     "parameters": _parameters,
-    "supervisor": _supervisor,
-}
-
-_ORIGINAL_KEYS: Mapping[str, Setter] = {
-    "publishStateInformation": _switch("legacy_state_topic", "/state"),
-    "writeEventsToLog": _switch("event_log", _EVENT_LOG),
-    "output": _output,
-    "outputLocations": _output,
     "supervisor": _supervisor,
 }

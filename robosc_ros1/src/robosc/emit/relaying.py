@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 from robosc.emit.common import PackageContext, TopicView
 from robosc.emit.config import Config
@@ -33,16 +33,18 @@ class RelayView:
 
 @dataclass(frozen=True)
 class ControllerNode:
-    """The node that is guarded, if the launch file is to start it; empty texts: it is not.
+    """The controller that is guarded, if the launch file is to start it; empty texts: it is not.
 
-    These are the keys of the section ``supervisor`` in both files of options. What the original
-    has there is described nowhere; any other key is an error.
+    These are the keys of the section ``supervisor`` in ``robosc.yaml``. ``launch_file`` is one of
+    the package, which is included instead of starting an executable.
     """
 
     package: str = ""
     executable: str = ""
     name: str = "controller"
+    namespace: str = ""
     arguments: str = ""
+    launch_file: str = ""
 
 
 @dataclass(frozen=True)
@@ -149,4 +151,7 @@ def _controller(config: Config) -> ControllerNode:
                 f"the section 'supervisor' of the configuration has texts for {', '.join(known)};"
                 f" not {name}: {value!r}"
             )
-    return ControllerNode(**config.supervisor)
+    node = ControllerNode(**config.supervisor)
+    file = node.launch_file
+    # A name alone is that of a file where packages have their launch files.
+    return replace(node, launch_file=f"launch/{file}") if file and "/" not in file else node

@@ -42,21 +42,25 @@ class Written:
     kept: tuple[str, ...]
 
 
-def write(package: Package, folder: Path, force: bool = False) -> Written:
+def write(
+    package: Package, folder: Path, force: bool = False, location: Path | None = None
+) -> Written:
     """Write the package into ``folder/<its name>`` and remove generated files that it lost.
+
+    ``location`` is another folder that shall become the package itself.
 
     Raises:
         UsageError: something that robosc did not write, or that was changed since, is in the way,
             or the folder cannot be written. Nothing has been changed then.
     """
-    target = folder / package.name
+    target = folder / package.name if location is None else location
     try:
         with _undisturbed():
             return _write(package, target, force)
     except OSError as error:
         reason = error.strerror or str(error)
         place = str(error.filename or target)
-        if _STAGE.format(package.name) in place:  # a name that is none of the user's business
+        if _STAGE.format(target.name) in place:  # a name that is none of the user's business
             place = str(target)
         raise UsageError(f"cannot write {place}: {reason}") from error
 

@@ -9,6 +9,7 @@ robosc's ``docs/``; each has ``"version": 1``.
 from __future__ import annotations
 
 import json
+import sys
 import threading
 import time
 from collections import deque
@@ -17,6 +18,7 @@ from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 from .engine import Engine
 from .eventlog import EventLog
 from .model import Command, Controller
+from .original_state import OriginalState
 from .recorder import Entry
 from .values import jsonable
 
@@ -153,22 +155,18 @@ def state_document(
     }
 
 
-def _legacy_document(document: Dict[str, Any], latest: List[Dict[str, Any]]) -> Dict[str, Any]:
-    """States and variables per component, and the latest transitions by name."""
-    variables: Dict[str, Dict[str, Any]] = {}
-    for key, value in document["variables"].items():
-        component, _, name = key.partition(".")
-        variables.setdefault(component, {})[name] = value
-    taken = ["%(kind)s_%(name)s" % entry["event"] for entry in latest]
-    return {"states": document["components"], "variables": variables, "transitions": taken}
-
-
 class Reporter:
-    """Publishes while the engine runs. ``close`` publishes the last state and ends the thread."""
+    """Publishes while the engine runs. ``close`` publishes the last state and ends the thread.
 
-    def __init__(self, engine: Engine, outlet: Outlet) -> None:
+    ``original`` makes the state for tools of the original RoboSC, if that is asked for.
+    """
+
+    def __init__(
+        self, engine: Engine, outlet: Outlet, original: Optional[OriginalState] = None
+    ) -> None:
         self._engine = engine
         self._outlet = outlet
+        self._original = original
         self._latest: Deque[Dict[str, Any]] = deque(maxlen=_LATEST)
         self._closing = threading.Event()
         settings = engine.settings
@@ -219,12 +217,20 @@ class Reporter:
                 faults.append(self._log_fault)
             document = state_document(snapshot, latest, faults)
             self._outlet.state(dump(document))
-            if self._engine.settings.legacy_state_topic:
-                self._outlet.legacy(dump(_legacy_document(document, latest)))
+            if self._original is not None:
+                self._outlet.legacy(dump(self._original.document(document)))
             if periodic:
                 self._outlet.diagnostics(*self._diagnosis(snapshot, faults))
         except Exception as error:  # a report that fails must not end all others
-            self._log_fault = "%s: %s" % (type(error).__name__, error)
+            if periodic:
+                self._cannot_report("%s: %s" % (type(error).__name__, error))
+
+    def _cannot_report(self, fault: str) -> None:
+        try:
+            self._outlet.diagnostics(ERROR, "cannot report the state: " + fault, [])
+        except Exception as error:
+            # ROS itself does not work, which nobody can be told but in this way.
+            sys.stderr.write("cannot report the state: %s; %s\n" % (fault, error))
 
     def _snapshot(self) -> Optional[Dict[str, Any]]:
         box: List[Dict[str, Any]] = []
@@ -244,11 +250,13 @@ class Reporter:
         if not entries:
             return
         publish = self._engine.settings.publish_events and self._outlet.wants_events()
-        if not publish and self._log is None:
+        if not publish and self._log is None and self._original is None:
             self._latest.extend(event_document(entry) for entry in entries[-_LATEST:])
             return
         documents = [event_document(entry) for entry in entries]
         self._latest.extend(documents[-_LATEST:])
+        if self._original is not None:
+            self._original.take(documents)
         lines = [dump(document) for document in documents]
         if publish:
             self._outlet.events(lines)

@@ -13,6 +13,7 @@ import gauntlet_interfaces.srv
 import std_msgs.msg
 
 from ._runtime.engine import Engine
+from ._runtime.original_state import OriginalState
 from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError
 from .controller import GauntletController
@@ -77,7 +78,8 @@ def run(node, ended):
     port = RosPort(node, PUBLICATIONS, SERVICES, ACTIONS, profiles)
     port.on_exit = ended.set
     engine = Engine(controller, port, settings)
-    reporter = Reporter(engine, outlet)
+    original = OriginalState(MODEL) if settings.legacy_state_topic else None
+    reporter = Reporter(engine, outlet, original)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
     port.await_subscribers()
     port.connect(engine, SUBSCRIPTIONS)

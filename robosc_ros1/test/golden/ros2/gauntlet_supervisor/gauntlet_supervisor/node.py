@@ -15,6 +15,7 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
+from ._runtime.original_state import OriginalState
 from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError
 from ._runtime.supervisor_engine import SupervisorEngine
@@ -113,7 +114,8 @@ def run(node, ended):
     port = RelayPort(node, INPUTS, COMMANDS, SERVICES, ACTIONS, profiles)
     port.on_exit = ended.set
     engine = SupervisorEngine(controller, port, settings)
-    reporter = Reporter(engine, outlet)
+    original = OriginalState(MODEL) if settings.legacy_state_topic else None
+    reporter = Reporter(engine, outlet, original)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
     port.await_subscribers()
     port.connect(engine)

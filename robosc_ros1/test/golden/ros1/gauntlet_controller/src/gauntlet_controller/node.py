@@ -10,6 +10,7 @@ import gauntlet_interfaces.srv
 import std_msgs.msg
 
 from ._runtime.engine import Engine
+from ._runtime.original_state import OriginalState
 from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
 from .controller import GauntletController
@@ -63,7 +64,8 @@ def main():
     outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic, watch)
     port = RosPort(PUBLICATIONS, SERVICES, ACTIONS, lifecycle)
     engine = Engine(controller, port, settings)
-    reporter = Reporter(engine, outlet)
+    original = OriginalState(MODEL) if settings.legacy_state_topic else None
+    reporter = Reporter(engine, outlet, original)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
 
     def shut_down():

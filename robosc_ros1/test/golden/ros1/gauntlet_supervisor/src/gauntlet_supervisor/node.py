@@ -12,6 +12,7 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
+from ._runtime.original_state import OriginalState
 from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
 from ._runtime.supervisor_engine import SupervisorEngine
@@ -98,7 +99,8 @@ def main():
     outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic, watch)
     port = RelayPort(INPUTS, COMMANDS, SERVICES, ACTIONS, lifecycle)
     engine = SupervisorEngine(controller, port, settings)
-    reporter = Reporter(engine, outlet)
+    original = OriginalState(MODEL) if settings.legacy_state_topic else None
+    reporter = Reporter(engine, outlet, original)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
 
     def shut_down():

@@ -8,6 +8,7 @@ import rospy
 import std_msgs.msg
 
 from ._runtime.engine import Engine
+from ._runtime.original_state import OriginalState
 from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
 from .controller import LanternController
@@ -52,7 +53,8 @@ def main():
     outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic, watch)
     port = RosPort(PUBLICATIONS, SERVICES, ACTIONS, lifecycle)
     engine = Engine(controller, port, settings)
-    reporter = Reporter(engine, outlet)
+    original = OriginalState(MODEL) if settings.legacy_state_topic else None
+    reporter = Reporter(engine, outlet, original)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
 
     def shut_down():
