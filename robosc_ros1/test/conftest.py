@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -25,6 +26,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--renew", action="store_true", help="write the outputs anew that are kept")
 
 
+def pytest_configure() -> None:
+    """Ctrl-C works, here and in what tests start, even where a shell began this in the background."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep together, where tests run side by side, what shares a fixture: a folder or a file.
@@ -33,6 +40,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """
     if config.getoption("--renew"):
         items[:] = [i for i in items if "kept" in getattr(i, "fixturenames", ())]
+    # What takes longest begins first, so that no process is left alone with it at the end.
+    items.sort(key=lambda item: item.path.parent.name not in BUILT_ONCE)
     for item in items:
         if SLOW.intersection(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.slow)

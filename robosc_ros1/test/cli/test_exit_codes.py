@@ -126,6 +126,7 @@ def test_too_many_states_for_the_limits(robosc: Robosc, model: Callable[[str], s
     assert done.stdout == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "values", ["0..100000", "0..2147483647", "-9223372036854775808..9223372036854775807"]
 )

@@ -122,6 +122,7 @@ def test_names_that_are_words_of_cif() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chunk", range(4))
 def test_random_robots(chunk: int) -> None:
     for seed in range(500 + 25 * chunk, 500 + 25 * (chunk + 1)):

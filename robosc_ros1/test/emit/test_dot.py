@@ -102,6 +102,7 @@ def test_picture_shows_every_state() -> None:
     assert {"Door", "shut", "busy", "in every state", "go.request"} <= texts
 
 
+@pytest.mark.slow
 @needs_graphviz
 def test_graphviz_reads_every_random_robot() -> None:
     for seed in range(40):

@@ -101,6 +101,7 @@ def test_every_field_is_documented() -> None:
         assert set(keys(document)) <= documented
 
 
+@pytest.mark.slow
 def test_sizes_are_those_of_the_oracle() -> None:
     for seed in range(20):
         text = random_model(random.Random(seed), 1)

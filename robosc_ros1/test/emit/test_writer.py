@@ -266,6 +266,7 @@ def in_a_child(do: Callable[[], object], at_step: Callable[[int, str], None]) ->
         os._exit(99)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [True, False], ids=["new", "anew"])
 def test_a_package_that_is_killed_is_the_old_or_the_new_one(tmp_path: Path, first: bool) -> None:
     old, new = package(a="1", src__b="1", old__c="1"), package(a="2", src__b="2", d="2")

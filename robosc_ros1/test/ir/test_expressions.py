@@ -84,6 +84,7 @@ def lookup(leaf):
     return VALUES[leaf.variable]
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=500)
 @given(booleans(4))
 def test_python_text_means_the_expression(expr):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lsp_support import open_text
@@ -18,6 +19,8 @@ from robosc.lsp.hover import hover_text
 from robosc.lsp.outline import folds, outline
 from robosc.lsp.rename import applied, references
 from robosc.lsp.tokens import TYPES, encoded
+
+pytestmark = pytest.mark.slow
 
 PATH = str(EXAMPLES / "line_follower" / "line_follower.rscd")
 TEXT = Path(PATH).read_text(encoding="utf-8")

@@ -13,6 +13,8 @@ from ros_support import EXAMPLES, REPOSITORY
 from robosc import __version__
 from robosc.view.server import PAGE
 
+pytestmark = pytest.mark.slow
+
 MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
 
 

@@ -38,6 +38,7 @@ def check(text: str) -> None:
     assert "\t" not in once or any("\t" in c.text for c in tokenize(Source("m", text)).comments)
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=150)
 @given(model_text())
 def test_random_models_keep_their_meaning_and_comments(text: str) -> None:
@@ -49,6 +50,7 @@ def test_examples_keep_their_meaning_and_comments(path: Path) -> None:
     check(path.read_text())
 
 
+@pytest.mark.slow
 def test_every_comment_position_is_kept() -> None:
     words = parsed_words(UGLY)
     for index in range(len(words) + 1):

@@ -15,6 +15,8 @@ from robosc.source import Source
 from robosc.syntax.nodes import FileNode
 from robosc.syntax.parser import parse
 
+pytestmark = pytest.mark.slow
+
 EXAMPLE = Path(__file__).parents[3] / "examples" / "line_follower" / "line_follower.rscd"
 MODELS = [EXAMPLE.read_text(), large_model(4)]
 

@@ -27,6 +27,8 @@ from robosc.synthesis.system import allowed, possible, steps_of
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
 
+pytestmark = pytest.mark.slow
+
 SMALL = 2**25
 relaxed = settings(
     derandomize=True,

@@ -19,6 +19,8 @@ from robosc.synthesis.bdd.encoding import Encoding
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
 
+pytestmark = pytest.mark.slow
+
 SMALL = 2**25
 
 

@@ -18,6 +18,8 @@ from robosc.synthesis import compute, explore, synthesize
 from robosc.synthesis.dense import layout, operations, stages, transitions
 from robosc.synthesis.documents import explore_document
 
+pytestmark = pytest.mark.slow
+
 VARIANTS = {
     "automata in turn": [(stages, "_MOST_CHOICES", 1)],
     "conditions in cases": [(transitions, "_WIDE", 1)],

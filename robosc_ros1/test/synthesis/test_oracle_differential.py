@@ -18,6 +18,8 @@ from synthesis.subject import robot_of
 
 from robosc.synthesis.bdd.manager import available, install_hint
 
+pytestmark = pytest.mark.slow
+
 engines = pytest.mark.parametrize(
     "engine",
     [

@@ -12,6 +12,8 @@ from synthesis.subject import robot_of
 from robosc import pipeline
 from robosc.synthesis.bdd.manager import available
 
+pytestmark = pytest.mark.slow
+
 LINK = "interface link use Thing from some_robot_msgs\n"
 RULES = " ".join(f"value = {i} -> v{i}" for i in range(63))
 

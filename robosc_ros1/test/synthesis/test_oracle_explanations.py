@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 
+import pytest
 from random_models import random_model
 from synthesis.oracle import Event, Occurrence, Oracle, OracleState, OutOfRange
 from synthesis.subject import robot_of
@@ -11,6 +12,8 @@ from synthesis.subject import robot_of
 from robosc import pipeline
 from robosc.model.entities import EventKind
 from robosc.supervisor import Step
+
+pytestmark = pytest.mark.slow
 
 
 def event_of(step: Step) -> Event:

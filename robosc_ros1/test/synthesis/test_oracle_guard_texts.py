@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import random
 
+import pytest
 from random_models import random_model
 from synthesis.oracle import Event, Oracle
 from synthesis.subject import robot_of
@@ -14,6 +15,8 @@ from synthesis.subject import robot_of
 from robosc import pipeline
 from robosc.model.expr import PhaseRef, walk
 from robosc.synthesis.documents import synthesize_document
+
+pytestmark = pytest.mark.slow
 
 
 def test_guards_read_again_mean_the_same() -> None:

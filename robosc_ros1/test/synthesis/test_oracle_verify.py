@@ -20,6 +20,8 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.verify.check import VerifyReport, verify, verify_document
 
+pytestmark = pytest.mark.slow
+
 ARM = """
 robot Arm {
     component Arm {
