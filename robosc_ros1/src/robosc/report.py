@@ -155,4 +155,4 @@ def _variable_texts(plant: Plant, state: PlantState) -> Iterator[str]:
                 yield f"{variable.name} = {value}"
             case VariableKind.PHASE:
                 if index:
-                    yield f"{plant.robot.display_names[variable.name]}.busy"
+                    yield f"{plant.robot.display_names[variable.name]}.{value}"

@@ -113,7 +113,7 @@ KINDS = ("phase", "synchronisation", "requirement", "synthesis")
 def synchronises(state, key):
     """Whether a request is enabled in all components that mention it."""
     return all(
-        state._transition(component, "request", key, None) is not None
+        state._transitions(component, "request", key, None)
         for component in PLANT["components"]
         if state._mentions(component, "request", key)
     )

@@ -207,9 +207,8 @@ class Shadow:
             self._check_cancel(key)
         states, variables = dict(self.states), dict(self.variables)
         for component in self.plant["components"]:
-            transition = self._transition(component, kind, key, content)
-            if transition is not None:
-                self._follow(component["name"], transition, content, states, variables)
+            taken = self._transitions(component, kind, key, content)
+            self._follow(component["name"], taken, content, states, variables)
         if key in self.busy and kind != "feedback":
             self.busy[key] = kind == "request"
         self.states, self.variables = states, variables
@@ -235,21 +234,36 @@ class Shadow:
             t for t in component["transitions"] if t["event"] == kind and t["communication"] == key
         ]
 
-    def _transition(self, component, kind, key, content):
-        """The transition that a component takes: one of its state goes before one of all states."""
+    def _transitions(self, component, kind, key, content):
+        """The transitions that a component takes, the one that decides on a variable last.
+
+        With one of its state goes one of all states, unless that leads somewhere; for a request
+        those of the state stand alone.
+        """
         mentions = self._mentions(component, kind, key)
         state = self.states[component["name"]]
         local = [t for t in mentions if t["from"] == state]
-        for transition in local or [t for t in mentions if t["from"] is None]:
+        common = [t for t in mentions if t["from"] is None]
+        if kind == "request":
+            return self._possible(local or common, content)[:1]
+        own = self._possible(local, content)[:1]
+        if own:
+            common = [t for t in common if t["goto"] is None]
+        return self._possible(common, content)[:1] + own
+
+    def _possible(self, transitions, content):
+        found = []
+        for transition in transitions:
             try:
                 if transition["guard"] is None or self.evaluate(transition["guard"], content):
-                    return transition
+                    found.append(transition)
             except Undefined:
                 pass
-        return None
+        return found
 
-    def _follow(self, component, transition, content, states, variables):
-        for name, tree in transition["assign"]:
+    def _follow(self, component, transitions, content, states, variables):
+        assignments = {name: tree for t in transitions for name, tree in t["assign"]}
+        for name, tree in assignments.items():
             key = "%s.%s" % (component, name)
             try:
                 value = self.evaluate(tree, content)
@@ -261,8 +275,9 @@ class Shadow:
                     raise Wrong("%s becomes %r, outside its range" % (key, value))
                 continue  # synthesis does not know this variable: it keeps its value
             variables[key] = value
-        if transition["goto"] is not None:
-            states[component] = transition["goto"]
+        for transition in transitions:
+            if transition["goto"] is not None:
+                states[component] = transition["goto"]
 
     # What is allowed
 
@@ -298,7 +313,7 @@ class Shadow:
         for component in self.plant["components"]:
             if not self._mentions(component, "request", key):
                 continue
-            if self._transition(component, "request", key, None) is None:
+            if not self._transitions(component, "request", key, None):
                 state = self.states[component["name"]]
                 raise Wrong("%s requested, %s is %s" % (key, component["name"], state))
 

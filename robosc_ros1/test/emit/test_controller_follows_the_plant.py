@@ -114,7 +114,7 @@ def check_event(
         return check_tau(twin, event, state, expected)
     if event.controllable:
         command = twin.commands[event.key, event.kind.value]
-        in_phase = event.phase is None or state[event.phase.variable] == event.phase.source
+        in_phase = event.phase is None or state[event.phase.variable] in event.phase.sources
         synchronisation = command.synchronisation is None or twin.call(command.synchronisation)
         assert (in_phase and synchronisation) == (not isinstance(expected, Verdict)), event
         if isinstance(expected, Verdict):
@@ -176,7 +176,7 @@ def test_the_engine_looks_again_at_all_that_an_event_may_change(seed: int) -> No
     for _ in range(60):
         event = rng.choice(inputs)
         value = incoming(twin.plant, event, rng.choice(list(valuations(event))))
-        if twin.plant.robot.communications[event.key].has_phase:
+        if twin.plant.robot.communications[event.key].phases is not None:
             engine.report(event.key, port.tokens.get(event.key, 0), event.kind.value, value)
         else:
             engine.post(event.key, event.kind.value, value)

@@ -65,7 +65,7 @@ def test_document_of_a_robot() -> None:
     }
     fill = next(e for e in document["plant"]["events"] if e["kind"] == "response")
     assert fill["parameters"] == [{"path": "", "values": [1, 2]}]
-    assert fill["phase"] == {"name": "fill", "source": "busy", "target": "idle"}
+    assert fill["phase"] == {"name": "fill", "sources": ["busy"], "target": "idle"}
     assert fill["automata"] == [
         {
             "component": "Buffer",

@@ -173,8 +173,8 @@ interface grab use Empty from std_srvs
 def test_the_phase_of_a_service_is_a_condition(name: str) -> None:
     robot = resolve(ARM % f"transition if {name}.busy transition if {name}.idle")
     busy, idle = (t.guard for t in behaviour_of(robot, "Arm").states[0].taus)
-    assert busy == PhaseRef("Arm.grab")
-    assert idle == Unary("!", PhaseRef("Arm.grab"), BooleanType())
+    assert busy == PhaseRef("Arm.grab", "busy")
+    assert idle == Unary("!", PhaseRef("Arm.grab", "busy"), BooleanType())
 
 
 @pytest.mark.parametrize("condition", ["lever.busy", "grab.gone", "Arm.lever.idle"])

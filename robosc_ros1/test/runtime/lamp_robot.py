@@ -23,8 +23,8 @@ class LampController(Controller):
         Communication(SENSOR, "range", "outgoing"),
         Communication(GO, "go", "incoming"),
         Communication(HALT, "halt", "incoming"),
-        Communication(LAMP, "light", "service"),
-        Communication(ARM, "reach", "action"),
+        Communication(LAMP, "light", "service", "lamp_busy"),
+        Communication(ARM, "reach", "action", "arm_busy"),
     )
     STEP_BOUND = 3
 

@@ -189,6 +189,19 @@ def values_of(type_: Type, path: Path) -> list[Any]:
     return [*values, None] if through_array else values
 
 
+def _is_for(transition: ResultTransition, event: Event) -> bool:
+    return transition.event is event.kind and transition.communication == event.key
+
+
+def first_phase(communication: Communication) -> str | None:
+    """The phase in which a communication begins; None: it has no phases."""
+    if communication.kind in (Kind.SERVICE, Kind.ACTION):
+        return "idle"
+    if communication.kind is Kind.OUTGOING and communication.timeout is not None:
+        return "silent"
+    return None
+
+
 class Oracle:
     """The plant of a robot, and its supervisor, by exhaustive search."""
 
@@ -204,7 +217,7 @@ class Oracle:
                     if variable.key in self.synthesis_variables:
                         self.slots.append(("var", variable.key))
             for communication in component.communications:
-                if communication.has_phase:
+                if first_phase(communication) is not None:
                     self.slots.append(("phase", communication.key))
         self._found: dict[OracleState, list[tuple[Occurrence, OracleState]]] = {}
         self.where = {slot: i for i, slot in enumerate(self.slots)}
@@ -259,6 +272,8 @@ class Oracle:
         for component in self.robot.components:
             for communication in component.communications:
                 events += [Event(kind, communication.key) for kind in KINDS[communication.kind]]
+                if first_phase(communication) == "silent":
+                    events.append(Event(EventKind.TIMEOUT, communication.key))
             if component.behaviour is not None:
                 taus = list(component.behaviour.taus)
                 for state in component.behaviour.states:
@@ -271,12 +286,13 @@ class Oracle:
         """The event once per value that some synthesis variable or guard takes."""
         paths: list[Path] = []
         for component in self.automata:
-            for transition in self._effective(component, event):
+            for transition, written in self._effective(component, event):
                 read: list[Expr] = [] if transition.guard is None else [transition.guard]
                 read += [
                     assignment.value
                     for assignment in transition.assignments
                     if f"{component.name}.{assignment.variable}" in self.synthesis_variables
+                    and assignment.variable not in written
                 ]
                 for expr in read:
                     for part in walk(expr):
@@ -288,27 +304,49 @@ class Oracle:
         choices = [[(path, value) for value in values_of(type_, path)] for path in paths]
         return [Occurrence(event, values) for values in product(*choices) if _possible(values)]
 
-    def _effective(self, component: Component, event: Event) -> list[ResultTransition]:
-        """Transitions for the event that exist in at least one state of the component."""
+    def _effective(
+        self, component: Component, event: Event
+    ) -> list[tuple[ResultTransition, set[str]]]:
+        """What of the transitions counts in at least one state, in the order of the states.
+
+        With each, the variables on which one of the state decides.
+        """
         assert component.behaviour is not None
-        found: list[ResultTransition] = []
+        found: list[tuple[ResultTransition, set[str]]] = []
         for state in component.behaviour.states:
-            for transition in self._transitions_in(component, state, event):
-                if not any(transition is other for other in found):
-                    found.append(transition)
+            own = [t for t in state.transitions if _is_for(t, event)]
+            common = [t for t in component.behaviour.transitions if _is_for(t, event)]
+            found += [(t, set()) for t in own]
+            if not own or (
+                event.kind is not EventKind.REQUEST and all(t.guard is not None for t in own)
+            ):
+                found += [(t, set()) for t in common]
+            elif event.kind is not EventKind.REQUEST:
+                # One of the state is taken for sure, and only what goes nowhere goes with it.
+                for first in own:
+                    decided = {a.variable for a in first.assignments}
+                    found += [(t, decided) for t in common if t.goto is None]
         return found
 
-    def _transitions_in(
-        self, component: Component, state: State, event: Event
+    def _taken(
+        self, component: Component, present: State, state: OracleState, occurrence: Occurrence
     ) -> list[ResultTransition]:
-        """State level wins over automaton level for the same event."""
+        """The transitions that a component takes, the one that decides on a variable last."""
 
-        def is_for(transition: ResultTransition) -> bool:
-            return transition.event is event.kind and transition.communication == event.key
+        def holding(transitions: tuple[ResultTransition, ...]) -> list[ResultTransition]:
+            return [
+                t
+                for t in transitions
+                if _is_for(t, occurrence.event)
+                and (t.guard is None or self.holds(t.guard, state, occurrence))
+            ]
 
         assert component.behaviour is not None
-        own = [t for t in state.transitions if is_for(t)]
-        return own or [t for t in component.behaviour.transitions if is_for(t)]
+        own, common = holding(present.transitions), holding(component.behaviour.transitions)
+        if occurrence.event.kind is EventKind.REQUEST:
+            mentioned = any(_is_for(t, occurrence.event) for t in present.transitions)
+            return own if mentioned else common
+        return [*(t for t in common if t.goto is None), *own] if own else common
 
     # --- the plant ---------------------------------------------------------------------------
 
@@ -323,7 +361,7 @@ class Oracle:
             elif what == "var":
                 values.append(self.variables[name].initial)
             else:
-                values.append("idle")
+                values.append(first_phase(self.robot.communications[name]))
         return tuple(values)
 
     def get(self, state: OracleState, what: str, name: str) -> Any:
@@ -344,7 +382,7 @@ class Oracle:
                 case StateRef(component=component, state=name):
                     return self.get(state, "at", component) == name
                 case PhaseRef(communication=key):
-                    return self.get(state, "phase", key) == "busy"
+                    return self.get(state, "phase", key) in ("busy", "fresh")
                 case ValueRef(path=path):
                     assert occurrence is not None
                     found = dict(occurrence.values)[path]
@@ -380,9 +418,15 @@ class Oracle:
         raise Impossible
 
     def _step_phase(self, state: OracleState, event: Event, after: dict[Any, Any]) -> None:
-        if not self.robot.communications[event.key].has_phase:
+        first = first_phase(self.robot.communications[event.key])
+        if first is None:
             return
         phase = self.get(state, "phase", event.key)
+        if first == "silent":
+            if event.kind is EventKind.TIMEOUT and phase == "silent":
+                raise Impossible
+            after["phase", event.key] = "fresh" if event.kind is EventKind.RESPONSE else "silent"
+            return
         if phase != ("idle" if event.kind is EventKind.REQUEST else "busy"):
             raise Impossible
         busy = event.kind in (EventKind.REQUEST, EventKind.FEEDBACK)
@@ -400,11 +444,7 @@ class Oracle:
         event = occurrence.event
         here = self.get(state, "at", component.name)
         present = next(s for s in behaviour.states if s.name == here)
-        taken = [
-            transition
-            for transition in self._transitions_in(component, present, event)
-            if transition.guard is None or self.holds(transition.guard, state, occurrence)
-        ]
+        taken = self._taken(component, present, state, occurrence)
         if not taken:
             mentions = any(
                 name == component.name
@@ -415,10 +455,11 @@ class Oracle:
             if event.kind is EventKind.REQUEST and mentions:
                 raise Impossible
             return
-        (transition,) = taken  # the guards of one state's transitions exclude each other
-        if transition.goto is not None:
-            after["at", component.name] = transition.goto
-        for assignment in transition.assignments:
+        assert len(taken) <= 2  # guards on one level exclude each other
+        if taken[-1].goto is not None:
+            after["at", component.name] = taken[-1].goto
+        deciding = {a.variable: a for transition in taken for a in transition.assignments}
+        for assignment in deciding.values():
             key = f"{component.name}.{assignment.variable}"
             if key not in self.synthesis_variables:
                 continue
@@ -434,7 +475,7 @@ class Oracle:
 
     def marked(self, state: OracleState) -> bool:
         for (what, name), value in zip(self.slots, state, strict=True):
-            if what == "phase" and value != "idle":
+            if what == "phase" and value == "busy":
                 return False
             if what == "at":
                 behaviour = self.robot.component(name).behaviour

@@ -223,7 +223,7 @@ def test_automaton_level_exists_in_every_state_and_loses_to_state_level(
     )
 
 
-def test_guarded_state_level_hides_automaton_level_even_where_its_guard_fails(
+def test_automaton_level_is_taken_where_no_guard_of_the_state_holds(
     subject: type[Subject],
 ) -> None:
     text = """
@@ -241,11 +241,49 @@ def test_guarded_state_level_hides_automaton_level_even_where_its_guard_fails(
         plant(subject, text),
         """
         one --m.response(true)--> three
-        one --m.response(false)--> one
+        one --m.response(false)--> two
         two --m.response(true)--> two
         two --m.response(false)--> two
         three --m.response(true)--> two
         three --m.response(false)--> two
+        """,
+    )
+
+
+def test_transitions_of_state_and_automaton_are_taken_together(subject: type[Subject]) -> None:
+    """The one of the state decides where both assign; one with goto does not come along."""
+    text = """
+        component A {
+            outgoing message m with type: integer(0..1)
+            incoming message probe with type: none
+            behaviour {
+                variable last: integer(0..1)
+                variable seen: boolean
+                on response from m if value = 0 do last := value, seen := true
+                on response from m if value = 1 goto away
+                initial marked state one {
+                    on response from m do seen := false goto two
+                }
+                marked state two {}
+                marked state away {}
+            }
+        }
+        requirement probe needs A.last = 0 and !A.seen
+    """
+    found = plant(subject, text)
+    leading = [line for line in found if "m.response" in line]
+    same(
+        [line for line in leading if line.startswith("one")],
+        """
+        one 0 false --m.response(0)--> two 0 false
+        one 0 false --m.response(1)--> two 0 false
+        """,
+    )
+    same(
+        [line for line in leading if line.startswith("two 0 false")],
+        """
+        two 0 false --m.response(0)--> two 0 true
+        two 0 false --m.response(1)--> away 0 false
         """,
     )
 

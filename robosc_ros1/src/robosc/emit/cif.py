@@ -69,7 +69,7 @@ class _Writer:
             if (VariableKind.LOCATION, component.name) in self.plant.variable_index:
                 self._component(component.name)
             for communication in component.communications:
-                if communication.has_phase:
+                if communication.phases is not None:
                     self._phase(communication.key)
         self._messages()
         self._requirements()
@@ -195,19 +195,21 @@ class _Writer:
                 yield index, value
 
     def _phase(self, key: str) -> None:
-        """The automaton of a service or action itself."""
+        """The automaton of a communication itself."""
         index = self.plant.variable_index[VariableKind.PHASE, key]
+        variable = self.plant.variables[index]
         steps = [o for o in self.occurrences if o.event.phase and o.event.phase.variable == index]
         self.lines += ["", f"plant automaton {self.context.phase(key)}:"]
-        for number, location in enumerate(("idle", "busy")):
+        for number, location in enumerate(variable.values):
             self.lines.append(f"  location {location}:")
-            if location == "idle":
-                self.lines += ["    initial;", "    marked;"]
+            marked = variable.marked is None or number in variable.marked
+            self.lines += ["    initial;"] * (number == variable.initial)
+            self.lines += ["    marked;"] * marked
             for occurrence in steps:
                 phase = occurrence.event.phase
                 assert phase is not None
-                if phase.source == number:
-                    goto = f" goto {('idle', 'busy')[phase.target]}"
+                if number in phase.sources:
+                    goto = f" goto {variable.values[phase.target]}"
                     there = "" if phase.target == number else goto
                     self.lines.append(f"    edge {occurrence.name}{there};")
         self.lines.append("end")
@@ -283,9 +285,9 @@ class _Writer:
         place = str(self.plant.variables[automaton.variable].values[edge.source])
         parts = [condition(self.context, StateRef(automaton.component, place))]
         phase = occurrence.event.phase
-        if phase is not None:
-            busy = ("idle", "busy")[phase.source]
-            parts.append(f"{self.context.phase(occurrence.event.key)}.{busy}")
+        if phase is not None and len(phase.sources) == 1:
+            name = self.plant.variables[phase.variable].values[phase.sources[0]]
+            parts.append(f"{self.context.phase(occurrence.event.key)}.{name}")
         if guard != TRUE:
             parts.append(condition(self.context, guard, 3))
         where = " and ".join(parts)
@@ -312,8 +314,8 @@ class _Writer:
 def _event_name(event: Event) -> str:
     prefix = "c" if event.controllable else "u"
     name = event.name.replace(".", "_")
-    if event.kind is EventKind.TAU:
-        return f"{prefix}_{name}_tau{event.index}"
+    if event.kind.of_component:
+        return f"{prefix}_{name}_{event.kind.value}{event.index}"
     return f"{prefix}_{name}_{event.kind.value}"
 
 

@@ -93,7 +93,7 @@ class Context:
         self._phases = {
             key: names.fresh(f"{c.name}_phase")
             for key, c in robot.communications.items()
-            if c.has_phase
+            if c.phases is not None
         }
         self._enums: dict[EnumType, tuple[str, dict[str, str]]] = {}
         for variable in self.variables.values():
@@ -146,8 +146,8 @@ class Context:
                 return f"{self.automaton(component)}.{own}"
             case StateRef(component=component, state=state):
                 return f"{self.automaton(component)}.{self.location(component, state)}"
-            case PhaseRef(communication=key):
-                return f"{self.phase(key)}.busy"
+            case PhaseRef(communication=key, phase=phase):
+                return f"{self.phase(key)}.{phase}"
         raise TypeError(leaf)
 
     def type(self, type_: Type) -> str:

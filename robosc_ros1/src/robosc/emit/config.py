@@ -14,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from robosc.emit.controller import SORTS
+from robosc.emit.python import duration
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime import qos, settings
@@ -89,7 +89,9 @@ def declared_communications(robot: Robot) -> list[Declared]:
 
     def declared(communication: Communication) -> Declared:
         key = communication.key
-        return Declared(key, robot.display_names[key], SORTS[communication.kind])
+        timeout = communication.timeout
+        seconds = None if timeout is None else duration(timeout)
+        return Declared(key, robot.display_names[key], communication.sort.name, timeout=seconds)
 
     return [declared(c) for c in robot.communications.values()]
 

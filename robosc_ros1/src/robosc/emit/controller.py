@@ -17,6 +17,7 @@ from robosc.emit.python import (
     Attributes,
     Spelling,
     converter_counts,
+    duration,
     in_enum_rule,
     literal,
     reads_array,
@@ -34,10 +35,7 @@ from robosc.emit.views import (
 )
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.language.operators import HELPERS
-from robosc.model.entities import (
-    EventKind,
-    Kind,
-)
+from robosc.model.entities import Communication, EventKind, Kind
 from robosc.model.expr import TRUE
 from robosc.model.types import (
     EnumType,
@@ -45,17 +43,10 @@ from robosc.model.types import (
 from robosc.names import snake_case
 from robosc.supervisor import Guard, Supervisor
 
-__all__ = ["SORTS", "ControllerContext", "controller_context"]
+__all__ = ["ControllerContext", "controller_context"]
 
 STEP_LIMIT = 10_000
 """No run to completion takes more steps, whatever the product of the components' states is."""
-
-SORTS = {
-    Kind.INCOMING: "incoming",
-    Kind.OUTGOING: "outgoing",
-    Kind.SERVICE: "service",
-    Kind.ACTION: "action",
-}
 
 _PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
 
@@ -115,9 +106,9 @@ class _Builder:
                 wish = f"{snake_case(component.name)}_{snake_case(variable.name)}"
                 variables[variable.key] = self.names.take(wish)
         phases = {
-            c.key: self.names.take(f"{self._word(c.key)}_busy")
+            c.key: self.names.take(f"{self._word(c.key)}_{c.phases.active}")
             for c in self.robot.communications.values()
-            if c.has_phase
+            if c.phases is not None
         }
         self.attributes = Attributes(locations, variables, phases, functions)
         self.spelling = Spelling(self.attributes)
@@ -154,10 +145,7 @@ class _Builder:
             phases=tuple(self._phase_views()),
             locations=tuple(self.attributes.locations.items()),
             variables=tuple(self.attributes.variables.items()),
-            communications=tuple(
-                (c.key, self.robot.display_names[c.key], SORTS[c.kind])
-                for c in self.robot.communications.values()
-            ),
+            communications=tuple(map(self._row, self.robot.communications.values())),
             requirements=self.requirements,
             inputs=tuple(inputs),
             commands=tuple(commands),
@@ -166,6 +154,17 @@ class _Builder:
         return context
 
     # --- what there is -----------------------------------------------------------------------
+
+    def _row(self, communication: Communication) -> str:
+        """The entry of a communication in the table, as arguments."""
+        name = self.robot.display_names[communication.key]
+        parts = [literal(communication.key), literal(name), literal(communication.sort.name)]
+        if communication.phases is not None:
+            parts.append(literal(self.attributes.phases[communication.key]))
+            parts += [f"phases={communication.phases.names}".replace("'", '"')]
+        if communication.timeout is not None:
+            parts.append(f"timeout={duration(communication.timeout)!r}")
+        return ", ".join(parts)
 
     def _enum_view(self, enum: EnumType) -> EnumView:
         rules = tuple(
@@ -212,7 +211,10 @@ class _Builder:
 
     def _phase_views(self) -> Iterator[AttributeView]:
         for key, attribute in self.attributes.phases.items():
-            yield AttributeView(attribute, "False", f"{self.robot.display_names[key]} is under way")
+            name = self.robot.display_names[key]
+            calling = self.robot.communications[key].kind is not Kind.OUTGOING
+            comment = f"{name} is under way" if calling else f"{name} came within its timeout"
+            yield AttributeView(attribute, "False", comment)
 
     def _requirement(self, number: int) -> RequirementView:
         requirement = self.robot.requirements[number]

@@ -17,7 +17,6 @@ from robosc.ir.expr import to_dsl
 from robosc.model.entities import (
     Behaviour,
     Component,
-    EventKind,
     ResultTransition,
     Robot,
     Tau,
@@ -29,7 +28,6 @@ from robosc.synthesis.explore import Graph
 
 __all__ = ["dot_text", "svg_text"]
 
-_CONTROLLABLE = (EventKind.REQUEST, EventKind.CANCEL, EventKind.TAU)
 _EVERY_STATE = "in every state"
 
 
@@ -142,7 +140,7 @@ def _arrow(robot: Robot, source: str, target: str, transition: ResultTransition 
     if transition.guard is not None:
         lines.append(f"[{_words(transition.guard, robot)}]")
     lines += [f"{a.variable} := {_words(a.value, robot)}" for a in transition.assignments]
-    return _Arrow(source, target, "\n".join(lines), transition.event in _CONTROLLABLE)
+    return _Arrow(source, target, "\n".join(lines), transition.event.controllable)
 
 
 def _words(expr: Expr, robot: Robot) -> str:
@@ -166,8 +164,8 @@ def _states(graph: Graph) -> Iterator[str]:
         event = plant.events[transition.event]
         value = step_document(Step(event, transition.values))["value"]
         label = f"{event.name}.{event.kind.value}"
-        if event.kind is EventKind.TAU:
-            label = f"{event.name}.tau {event.index}"
+        if event.kind.of_component:
+            label = f"{event.name}.{event.kind.value} {event.index}"
         elif value is not None:
             label += f"({_value(value)})"
         ends = f"state {transition.source}", f"state {transition.target}"
@@ -184,8 +182,8 @@ def _state_lines(plant: Plant, state: PlantState) -> Iterator[str]:
             yield f"{variable.name}.{value}"
         elif variable.kind in (VariableKind.DATA, VariableKind.TEST):
             yield f"{variable.name} = {_value(value)}"
-        elif value == "busy":
-            yield f"{plant.robot.display_names[variable.name]} busy"
+        elif index:
+            yield f"{plant.robot.display_names[variable.name]} {value}"
 
 
 def _value(value: object) -> str:

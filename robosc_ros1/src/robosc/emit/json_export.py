@@ -61,7 +61,7 @@ def _event(event: Event, plant: Plant) -> dict[str, Any]:
         variable = plant.variables[event.phase.variable]
         phase = {
             "name": _name(variable, plant),
-            "source": variable.values[event.phase.source],
+            "sources": [variable.values[source] for source in event.phase.sources],
             "target": variable.values[event.phase.target],
         }
     return {

@@ -27,7 +27,8 @@ from robosc.model.expr import (
 from robosc.model.types import BooleanType, EnumType, IntegerType, StringType, Type, Value
 
 __all__ = [
-    "Attributes", "Spelling", "access", "converted", "converter_counts", "in_controller",
+    "Attributes", "Spelling", "access", "converted", "converter_counts", "duration",
+    "in_controller",
     "in_enum_rule", "literal", "operand", "reads_array", "within",
 ]  # fmt: skip
 
@@ -192,3 +193,9 @@ def operand(expr: Expr, text: str) -> str:
     """The text of a condition as an operand of ``and``."""
     weak = isinstance(expr, Binary) and expr.operator in ("or", "=>")
     return f"({text})" if weak else text
+
+
+def duration(expr: Expr) -> float:
+    """A constant duration in seconds."""
+    assert isinstance(expr, Literal)
+    return float(expr.value)

@@ -18,6 +18,7 @@ from robosc.emit.python import Spelling, literal, operand, reads_array, within
 from robosc.emit.views import ReactionView
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.ir.expr import may_be_huge
+from robosc.language.events import EventKind
 from robosc.model.entities import Variable
 from robosc.model.expr import Expr
 from robosc.model.types import DoubleType, IntegerType
@@ -80,12 +81,14 @@ class Reactions:
         changed = {name: None for part in parts for b in part.branches for name, _ in b.effects}
         phase = event.phase
         if phase is None:
-            return ReactionView(None, tuple(body), tuple(changed))
+            return ReactionView(None, "", tuple(body), tuple(changed))
         busy = self.spelling.attributes.phases[event.key]
-        if phase.source != phase.target:
+        if phase.sources != (phase.target,):
             body.append(f"self.{busy} = {phase.target == 1}")
             changed[busy] = None
-        return ReactionView(busy if phase.source == 1 else None, tuple(body), tuple(changed))
+        needed = busy if phase.sources == (1,) else None
+        wrong = "silent" if event.kind is EventKind.TIMEOUT else "not under way"
+        return ReactionView(needed, wrong, tuple(body), tuple(changed))
 
     def _branch(self, event: Event, automaton: LocalAutomaton, edges: list[Edge]) -> _Branch:
         edge = edges[0]
@@ -184,12 +187,21 @@ class Reactions:
 
 
 def alike(edges: Iterable[Edge]) -> list[list[Edge]]:
-    """The edges of one transition in one group: on the automaton level there is one per state."""
-    groups: dict[tuple[int, int, int], list[Edge]] = {}
+    """The edges of one transition in one group: on the automaton level there is one per state.
+
+    In each state the first edge counts, so that a group comes after all that stand before one of
+    its edges.
+    """
+    groups: dict[tuple[object, ...], list[Edge]] = {}
+    ranks: dict[tuple[object, ...], int] = {}
+    seen: dict[int, int] = {}
     for edge in edges:
         span = edge.span
-        groups.setdefault((id(span.source), span.start, span.end), []).append(edge)
-    return list(groups.values())
+        key = id(span.source), span.start, span.end, edge.guard, edge.updates, edge.assignments
+        groups.setdefault(key, []).append(edge)
+        seen[edge.source] = rank = seen.get(edge.source, 0) + 1
+        ranks[key] = max(ranks.get(key, 0), rank)
+    return [groups[key] for key in sorted(groups, key=ranks.__getitem__)]
 
 
 def _body(parts: list[_Part]) -> Iterator[str]:

@@ -48,6 +48,7 @@ class ReactionView:
     """
 
     busy: str | None
+    wrong_phase: str
     body: tuple[str, ...]
     writes: tuple[str, ...]
 
@@ -144,7 +145,7 @@ class ControllerContext:
     phases: tuple[AttributeView, ...]
     locations: tuple[tuple[str, str], ...]
     variables: tuple[tuple[str, str], ...]
-    communications: tuple[tuple[str, str, str], ...]
+    communications: tuple[str, ...]
     requirements: tuple[RequirementView, ...]
     inputs: tuple[InputView, ...]
     commands: tuple[CommandView, ...]

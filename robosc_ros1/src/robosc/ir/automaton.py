@@ -1,11 +1,11 @@
 """The plant: what every backend works on (SEMANTICS section 1).
 
 A state is a tuple of small integers, one per :class:`StateVariable`: an index into its values. A
-state variable is a component's location, the phase of a service or action, or a variable that
+state variable is a component's location, the phase of a communication, or a variable that
 synthesis needs. They stand in model order: per component its location, then its variables, then the
 phases of its communications.
 
-An event changes the state through its *phase* (a service or action goes idle to busy or back) and
+An event changes the state through its *phase* (a service goes from idle to busy or back) and
 through its *automata*, those of the components that synchronise on it. What an event does in a
 state is told by :func:`robosc.ir.step.outcome`; engines compile the same facts into faster forms.
 """
@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from robosc.ir.expr import exact
 from robosc.ir.finite.view import FiniteView
@@ -45,7 +45,7 @@ class StateVariable:
     """A variable of the plant's state: a location, a phase, data or a test of data.
 
     ``name`` is the component's (location), the communication's key (phase) or
-    ``Component.variable``. ``values`` are the state names, ``("idle", "busy")``, or the variable's
+    ``Component.variable``. ``values`` are the state names, the phases, or the variable's
     values in order: a tuple, a range for an integer, classes for what is not finite. ``marked`` are
     the indexes at which the variable is marked; None: all (a variable). ``labels`` are what users
     see where values only represent a class. ``test`` is what a test reads.
@@ -96,7 +96,9 @@ class Edge:
 
     ``updates`` assign state variables: (index, right-hand side over the state before the event).
     ``assignments`` are those of the model, for the controller at run time: data-only variables
-    among them, and data exactly. ``target`` is a location.
+    among them, and data exactly. ``target`` is a location; ``enters`` tells whether it is entered
+    (by ``goto``), be it from itself. ``level`` tells whether it is a transition of the state, of
+    the whole automaton, or two of them taken together.
     """
 
     source: int
@@ -104,6 +106,8 @@ class Edge:
     updates: tuple[tuple[int, Expr], ...]
     assignments: tuple[Assignment, ...]
     target: int
+    enters: bool
+    level: Literal["state", "automaton", "both"]
     span: Span = field(compare=False, repr=False)
 
 
@@ -124,10 +128,10 @@ class LocalAutomaton:
 
 @dataclass(frozen=True, slots=True)
 class PhaseStep:
-    """A service's or action's own automaton: possible in phase ``source``, leads to ``target``."""
+    """A communication's own automaton: possible in phases ``sources``, leads to ``target``."""
 
     variable: int
-    source: int
+    sources: tuple[int, ...]
     target: int
 
 

@@ -139,8 +139,7 @@ def to_dsl(
 ) -> str:
     """The expression in the language's own syntax, as it would stand in a requirement.
 
-    A phase, which the language has no word for, reads ``grab.busy``; tests of the plant read as in
-    the model. ``spelled`` may give a leaf another text.
+    Tests of the plant read as in the model. ``spelled`` may give a leaf another text.
     """
     component_names = {component.name for component in robot.components}
 
@@ -155,10 +154,10 @@ def to_dsl(
                 | StateRef(component=component, state=name)
             ):
                 return f"{escape(component)}.{escape(name)}"
-            case PhaseRef(communication=key):
+            case PhaseRef(communication=key, phase=phase):
                 name = robot.display_names[key]
                 name = key if name in component_names else name
-                return ".".join(escape(part) for part in name.split(".")) + ".busy"
+                return ".".join(escape(part) for part in name.split(".")) + f".{phase}"
             case ValueRef(path=path):
                 return "value" + "".join(
                     f"[{part}]" if isinstance(part, int) else f".{escape(part)}" for part in path

@@ -16,6 +16,7 @@ from robosc.ir.automaton import (
     StateVariable,
     VariableKind,
 )
+from robosc.ir.combining import Taken, result_transitions, taken_in
 from robosc.ir.expr import Leaf, conjunction, disjunction, negation, to_dsl
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import Term
@@ -24,14 +25,13 @@ from robosc.ir.finite.view import (
     finite_view,
     may_be_missing,
     reference_to,
-    result_transitions,
 )
+from robosc.language.events import EventSort
 from robosc.model.entities import (
     Behaviour,
     Communication,
     Component,
     EventKind,
-    Kind,
     Requirement,
     ResultTransition,
     Robot,
@@ -43,30 +43,8 @@ from robosc.model.types import Type, Value, domain
 
 __all__ = ["lower"]
 
-_IDLE, _BUSY = 0, 1
 _MOST_VALUES = 2**20
 """Of one variable or of one part of an event's value."""
-
-EVENTS_OF: dict[Kind, tuple[EventKind, ...]] = {
-    Kind.OUTGOING: (EventKind.RESPONSE,),
-    Kind.INCOMING: (EventKind.REQUEST,),
-    Kind.SERVICE: (EventKind.REQUEST, EventKind.RESPONSE, EventKind.ERROR),
-    Kind.ACTION: (
-        EventKind.REQUEST,
-        EventKind.RESPONSE,
-        EventKind.FEEDBACK,
-        EventKind.ERROR,
-        EventKind.CANCEL,
-    ),
-}
-
-_PHASES = {
-    EventKind.REQUEST: (_IDLE, _BUSY),
-    EventKind.RESPONSE: (_BUSY, _IDLE),
-    EventKind.FEEDBACK: (_BUSY, _BUSY),
-    EventKind.ERROR: (_BUSY, _IDLE),
-    EventKind.CANCEL: (_BUSY, _IDLE),
-}
 
 
 def lower(robot: Robot) -> Plant:
@@ -108,14 +86,10 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
                         VariableKind.DATA, variable.key, values, values.index(variable.initial)
                     )
         for communication in component.communications:
-            if communication.has_phase:
-                yield StateVariable(
-                    VariableKind.PHASE,
-                    communication.key,
-                    ("idle", "busy"),
-                    _IDLE,
-                    frozenset({_IDLE}),
-                )
+            phases = communication.phases
+            if phases is not None:
+                marked = frozenset(phases.names.index(name) for name in phases.marked)
+                yield StateVariable(VariableKind.PHASE, communication.key, phases.names, 0, marked)
     for test in view.tests:
         classes = view.values(None, test)
         outcomes = _values(test.type, test.name) if classes is None else classes
@@ -167,27 +141,32 @@ class _Context:
 
     def events_of(self, component: Component) -> Iterator[Event]:
         for communication in component.communications:
-            for kind in EVENTS_OF[communication.kind]:
-                yield self._communication_event(communication, kind)
+            for sort in communication.sort.events_of(communication.timeout is not None):
+                yield self._communication_event(communication, sort)
         if component.behaviour is not None:
             yield from self._tau_events(component, component.behaviour)
 
-    def _communication_event(self, communication: Communication, kind: EventKind) -> Event:
-        key = communication.key
+    def _communication_event(self, communication: Communication, sort: EventSort) -> Event:
+        key, kind = communication.key, sort.kind
         automata = tuple(
             self._automaton(component, kind, key)
             for component in self.listeners.get((kind, key), ())
         )
         phase = None
-        if communication.has_phase:
-            phase = PhaseStep(self.variable_index[VariableKind.PHASE, key], *_PHASES[kind])
+        if communication.phases is not None:
+            index = communication.phases.names.index
+            phase = PhaseStep(
+                self.variable_index[VariableKind.PHASE, key],
+                tuple(index(name) for name in sort.sources),
+                index(sort.target),
+            )
         requirement, indexes = self._requirement(key, kind)
         return Event(
             kind=kind,
             name=self.robot.display_names[key],
             key=key,
             index=0,
-            controllable=kind in (EventKind.REQUEST, EventKind.CANCEL),
+            controllable=kind.controllable,
             parameters=tuple(self._parameters(automata, (kind, key))),
             phase=phase,
             automata=automata,
@@ -202,7 +181,7 @@ class _Context:
         return negation(condition) if negated else condition
 
     def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:
-        if kind not in (EventKind.REQUEST, EventKind.CANCEL):
+        if not kind.controllable:
             return None, ()
         found = {i: r for i, r in enumerate(self.robot.requirements) if key in r.communications}
         kept = [self.condition(r, r.kind == "disables") for r in found.values()]
@@ -215,22 +194,25 @@ class _Context:
     def _automaton(self, component: Component, kind: EventKind, key: str) -> LocalAutomaton:
         behaviour = component.behaviour
         assert behaviour is not None
-        own = [t for t in behaviour.transitions if t.event is kind and t.communication == key]
-        edges: list[Edge] = []
-        for location, state in enumerate(behaviour.states):
-            local = [t for t in state.transitions if t.event is kind and t.communication == key]
-            edges.extend(self._edge(component, location, t) for t in local or own)
+        edges = [
+            self._edge(component, location, taken)
+            for location, state in enumerate(behaviour.states)
+            for taken in taken_in(behaviour, state, kind, key)
+        ]
         variable = self.variable_index[VariableKind.LOCATION, component.name]
-        return LocalAutomaton(component.name, variable, tuple(edges), kind is EventKind.REQUEST)
+        return LocalAutomaton(component.name, variable, tuple(edges), kind.synchronised)
 
-    def _edge(self, component: Component, location: int, transition: ResultTransition) -> Edge:
-        guard = transition.guard
+    def _edge(self, component: Component, location: int, taken: Taken) -> Edge:
+        transition = taken.transition
+        guards = [self.view.expression(guard) for guard in taken.guards]
         return Edge(
             location,
-            None if guard is None else self.view.expression(guard),
+            conjunction(guards) if guards else None,
             tuple(self._updates(component, transition)),
             transition.assignments,
             self._target(component, location, transition.goto),
+            transition.goto is not None,
+            taken.level,
             transition.span,
         )
 
@@ -278,7 +260,7 @@ class _Context:
 
     def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         everywhere = range(len(behaviour.states))
-        taus: list[tuple[Tau, Iterable[int]]] = [(tau, everywhere) for tau in behaviour.taus]
+        taus: list[tuple[Tau, Sequence[int]]] = [(tau, everywhere) for tau in behaviour.taus]
         for location, state in enumerate(behaviour.states):
             taus.extend((tau, (location,)) for tau in state.taus)
         variable = self.variable_index[VariableKind.LOCATION, component.name]
@@ -290,6 +272,8 @@ class _Context:
                     (),
                     (),
                     self._target(component, location, tau.goto),
+                    tau.goto is not None,
+                    "state" if len(locations) == 1 else "automaton",
                     tau.span,
                 )
                 for location in locations
@@ -299,7 +283,7 @@ class _Context:
                 name=component.name,
                 key=component.name,
                 index=tau.index,
-                controllable=True,
+                controllable=EventKind.TAU.controllable,
                 parameters=(),
                 phase=None,
                 automata=(LocalAutomaton(component.name, variable, edges, True),),

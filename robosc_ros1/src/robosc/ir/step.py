@@ -62,7 +62,7 @@ def _needs(path: tuple[str | int, ...], missing: tuple[str | int, ...]) -> bool:
 
 def outcome(plant: Plant, event: Event, values: Values, state: PlantState) -> Outcome:
     """Where an event leads in the plant, requirements apart."""
-    if event.phase is not None and state[event.phase.variable] != event.phase.source:
+    if event.phase is not None and state[event.phase.variable] not in event.phase.sources:
         return Verdict.IMPOSSIBLE
     lookup = _lookup(plant, event, values, state)
     after = list(state)

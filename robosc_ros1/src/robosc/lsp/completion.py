@@ -23,7 +23,7 @@ __all__ = ["Candidate", "complete"]
 
 
 _LABELS = {"service": ("request", "response"), "action": ("request", "response", "feedback")}
-_EVENTS = tuple(kind.value for kind in EventKind if kind is not EventKind.TAU)
+_EVENTS = tuple(kind.value for kind in EventKind if not kind.of_component)
 _SENT = (EventKind.REQUEST, EventKind.CANCEL)
 
 

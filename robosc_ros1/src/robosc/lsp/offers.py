@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from robosc.language.operators import BINARY, symbols
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.context import Context
-from robosc.model.communications import EVENTS_OF
 from robosc.model.entities import EventKind, Kind
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
@@ -90,7 +89,7 @@ class Offers:
         for info in self._infos():
             names.setdefault(info.name, set()).add(info.key)
         for info in self._infos():
-            if events and not any(event in EVENTS_OF[info.kind] for event in events):
+            if events and not any(event in info.events for event in events):
                 continue
             if EventKind.REQUEST in events and info.kind is Kind.OUTGOING:
                 continue

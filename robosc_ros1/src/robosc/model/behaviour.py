@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from robosc.errors import Note
-from robosc.model.communications import EVENTS_OF, resolve_communication
+from robosc.model.communications import resolve_communication
 from robosc.model.entities import (
     Assignment,
     Behaviour,
@@ -189,9 +189,9 @@ class BehaviourResolver:
             node.communication, self._symbols, self._instance.types.scope, self._report
         )
         event = EventKind(node.event)
-        available = info is not None and event in EVENTS_OF[info.kind]
+        available = info is not None and event in info.events
         incoming = (
-            _incoming(node.event, info)
+            _incoming(event, info)
             if info is not None and available
             else Incoming(None, known=False)
         )
@@ -202,7 +202,7 @@ class BehaviourResolver:
             self.whole = False
             return None
         if not available:
-            events = listing(e.value for e in EVENTS_OF[info.kind])
+            events = listing(e.value for e in info.events)
             article = "a" if info.kind is Kind.SERVICE else "an"
             self._report.add(
                 "event-not-available",
@@ -369,9 +369,9 @@ class BehaviourResolver:
                 )
 
 
-def _incoming(event: str, info: CommunicationInfo) -> Incoming:
-    if event == "response":
-        return Incoming(info.response, known=info.response is not None)
-    if event == "feedback":
-        return Incoming(info.feedback, known=info.feedback is not None)
-    return no_value(f"'on {event}' brings no value")
+def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:
+    found = info.sort.event(event)
+    if found is None or found.brings is None:
+        return no_value(f"'on {event.value}' brings no value")
+    type_ = info.response if found.brings == "response" else info.feedback
+    return Incoming(type_, known=type_ is not None)

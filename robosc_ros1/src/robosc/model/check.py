@@ -289,7 +289,7 @@ def check_topics(component_table: ComponentTable, report: Report) -> None:
     outgoing: dict[str, CommunicationInfo] = {}
     for instance in component_table.instances.values():
         for info in instance.communications.values():
-            if info.entity is None or info.entity.has_phase:
+            if info.entity is None or info.entity.phases is not None:
                 continue
             other = first.setdefault(info.entity.identifier, info)
             _check_topic_types(other, info, report)

@@ -1,30 +1,13 @@
-"""Which communication a reference means, and which events it has."""
+"""Which communication a reference means."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from robosc.model.entities import EventKind, Kind
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.syntax.nodes import Access, Name
 
-__all__ = ["EVENTS_OF", "resolve_communication"]
-
-EVENTS_OF: Mapping[Kind, tuple[EventKind, ...]] = {
-    Kind.OUTGOING: (EventKind.RESPONSE,),
-    Kind.INCOMING: (EventKind.REQUEST,),
-    Kind.SERVICE: (EventKind.REQUEST, EventKind.RESPONSE, EventKind.ERROR),
-    Kind.ACTION: (
-        EventKind.REQUEST,
-        EventKind.RESPONSE,
-        EventKind.FEEDBACK,
-        EventKind.ERROR,
-        EventKind.CANCEL,
-    ),
-}
-
+__all__ = ["resolve_communication"]
 
 _KEYWORDS = ("message", "service", "action")
 

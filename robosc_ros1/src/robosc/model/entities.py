@@ -8,10 +8,10 @@ has a name is the name; of all else, what was written.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import cached_property
 from typing import Literal, TypeAlias
 
+from robosc.language.events import COMMUNICATIONS, CommunicationSort, EventKind, Kind, Phases
 from robosc.model.expr import Expr
 from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
@@ -25,24 +25,6 @@ __all__ = [
 
 def _span() -> Span:
     return field(compare=False, repr=False, kw_only=True)  # type: ignore[no-any-return]
-
-
-class Kind(Enum):
-    """The four sorts of communication, seen from the component (LANGUAGE section 2)."""
-
-    INCOMING = "incoming message"
-    OUTGOING = "outgoing message"
-    SERVICE = "service"
-    ACTION = "action"
-
-
-class EventKind(Enum):
-    REQUEST = "request"
-    RESPONSE = "response"
-    FEEDBACK = "feedback"
-    ERROR = "error"
-    CANCEL = "cancel"
-    TAU = "tau"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +51,10 @@ class Binding:
 class Communication:
     """A message, service or action of a component.
 
-    ``request`` is what the controller sends (``none`` for an outgoing message), ``response`` what
-    comes back (for an outgoing message: what it carries), ``feedback`` an action's.
+    ``timeout`` is in seconds: after how much silence a message turns silent, the deadline of a
+    service or action. ``request`` is what the controller sends (``none`` for an outgoing message),
+    ``response`` what comes back (for an outgoing message: what it carries), ``feedback`` an
+    action's.
     ``identifier`` is the topic or name as written, prefix joined; the bare name if there is none.
     """
 
@@ -82,6 +66,7 @@ class Communication:
     response: Type
     feedback: Type
     binding: Binding
+    timeout: Expr | None = None
     span: Span = _span()
 
     @property
@@ -89,18 +74,23 @@ class Communication:
         return f"{self.component}.{self.name}"
 
     @property
-    def has_phase(self) -> bool:
-        """Services and actions are idle or busy."""
-        return self.kind in (Kind.SERVICE, Kind.ACTION)
+    def sort(self) -> CommunicationSort:
+        """What the language says of communications of this kind."""
+        return COMMUNICATIONS[self.kind]
+
+    @property
+    def phases(self) -> Phases | None:
+        return self.sort.phases_of(self.timeout is not None)
 
     def value_type(self, event: EventKind) -> Type:
         """The type of the value that an uncontrollable event of this communication carries."""
-        match event:
-            case EventKind.RESPONSE:
-                return self.response
-            case EventKind.FEEDBACK:
-                return self.feedback
-        return NoneType()
+        found = self.sort.event(event)
+        brings = None if found is None else found.brings
+        return NoneType() if brings is None else self._types[brings]
+
+    @property
+    def _types(self) -> dict[str, Type]:
+        return {"response": self.response, "feedback": self.feedback}
 
 
 @dataclass(frozen=True, slots=True)

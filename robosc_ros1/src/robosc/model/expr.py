@@ -69,9 +69,10 @@ class StateRef:
 
 @dataclass(frozen=True, slots=True)
 class PhaseRef:
-    """True while a service or action (by key) is busy: ``grab.busy``."""
+    """True while a communication (by key) is in its active phase: ``grab.busy``, ``scan.fresh``."""
 
     communication: str
+    phase: str
     span: Span | None = field(default=None, compare=False, repr=False)
 
     @property

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from robosc.model.datatypes import TypeTable
-from robosc.model.entities import Kind
 from robosc.model.expr import Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.model.report import Report
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
@@ -166,16 +165,16 @@ class Meanings:
         return self._phase(access, info, phase)
 
     def _phase(self, access: Access, info: CommunicationInfo | None, phase: Name) -> list[Expr]:
-        """``grab.busy`` or ``grab.idle``, of a service or action."""
-        if info is None or info.kind not in (Kind.SERVICE, Kind.ACTION):
+        """``grab.busy``, ``grab.idle``, ``scan.fresh`` or ``scan.silent``."""
+        phases = None if info is None else info.phases
+        if info is None or phases is None:
             return []
         self._record_communication(access, info)
-        busy = PhaseRef(info.key, access.span)
-        match phase.text:
-            case "busy":
-                return [busy]
-            case "idle":
-                return [Unary("!", busy, BooleanType(), access.span)]
+        active = PhaseRef(info.key, phases.active, access.span)
+        if phase.text == phases.active:
+            return [active]
+        if phase.text in phases.names:
+            return [Unary("!", active, BooleanType(), access.span)]
         return []
 
     def out_of_sight(self, access: Access, types: list[Type], known: list[Expr]) -> list[Expr]:

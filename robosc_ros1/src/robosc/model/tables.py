@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from robosc.errors import Note
+from robosc.language.events import COMMUNICATIONS, CommunicationSort, EventKind, Phases
 from robosc.model.entities import Communication, Kind
 from robosc.model.types import Type
 from robosc.source import Span
@@ -41,6 +42,23 @@ class CommunicationInfo:
     response: Type | None
     feedback: Type | None
     entity: Communication | None = None
+
+    @property
+    def sort(self) -> CommunicationSort:
+        """What the language says of communications of this kind."""
+        return COMMUNICATIONS[self.kind]
+
+    @property
+    def has_timeout(self) -> bool:
+        return False
+
+    @property
+    def phases(self) -> Phases | None:
+        return self.sort.phases_of(self.has_timeout)
+
+    @property
+    def events(self) -> tuple[EventKind, ...]:
+        return tuple(e.kind for e in self.sort.events_of(self.has_timeout))
 
     @property
     def name(self) -> str:

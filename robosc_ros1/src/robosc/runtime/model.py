@@ -10,23 +10,33 @@ unambiguous.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple, Union
 
 from .values import Undefined
 
-__all__ = ["Command", "Communication", "Controller", "Input", "Requirement", "Tau"]
+__all__ = ["After", "Command", "Communication", "Controller", "Input", "Requirement", "Tau"]
 
 
 class Communication(NamedTuple):
-    """A message, service or action; ``sort`` is "incoming", "outgoing", "service" or "action"."""
+    """A message, service or action; ``sort`` is "incoming", "outgoing", "service" or "action".
+
+    ``phase`` is the attribute that tells whether it is in the second of its ``phases``: a service
+    or action is idle or busy, a message with a timeout silent or fresh (None: it has no phases).
+    ``timeout`` is in seconds, or the name of the parameter that says it: the silence after which a
+    message turns silent, the deadline of a service or action (None: the model says none).
+    """
 
     key: str
     name: str
     sort: str
+    phase: Optional[str] = None
+    phases: Tuple[str, str] = ("idle", "busy")
+    timeout: Union[float, str, None] = None
 
 
 class Input(NamedTuple):
-    """Something that the robot does: "response", "feedback" or "error" of a communication.
+    """Something that the robot does: "response", "feedback" or "error" of a communication, or that
+    it does not: "timeout" of a message.
 
     ``read`` takes the ROS message and gives the event's value (None: it has none); ``apply`` takes
     the value and changes the state, or raises :class:`~.values.Mismatch` and changes nothing.
@@ -63,6 +73,8 @@ class Command(NamedTuple):
     requirements: Tuple[int, ...]
     reason: Optional[str] = None
     partners: Tuple[str, ...] = ()
+    yields_to: Tuple[int, ...] = ()
+    """Indexes in the table of commands: while one of these is enabled, this one is not sent."""
 
 
 class Tau(NamedTuple):
@@ -70,6 +82,26 @@ class Tau(NamedTuple):
 
     component: str
     number: int
+    step: Callable[[Any], Optional[str]]
+    reads: Tuple[str, ...]
+    writes: Tuple[str, ...]
+
+
+class After(NamedTuple):
+    """A transition that is taken once its component has been in ``state`` for ``delay``.
+
+    ``delay`` is in seconds, or the name of the parameter that says it. ``location`` is the
+    component's attribute, ``entries`` the attribute that counts how often it entered a state: the
+    time starts anew with each. ``step`` takes the transition and tells ``"from->to"``, or None if
+    its guard does not hold; it is taken once per entry, as soon as both time and guard allow it.
+    """
+
+    component: str
+    number: int
+    state: str
+    delay: Union[float, str]
+    location: str
+    entries: str
     step: Callable[[Any], Optional[str]]
     reads: Tuple[str, ...]
     writes: Tuple[str, ...]
@@ -92,6 +124,7 @@ class Controller:
     INPUTS: Tuple[Input, ...]
     COMMANDS: Tuple[Command, ...]
     TAUS: Tuple[Tau, ...]
+    AFTERS: Tuple[After, ...] = ()
     REQUIREMENTS: Tuple[Requirement, ...]
     STEP_BOUND: int
     """More internal transitions in a row mean a cycle; each within it reaches a new state."""

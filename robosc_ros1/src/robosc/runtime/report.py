@@ -125,11 +125,13 @@ def state_document(
     """The document of ``~state``."""
     controller: Controller = snapshot["controller"]
     names = {c.key: c.name for c in controller.COMMUNICATIONS}
-    phases = {}
+    phases = {
+        c.name: c.phases[getattr(controller, c.phase)]
+        for c in controller.COMMUNICATIONS
+        if c.phase is not None
+    }
     commands = []
     for command in controller.COMMANDS:
-        if command.busy is not None:
-            phases[names[command.key]] = "busy" if getattr(controller, command.busy) else "idle"
         reasons = blocked_by(controller, command)
         commands.append(
             {

@@ -127,12 +127,13 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
     result = list(_GENERAL)
     for communication in communications:
         name = parameter_name(communication.name)
+        default = communication.timeout if isinstance(communication.timeout, float) else 5.0
         if communication.sort == "service":
             meaning = "deadline of a call of %s, in seconds" % communication.name
-            result.append(Parameter("timeout/" + name, "number", 5.0, meaning, minimum=1e-3))
+            result.append(Parameter("timeout/" + name, "number", default, meaning, minimum=1e-3))
         elif communication.sort == "action":
             meaning = "deadline until a goal of %s is accepted, in seconds" % communication.name
-            result.append(Parameter("timeout/" + name, "number", 5.0, meaning, minimum=1e-3))
+            result.append(Parameter("timeout/" + name, "number", default, meaning, minimum=1e-3))
             meaning = "deadline of an accepted goal of %s, in seconds; 0: none" % communication.name
             result.append(Parameter("goal_timeout/" + name, "number", 0.0, meaning, minimum=0.0))
     return result

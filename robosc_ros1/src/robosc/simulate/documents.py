@@ -50,7 +50,7 @@ def do_document(session: Session, text: str) -> tuple[Done, Any]:
 
 def _fire(session: Session, kind: str, name: str, event: Document) -> Done:
     value = event.get("value")
-    if kind == EventKind.TAU.value:
+    if kind in (EventKind.TAU.value, EventKind.AFTER.value):
         kind, value = f"{kind}{event.get('index', 1)}", None
     return session.fire(exact_event(session.machine, f"{name}.{kind}"), value)
 
@@ -92,7 +92,7 @@ def _state(machine: Machine) -> Document:
     document: Document = {
         "components": dict(state.components),
         "variables": dict(state.variables),
-        "communications": {names[k]: "busy" if v else "idle" for k, v in state.phases.items()},
+        "communications": {names[key]: phase for key, phase in state.phases.items()},
         "marked": state.marked(machine.plant.robot),
     }
     if machine.time is not None:

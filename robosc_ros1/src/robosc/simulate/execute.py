@@ -13,7 +13,7 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
-from robosc.emit.controller import SORTS
+from robosc.emit.config import declared_communications
 from robosc.ir.automaton import Event, Plant, value_parts
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
@@ -21,7 +21,7 @@ from robosc.model.expr import Expr, path_text
 from robosc.model.types import IntegerType
 from robosc.runtime import model as runtime
 from robosc.runtime.engine import Engine
-from robosc.runtime.model import Communication, Controller
+from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
 from robosc.runtime.recorder import Entry, EventRecorder
 from robosc.runtime.report import blocked_by
@@ -101,9 +101,9 @@ class Execution:
     def __init__(self, supervisor: Supervisor, parameters: Mapping[str, Any]) -> None:
         self.supervisor = supervisor
         self._events = {
-            (e.key, e.kind.value): e for e in self.plant.events if e.kind is not EventKind.TAU
+            (e.key, e.kind.value): e for e in self.plant.events if not e.kind.of_component
         }
-        self._inputs = tuple(e for e in self.plant.events if not e.controllable)
+        self._inputs = tuple(e for e in self.plant.events if not (e.controllable or e.kind.clocked))
         self._settings = _settings(supervisor, parameters)
         self._past: list[_Step] = []
         self._begin()
@@ -263,12 +263,8 @@ class Execution:
 
 
 def _settings(supervisor: Supervisor, parameters: Mapping[str, Any]) -> Settings:
-    robot = supervisor.plant.robot
-    communications = [
-        Communication(c.key, robot.display_names[c.key], SORTS[c.kind])
-        for c in robot.communications.values()
-    ]
     try:
+        communications = declared_communications(supervisor.plant.robot)
         settings, warnings = read(communications, parameters)
     except ParameterError as error:
         raise InvalidLine(str(error)) from None

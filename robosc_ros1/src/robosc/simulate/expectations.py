@@ -65,7 +65,7 @@ def _instead(wanted: Expr, machine: Machine) -> str:
                 found[f"{component}.{name} is {value}"] = None
             case PhaseRef(communication=key):
                 name = machine.plant.robot.display_names[key]
-                found[f"{name} is {'busy' if state.phases[key] else 'idle'}"] = None
+                found[f"{name} is {state.phases[key]}"] = None
     return listing(list(found)) or f"it is {to_dsl(wanted, machine.plant.robot)}"
 
 

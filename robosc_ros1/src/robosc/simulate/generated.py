@@ -28,8 +28,8 @@ def make_controller(supervisor: Supervisor) -> Controller:
 
 def state_of_controller(controller: Controller) -> State:
     phases = {
-        command.key: bool(getattr(controller, command.busy))
-        for command in controller.COMMANDS
-        if command.busy is not None
+        c.key: c.phases[getattr(controller, c.phase)]
+        for c in controller.COMMUNICATIONS
+        if c.phase is not None
     }
     return State(controller.components(), controller.variables(), phases)

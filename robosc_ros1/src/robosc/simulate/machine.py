@@ -11,7 +11,6 @@ from typing import Any, Protocol
 
 from robosc.ir.automaton import Event, Plant
 from robosc.ir.step import valuations
-from robosc.model.entities import EventKind
 from robosc.model.expr import Expr
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import State
@@ -141,8 +140,8 @@ class Machine(Protocol):
 
 def label(event: Event) -> str:
     """How an event is typed: ``grab.request``, ``Door.tau2``."""
-    if event.kind is EventKind.TAU:
-        return f"{event.name}.tau{event.index}"
+    if event.kind.of_component:
+        return f"{event.name}.{event.kind.value}{event.index}"
     return f"{event.name}.{event.kind.value}"
 
 

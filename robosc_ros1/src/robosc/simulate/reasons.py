@@ -46,8 +46,9 @@ def _kept(supervisor: Supervisor, event: Event) -> Iterator[Reason]:
 
 def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iterator[Reason]:
     plant = supervisor.plant
-    if event.phase is not None and state[event.phase.variable] != event.phase.source:
-        yield Reason("phase", "it is idle" if event.phase.source else "it is busy")
+    if event.phase is not None and state[event.phase.variable] not in event.phase.sources:
+        phase = plant.variables[event.phase.variable].values[state[event.phase.variable]]
+        yield Reason("phase", f"it is {phase}")
         return
     after = outcome(plant, event, (), state)
     if after is Verdict.OUT_OF_RANGE:

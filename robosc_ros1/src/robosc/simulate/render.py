@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
+from robosc.language.events import ACTIVE
 from robosc.simulate.machine import Command, Happening, Machine, label
 from robosc.simulate.session import Session
 from robosc.simulate.values import literal_text
@@ -74,8 +75,8 @@ def _state_lines(machine: Machine, style: Style) -> Iterator[str]:
         line = f"  {component:{width}}  {style(GREEN, name)}{' ' * (place - len(name))}"
         yield f"{line}  {', '.join(variables)}".rstrip()
     phases = [
-        f"{robot.display_names[key]} {style(GREEN, 'busy') if busy else 'idle'}"
-        for key, busy in state.phases.items()
+        f"{robot.display_names[key]} {style(GREEN, phase) if phase in ACTIVE else phase}"
+        for key, phase in state.phases.items()
     ]
     if phases:
         yield f"  {', '.join(phases)}"

@@ -131,7 +131,7 @@ class SingleEvents:
 
     def _choice(self, event: Event, values: Values, after: PlantState) -> Choice:
         given = dict(zip((p.path for p in event.parameters), values, strict=True))
-        if event.kind is EventKind.TAU:
+        if event.kind.of_component:
             (path,) = tau_values(self.plant, event, self._now[0], after)
             return Choice(event, {}, f"{label(event)} ({path})")
         text = given_text(given)
@@ -162,7 +162,7 @@ class SingleEvents:
         if after is None:
             raise Refused(f"{label(event)} cannot happen now: {self._why_not(event)}")
         value = given_json(given)
-        if event.kind is EventKind.TAU:
+        if event.kind.of_component:
             (value,) = tau_values(self.plant, event, before, after)
         elif event.kind is EventKind.REQUEST:
             value = sent_data(self.plant.robot, event.key, self.state)

@@ -18,11 +18,11 @@ __all__ = ["State", "is_true", "sent_data", "state_of"]
 
 @dataclass(frozen=True)
 class State:
-    """Component to its state, ``Component.variable`` to its value, key to whether it is busy."""
+    """Component to its state, ``Component.variable`` to its value, key to the phase."""
 
     components: Mapping[str, str]
     variables: Mapping[str, Value]
-    phases: Mapping[str, bool]
+    phases: Mapping[str, str]
     tests: Mapping[str, Value] = field(default_factory=dict)
     """What tests of data came to, by name: where single events choose them."""
 
@@ -34,8 +34,8 @@ class State:
                 return self.tests[name]
             case VariableRef(component=component, variable=name):
                 return self.variables[f"{component}.{name}"]
-            case PhaseRef(communication=key):
-                return self.phases[key]
+            case PhaseRef(communication=key, phase=phase):
+                return self.phases[key] == phase
             case ValueRef():
                 return None
 
@@ -43,9 +43,11 @@ class State:
         return is_true(condition, self.look)
 
     def marked(self, robot: Robot) -> bool:
-        """Whether every component is in a marked state, and nothing is under way."""
-        if any(self.phases.values()):
-            return False
+        """Whether every component and every communication is in a marked state."""
+        for key, phase in self.phases.items():
+            phases = robot.communications[key].phases
+            if phases is not None and phase not in phases.marked:
+                return False
         return all(
             any(s.marked and s.name == self.components[c.name] for s in c.behaviour.states)
             for c in robot.components
@@ -74,7 +76,7 @@ def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value]) -> Stat
     return State(
         {name: str(value) for name, value in found[VariableKind.LOCATION].items()},
         variables,
-        {key: phase == "busy" for key, phase in found[VariableKind.PHASE].items()},
+        {key: str(phase) for key, phase in found[VariableKind.PHASE].items()},
         found[VariableKind.TEST],
     )
 

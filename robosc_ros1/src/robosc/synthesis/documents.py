@@ -7,7 +7,6 @@ from typing import Any
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
 from robosc.ir.expr import to_dsl
 from robosc.ir.step import Values
-from robosc.model.entities import EventKind
 from robosc.model.expr import path_text
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
@@ -24,7 +23,7 @@ __all__ = [
 def event_document(event: Event) -> dict[str, Any]:
     """An event without a value; a tau with its number."""
     found: dict[str, Any] = {"kind": event.kind.value, "name": event.name}
-    if event.kind is EventKind.TAU:
+    if event.kind.of_component:
         found["index"] = event.index
     return found
 
@@ -32,7 +31,7 @@ def event_document(event: Event) -> dict[str, Any]:
 def step_document(step: Step) -> dict[str, Any]:
     """One occurrence of an event with its value."""
     event = step.event
-    if event.kind is EventKind.TAU:
+    if event.kind.of_component:
         return {**event_document(event), "value": step.values[0] if step.values else None}
     return {**event_document(event), "value": _value(event, step.values)}
 
@@ -103,7 +102,7 @@ def explore_document(graph: Graph) -> dict[str, Any]:
 def _any_value(plant: Plant, event: Event) -> dict[str, Any]:
     """A controllable event: a tau's value says where it leads, if that is the same everywhere."""
     value = None
-    if event.kind is EventKind.TAU:
+    if event.kind.of_component:
         (automaton,) = event.automata
         ways = {(edge.source, edge.target) for edge in automaton.edges}
         names = plant.variables[automaton.variable].values

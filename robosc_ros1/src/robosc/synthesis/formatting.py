@@ -18,15 +18,16 @@ __all__ = [
 
 def event_text(event: Event) -> str:
     """``grab.request``; a tau by its number."""
-    if event.kind is EventKind.TAU:
-        return f"transition {event.index} of {event.name}"
+    if event.kind.of_component:
+        word = "transition" if event.kind is EventKind.TAU else "after"
+        return f"{word} {event.index} of {event.name}"
     return f"{event.name}.{event.kind.value}"
 
 
 def step_text(step: Step) -> str:
     """``distance.response(free)``, ``Motor: idle->busy``."""
     event = step.event
-    if event.kind is EventKind.TAU:
+    if event.kind.of_component:
         return f"{event.name}: {step.values[0]}" if step.values else event_text(event)
     shown = []
     for parameter, value in zip(event.parameters, step.values, strict=True):

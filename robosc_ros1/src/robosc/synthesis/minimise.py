@@ -244,8 +244,8 @@ def _literal(plant: Plant, axis: StateVariable, needed: Bools, free: Bools) -> E
     """A condition on one axis that holds for all needed values and for no other than the free."""
     match axis.kind:
         case VariableKind.PHASE:
-            busy = PhaseRef(axis.name)
-            return busy if free[1] else negation(busy)
+            active = PhaseRef(axis.name, str(axis.values[1]))
+            return active if free[1] else negation(active)
         case VariableKind.LOCATION:
             return _member(needed, free, lambda v: StateRef(axis.name, str(axis.values[v])))
     variable = _reference(plant, axis)

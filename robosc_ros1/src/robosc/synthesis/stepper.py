@@ -116,7 +116,8 @@ class Stepper:
 
     def _event_lines(self, event: Event) -> Iterator[str]:
         if event.phase is not None:
-            yield f"if s[{event.phase.variable}] != {event.phase.source}: return IMPOSSIBLE"
+            sources = event.phase.sources
+            yield f"if s[{event.phase.variable}] not in {sources}: return IMPOSSIBLE"
         yield "t = list(s)"
         yield "inside = True"
         if event.phase is not None:

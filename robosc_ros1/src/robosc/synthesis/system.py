@@ -11,16 +11,24 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Protocol
 
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, PhaseStep, Plant, PlantState
 from robosc.ir.expr import conjunction, disjunction, negation
 from robosc.ir.step import Values
-from robosc.model.entities import EventKind
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, PhaseRef, StateRef
 from robosc.model.types import BooleanType, IntegerType
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.stepper import Stepper
 
-__all__ = ["System", "allowed", "enabled", "make_step", "possible", "steps_of", "tau_values"]
+__all__ = [
+    "System",
+    "allowed",
+    "enabled",
+    "in_phase",
+    "make_step",
+    "possible",
+    "steps_of",
+    "tau_values",
+]
 
 
 class System(Protocol):
@@ -54,12 +62,20 @@ class System(Protocol):
         """
 
 
+def in_phase(plant: Plant, step: PhaseStep) -> Expr:
+    """Whether a communication is in a phase in which the event is possible."""
+    if len(step.sources) > 1:
+        return TRUE
+    variable = plant.variables[step.variable]
+    active = PhaseRef(variable.name, str(variable.values[1]))
+    return active if step.sources == (1,) else negation(active)
+
+
 def possible(plant: Plant, event: Event) -> Expr:
     """Where the plant can do a controllable event."""
     parts: list[Expr] = []
     if event.phase is not None:
-        busy = PhaseRef(plant.variables[event.phase.variable].name)
-        parts.append(busy if event.phase.source else negation(busy))
+        parts.append(in_phase(plant, event.phase))
     for automaton in event.automata:
         cases: list[Expr] = []
         fails: dict[int, list[Expr]] = {}
@@ -131,7 +147,7 @@ def make_step(
     plant: Plant, event: Event, values: Values, before: PlantState, after: PlantState
 ) -> Step:
     """One step of a trace; a tau's value says from where to where."""
-    if event.kind is EventKind.TAU:
+    if event.kind.of_component:
         values = tau_values(plant, event, before, after)
     return Step(event, values)
 

@@ -15,7 +15,6 @@ from typing import Any
 
 from robosc.emit.modeldata import model_document
 from robosc.emit.naming import file_of
-from robosc.model.entities import EventKind
 from robosc.runtime.report import dump
 from robosc.simulate.faults import LineFault
 from robosc.simulate.machine import Choice, Command, Happening, Machine, find_events, label
@@ -103,7 +102,7 @@ class Played:
 
     def _fire(self, wanted: str, raw: Any) -> None:
         event = find_events(self._machine, wanted)[0]
-        if event.kind is EventKind.TAU:
+        if event.kind.of_component:
             raw = None
         given = complete(self._machine.plant.robot, event, raw, label(event))
         self._tell(self._machine.fire(event, given))
@@ -181,10 +180,10 @@ class Played:
                     "components": dict(state.components),
                     "variables": dict(state.variables),
                     "communications": {
-                        names[key]: "busy" if busy else "idle" for key, busy in state.phases.items()
+                        names[key]: phase for key, phase in state.phases.items()
                     },
                     "commands": [self._command(c) for c in machine.commands()
-                                 if c.event.kind is not EventKind.TAU],
+                                 if not c.event.kind.of_component],
                     "stopped": machine.stopped,
                     "faults": [],
                     "counters": self._counters,

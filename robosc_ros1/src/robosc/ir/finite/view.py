@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TypeAlias
 
+from robosc.ir.combining import result_transitions
 from robosc.ir.expr import Leaf, evaluate, to_dsl
 from robosc.ir.finite.classes import Classes, Comparison
 from robosc.ir.finite.terms import (
@@ -22,7 +23,7 @@ from robosc.ir.finite.terms import (
     is_constant,
     value_of,
 )
-from robosc.model.entities import Behaviour, Component, EventKind, ResultTransition, Robot, Variable
+from robosc.model.entities import Component, EventKind, ResultTransition, Robot, Variable
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
@@ -42,7 +43,7 @@ from robosc.model.types import (
     domain,
 )
 
-__all__ = ["FiniteView", "finite_view", "may_be_missing", "reference_to", "result_transitions"]
+__all__ = ["FiniteView", "finite_view", "may_be_missing", "reference_to"]
 
 Scope: TypeAlias = tuple[EventKind, str] | None
 """Where ``value`` means something: an event, by its communication's key."""
@@ -101,12 +102,6 @@ def finite_view(robot: Robot) -> FiniteView:
 
 def reference_to(variable: Variable) -> VariableRef:
     return VariableRef(variable.component, variable.name, variable.type)
-
-
-def result_transitions(behaviour: Behaviour) -> Iterator[ResultTransition]:
-    yield from behaviour.transitions
-    for state in behaviour.states:
-        yield from state.transitions
 
 
 class _Builder:

@@ -129,8 +129,9 @@ class Relations:
             start = start & (~gone[0] | gone[1])
         constants: tuple[tuple[int, int], ...] = ()
         if event.phase is not None:
-            start = start & encoding.value(event.phase.variable, event.phase.source)
-            if event.phase.source != event.phase.target:
+            phases = [encoding.value(event.phase.variable, s) for s in event.phase.sources]
+            start = start & manager.union(phases)
+            if event.phase.sources != (event.phase.target,):
                 constants = ((event.phase.variable, event.phase.target),)
         cases = [_Case(start, constants, frozenset())]
         enabled = inside = start

@@ -304,5 +304,5 @@ class DenseEngine:
         if phase is None:
             return count(states) * step.rules.weight
         values = np.zeros(self.plant.variables[phase.variable].size, np.bool_)
-        values[phase.source] = True
+        values[list(phase.sources)] = True
         return self.count(states, [Condition({phase.variable: values})]) * step.rules.weight

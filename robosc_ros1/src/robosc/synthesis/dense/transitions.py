@@ -135,9 +135,9 @@ class Compiler:
         writes: dict[int, Writes] = {}
         if event.phase is not None:
             phase = event.phase
-            entry = Condition({phase.variable: self._values(phase.variable, [phase.source])})
-            if phase.target != phase.source:
-                writes[phase.variable] = (((phase.source,), (phase.target,)),)
+            entry = Condition({phase.variable: self._values(phase.variable, phase.sources)})
+            if phase.sources != (phase.target,):
+                writes[phase.variable] = ((phase.sources, (phase.target,)),)
         stages: list[tuple[TransitionRule, ...]] = []
         range_violations: list[Condition] = []
         for number, group in enumerate(stages_of(self.plant, event)):

@@ -94,7 +94,7 @@ def _remedy(plant: Plant, steps: Sequence[Step], axis: int, place: int) -> str |
     back = plant.variables[axis].initial
     for step in reversed(steps):
         event = step.event
-        if event.kind is EventKind.TAU or _edges(event, axis, place):
+        if event.kind.of_component or _edges(event, axis, place):
             continue
         others = _leaving_by(plant, event.key, axis, place)
         if others:
@@ -132,7 +132,7 @@ def _leaving_by(plant: Plant, key: str, axis: int, place: int) -> list[Edge]:
     return [
         edge
         for event in plant.events
-        if event.key == key and event.kind is not EventKind.TAU
+        if event.key == key and not event.kind.of_component
         for edge in _edges(event, axis, place)
         if edge.target != place
     ]

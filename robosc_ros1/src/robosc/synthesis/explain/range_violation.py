@@ -41,7 +41,7 @@ def leaving_remedy(stepper: Stepper, step: Step, state: PlantState) -> Leaving:
             case StateRef(state=name):
                 return value == name
             case PhaseRef():
-                return value == "busy"
+                return value == leaf.phase
         return value
 
     for automaton in step.event.automata:

@@ -14,13 +14,13 @@ from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.expr import conjunction, disjunction, negation, to_dsl
 from robosc.ir.partial_evaluation import holds
 from robosc.model.entities import EventKind, Kind, Provide, Requirement
-from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef
+from robosc.model.expr import TRUE, Expr, StateRef
 from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.formatting import listing, trace_text
 from robosc.synthesis.parameters import choices
 from robosc.synthesis.stepper import Stepper
-from robosc.synthesis.system import System, enabled, possible, steps_of
+from robosc.synthesis.system import System, enabled, in_phase, possible, steps_of
 
 __all__ = ["warnings"]
 
@@ -189,8 +189,7 @@ class _Examiner:
         state = str(self.plant.variables[automaton.variable].values[first.source])
         here: list[Expr] = [StateRef(automaton.component, state)]
         if event.phase is not None:
-            busy = PhaseRef(self.plant.variables[event.phase.variable].name)
-            here.append(busy if event.phase.source else negation(busy))
+            here.append(in_phase(self.plant, event.phase))
         both = disjunction(
             conjunction([holds(first.guard, chosen), holds(second.guard, chosen)])
             for chosen in choices(event, [first.guard, second.guard])
@@ -212,5 +211,7 @@ class _Examiner:
 
 def _guarded_pairs(automaton: LocalAutomaton) -> Iterator[tuple[Edge, Edge]]:
     for first, second in combinations(automaton.edges, 2):
-        if first.source == second.source and first.guard is not None and second.guard is not None:
+        if first.source != second.source or first.level != second.level or first.level == "both":
+            continue
+        if first.guard is not None and second.guard is not None:
             yield first, second

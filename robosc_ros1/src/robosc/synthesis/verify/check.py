@@ -380,7 +380,7 @@ class _Verifier:
     def _step(self, code: int, label: int) -> Step:
         index, values = self._labelled[label]
         event = self._plant.events[index]
-        if event.kind is not EventKind.TAU:
+        if not event.kind.of_component:
             return Step(event, self._moves[index].valuations[values])
         axis = self._plant.variable_index[VariableKind.LOCATION, event.key]
         before = self._coding.decode(code)
@@ -395,6 +395,7 @@ def _identity(event: Event) -> tuple[EventKind, str, int]:
 
 
 def _text(event: Event) -> str:
-    if event.kind is EventKind.TAU:
-        return f"transition {event.index} of {event.name}"
+    if event.kind.of_component:
+        word = "transition" if event.kind is EventKind.TAU else "after"
+        return f"{word} {event.index} of {event.name}"
     return f"{event.kind.value} of {event.name}"

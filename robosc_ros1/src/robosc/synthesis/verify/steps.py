@@ -205,7 +205,7 @@ class EventSteps:
         after = list(state)
         phase = self.event.phase
         if phase is not None:
-            if state[phase.variable] != phase.source:
+            if state[phase.variable] not in phase.sources:
                 return "impossible"
             after[phase.variable] = phase.target
         parameters = dict(zip((p.path for p in self.event.parameters), values, strict=True))
@@ -276,7 +276,7 @@ def _lookup(
         value = plant.variables[axis].values[state[axis]]
         if isinstance(leaf, StateRef):
             return value == leaf.state
-        return value == "busy" if isinstance(leaf, PhaseRef) else value
+        return value == leaf.phase if isinstance(leaf, PhaseRef) else value
 
     return look
 

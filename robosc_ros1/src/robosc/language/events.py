@@ -1,0 +1,145 @@
+"""The tables of communications and their events, which every stage reads.
+
+A communication has *phases* if something has to be remembered of it: whether a service or action is
+idle or busy, whether a message with a timeout is silent or fresh. The first phase is the initial
+one. Each of its events is possible in some phases and leads into one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+__all__ = [
+    "ACTIVE", "COMMUNICATIONS", "CommunicationSort", "EventKind", "EventSort", "Kind", "Phases",
+]  # fmt: skip
+
+
+class Kind(Enum):
+    """The four kinds of communication, seen from the component."""
+
+    INCOMING = "incoming message"
+    OUTGOING = "outgoing message"
+    SERVICE = "service"
+    ACTION = "action"
+
+
+class EventKind(Enum):
+    """What can happen; the value is its name in the language, in documents and in logs."""
+
+    REQUEST = "request"
+    RESPONSE = "response"
+    FEEDBACK = "feedback"
+    ERROR = "error"
+    CANCEL = "cancel"
+    TIMEOUT = "timeout"
+    TAU = "tau"
+    AFTER = "after"
+
+    @property
+    def controllable(self) -> bool:
+        """Whether the controller decides on it."""
+        return self in (EventKind.REQUEST, EventKind.CANCEL, EventKind.TAU)
+
+    @property
+    def of_component(self) -> bool:
+        """Whether it belongs to one transition of a component, not to a communication."""
+        return self in (EventKind.TAU, EventKind.AFTER)
+
+    @property
+    def synchronised(self) -> bool:
+        """Whether a component that mentions it can block it."""
+        return self is EventKind.REQUEST or self.of_component
+
+    @property
+    def clocked(self) -> bool:
+        """Whether it happens because time passed."""
+        return self in (EventKind.TIMEOUT, EventKind.AFTER)
+
+
+@dataclass(frozen=True, slots=True)
+class Phases:
+    """The two phases of a communication, the initial one first, and which of them are marked."""
+
+    names: tuple[str, str]
+    marked: tuple[str, ...]
+
+    @property
+    def active(self) -> str:
+        """The phase that conditions name: ``grab.busy``, ``scan.fresh``."""
+        return self.names[1]
+
+
+@dataclass(frozen=True, slots=True)
+class EventSort:
+    """An event of one kind of communication.
+
+    ``sources`` are the phases in which it is possible, ``target`` the one it leads into; they count
+    where the communication has phases. ``brings`` names the type of the value that comes with it.
+    ``with_timeout`` marks an event that only a communication with a timeout has.
+    """
+
+    kind: EventKind
+    sources: tuple[str, ...] = ()
+    target: str = ""
+    brings: str | None = None
+    with_timeout: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class CommunicationSort:
+    """What the language says of one kind of communication.
+
+    ``name`` is the short name in documents. ``phases_with_timeout``: without a timeout it has none.
+    """
+
+    name: str
+    events: tuple[EventSort, ...]
+    phases: Phases | None = None
+    phases_with_timeout: bool = False
+
+    def events_of(self, timeout: bool) -> Iterator[EventSort]:
+        """The events in model order; ``timeout`` tells whether the communication has one."""
+        return (e for e in self.events if timeout or not e.with_timeout)
+
+    def phases_of(self, timeout: bool) -> Phases | None:
+        return self.phases if timeout or not self.phases_with_timeout else None
+
+    def event(self, kind: EventKind) -> EventSort | None:
+        return next((e for e in self.events if e.kind is kind), None)
+
+
+_CALL = Phases(("idle", "busy"), marked=("idle",))
+_WATCHED = Phases(("silent", "fresh"), marked=("silent", "fresh"))
+_REQUEST = EventSort(EventKind.REQUEST, ("idle",), "busy")
+_RESPONSE = EventSort(EventKind.RESPONSE, ("busy",), "idle", brings="response")
+_ERROR = EventSort(EventKind.ERROR, ("busy",), "idle")
+
+ACTIVE = (_CALL.active, _WATCHED.active)
+"""The phases that conditions name: ``grab.busy``, ``scan.fresh``."""
+
+COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
+    Kind.INCOMING: CommunicationSort("incoming", (EventSort(EventKind.REQUEST),)),
+    Kind.OUTGOING: CommunicationSort(
+        "outgoing",
+        (
+            EventSort(EventKind.RESPONSE, ("silent", "fresh"), "fresh", brings="response"),
+            EventSort(EventKind.TIMEOUT, ("fresh",), "silent", with_timeout=True),
+        ),
+        _WATCHED,
+        phases_with_timeout=True,
+    ),
+    Kind.SERVICE: CommunicationSort("service", (_REQUEST, _RESPONSE, _ERROR), _CALL),
+    Kind.ACTION: CommunicationSort(
+        "action",
+        (
+            _REQUEST,
+            _RESPONSE,
+            EventSort(EventKind.FEEDBACK, ("busy",), "busy", brings="feedback"),
+            _ERROR,
+            EventSort(EventKind.CANCEL, ("busy",), "idle"),
+        ),
+        _CALL,
+    ),
+}
