@@ -91,7 +91,7 @@ def _measure(
             continue
         required = dense.required(step, states)
         enabled = dense.enabled(step, states) if solution.restricted else required
-        transitions += enabled
+        transitions += enabled * step.rules.weight
         inputs = GuardInputs(
             required,
             enabled,

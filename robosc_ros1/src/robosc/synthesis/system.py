@@ -135,12 +135,18 @@ def steps_of(stepper: Stepper, states: Sequence[PlantState]) -> tuple[Step, ...]
 def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> Step:
     plant = stepper.plant
     changed = {axis for axis, old in enumerate(before) if after[axis] != old}
-    for number, event in enumerate(plant.events):
+    # A command about which the environment decides may be refused though it could lead there.
+    order = sorted(enumerate(plant.events), key=lambda item: _branches(item[1]))
+    for number, event in order:
         if changed <= plant.writes[number]:
             for values, target in stepper.compiled(number, event.requirement).targets(before):
                 if target == after:
                     return make_step(plant, event, values, before, after)
     raise AssertionError("the states do not follow each other")
+
+
+def _branches(event: Event) -> bool:
+    return event.controllable and bool(event.parameters)
 
 
 def make_step(

@@ -18,6 +18,7 @@ from robosc.model.entities import EventKind
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation, Relations
+from robosc.synthesis.parameters import weight
 
 __all__ = ["Iterates", "Progress", "SymbolicEngine", "SymbolicSolution"]
 
@@ -63,7 +64,8 @@ class SymbolicSolution:
         total = 0
         for event in engine.events:
             if engine.plant.events[event.number].controllable:
-                total += engine.encoding.count(self.enabled(event))
+                choices = weight(engine.plant.events[event.number])
+                total += engine.encoding.count(self.enabled(event)) * choices
             else:
                 occurring = self.states & event.occurring
                 total += engine.encoding.count_with_parameters(event.number, occurring)
@@ -101,6 +103,7 @@ class SymbolicEngine:
         self.events = self.relations.events
         self._progress = progress
         self._required = tuple(_guarded(event.disjuncts, event.required) for event in self.events)
+        self._permitted: tuple[Sequence[Disjunct], ...] = self._required
         reads = [event.reads for event in self.events]
         self._related = _related(self.events, reads)
         self._priority = [
@@ -128,6 +131,7 @@ class SymbolicEngine:
             bad, good = good & ~back, back
         restricted = good != reach
         if restricted:
+            self._permitted = self._inside(good)
             reach = self._forward(initial, *self._controlled(good))
         return SymbolicSolution(self, plant_reach, reach, good, restricted)
 
@@ -145,7 +149,7 @@ class SymbolicEngine:
         """Where the plant under its requirements leads in one step."""
         return self.manager.union(
             self._run(lambda m=disjunct: self.relations.image(m, states))  # type: ignore[misc]
-            for disjuncts in self._required
+            for disjuncts in self._permitted
             for disjunct in disjuncts
             if not disjunct.stays
         )
@@ -153,7 +157,7 @@ class SymbolicEngine:
     def required_preimage(self, event: EventRelation, states: Bdd) -> Bdd:
         """From where the event leads into ``states`` in the plant under its requirements."""
         return self.manager.union(
-            self.relations.preimage(disjunct, states) for disjunct in self._required[event.number]
+            self.relations.preimage(disjunct, states) for disjunct in self._permitted[event.number]
         )
 
     def iterates(self, states: Bdd) -> Iterates:
@@ -190,6 +194,21 @@ class SymbolicEngine:
 
     # --- control
 
+    def _inside(self, good: Bdd) -> tuple[Sequence[Disjunct], ...]:
+        """The disjuncts of all events, those of commands where nothing leads out of ``good``.
+
+        That matters for commands about which the environment decides: any other command leads to
+        one state, and what is kept inside ``good`` afterwards is kept by that alone.
+        """
+        found = []
+        for event, disjuncts in zip(self.events, self._required, strict=True):
+            taken = self.plant.events[event.number]
+            if taken.controllable and taken.parameters:
+                lost = self.manager.union(self.relations.preimage(d, ~good) for d in disjuncts)
+                disjuncts = _guarded(disjuncts, ~lost)
+            found.append(disjuncts)
+        return tuple(found)
+
     def _controlled(self, good: Bdd) -> tuple[list[Sequence[Disjunct]], list[list[int]]]:
         """The disjuncts that stay in ``good``, and which events can set each other going.
 
@@ -199,7 +218,7 @@ class SymbolicEngine:
         disjuncts: list[Sequence[Disjunct]] = []
         reads: list[frozenset[int]] = []
         for event in self.events:
-            required, axes = self._required[event.number], event.reads
+            required, axes = self._permitted[event.number], event.reads
             if self.plant.events[event.number].controllable:
                 here = good & event.possible & event.required
                 allowed = here & self.required_preimage(event, good)
@@ -250,7 +269,8 @@ class SymbolicEngine:
     def _coreachable(self, good: Bdd) -> Bdd:
         """The states of ``good`` from which a marked state is reached inside ``good``."""
         marked = self.encoding.marked & good
-        return self._closure("nonblocking states", marked, self._required, self._step_back(good))
+        step = self._step_back(good)
+        return self._closure("nonblocking states", marked, self._inside(good), step)
 
     def _step_back(self, within: Bdd) -> Callable[[Disjunct, Bdd], Bdd]:
         def step(disjunct: Disjunct, found: Bdd) -> Bdd:

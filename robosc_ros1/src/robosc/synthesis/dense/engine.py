@@ -7,7 +7,7 @@ of one component follow each other, and work in place: what one event adds the n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +38,9 @@ Progress = Callable[[str, int, int], None]
 """Called now and then: what is being computed, how far it is, and the most it can be."""
 
 
+_NOTHING_REFUSED: Mapping[int, Bitset] = {}
+
+
 @dataclass(frozen=True, eq=False)
 class _EventOperations:
     """The operations of an event in the plant, and where its requirement also holds.
@@ -53,6 +56,11 @@ class _EventOperations:
     @property
     def event(self) -> Event:
         return self.rules.event
+
+    @property
+    def branches(self) -> bool:
+        """Whether the environment chooses what a command leads to: all of it must be good then."""
+        return self.event.controllable and bool(self.event.parameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,12 +117,11 @@ class DenseEngine:
         """The controlled system."""
         initial = self.layout.index(self.plant.initial)
         assert initial is not None
-        required_stages = [step.required for step in self.steps]
         states = self.plant_reach()
         self.plant_states = count(states)
         if any(step.event.requirement is not None for step in self.steps):
             states = self._only(initial)
-            self._forward(states, required_stages)
+            self._forward(states, self._required_stages())
         good = states
         bad = self._remove_bad(good)
         restricted = bad
@@ -135,7 +142,7 @@ class DenseEngine:
             bad = restricted = True
         if restricted:
             states = self._only(initial)
-            self._forward(states, required_stages, good)
+            self._forward(states, self._required_stages(), good, self._refused(good))
         return DenseSolution(self, states, good, restricted, False)
 
     def plant_reach(self) -> Bitset:
@@ -145,6 +152,18 @@ class DenseEngine:
         states = self._only(initial)
         self._forward(states, [step.plant for step in self.steps])
         return states
+
+    def _required_stages(self) -> list[Stages]:
+        return [step.required for step in self.steps]
+
+    def _refused(self, good: Bitset) -> dict[int, Bitset]:
+        """Where commands that the environment decides about may lead out of ``good``, by number."""
+        outside = np.bitwise_not(good)
+        return {
+            number: preimage(step.required, outside)
+            for number, step in enumerate(self.steps)
+            if step.branches
+        }
 
     def _only(self, index: int) -> Bitset:
         states = self.layout.nothing()
@@ -156,17 +175,21 @@ class DenseEngine:
         states: Bitset,
         events: Sequence[Stages],
         within: Bitset | None = None,
+        refused: Mapping[int, Bitset] = _NOTHING_REFUSED,
     ) -> None:
         """Add all that is reached from ``states``, inside ``within`` if given."""
         most = self.layout.size if within is None else count(within)
 
         def sweep() -> None:
-            for stages in events:
-                if len(stages) == 1:
+            for number, stages in enumerate(events):
+                if len(stages) == 1 and number not in refused:
                     for op in stages[0]:
                         forward(op, states, states, within)
                 else:
-                    reached = image(stages, states)
+                    start = states
+                    if number in refused:
+                        start = np.bitwise_and(states, np.bitwise_not(refused[number]))
+                    reached = image(stages, start)
                     if within is not None:
                         reached &= within
                     np.bitwise_or(states, reached, out=states)
@@ -215,16 +238,19 @@ class DenseEngine:
         if restricted:
             np.bitwise_and(back, good, out=back)
         within = good if restricted else None
-        events = [step.required for step in self.steps]
+        events = self._required_stages()
+        refused = self._refused(good) if restricted else {}
         most = count(good) if restricted else self.layout.size
 
         def sweep() -> None:
-            for stages in events:
-                if len(stages) == 1:
+            for number, stages in enumerate(events):
+                if len(stages) == 1 and number not in refused:
                     for op in stages[0]:
                         backward(op, back, within)
                 else:
                     found = preimage(stages, back)
+                    if number in refused:
+                        found &= np.bitwise_not(refused[number])
                     if within is not None:
                         found &= within
                     np.bitwise_or(back, found, out=back)
@@ -261,15 +287,31 @@ class DenseEngine:
 
     def enabled(self, step: _EventOperations, states: Bitset) -> int:
         """How many of ``states`` allow a controllable event that stays inside ``states``."""
+        if step.branches:
+            return count(self._allowed(step, states))
         return self._count_steps(step.required, states, states)
+
+    def _allowed(self, step: _EventOperations, states: Bitset) -> Bitset:
+        """Where a command is allowed that stays inside ``states``, whatever comes of it."""
+        if not step.branches:
+            return self._sources_of(step.required, states, states)
+        found = preimage(step.required, states)
+        lost = preimage(step.required, np.bitwise_not(states))
+        np.bitwise_and(found, np.bitwise_not(lost), out=found)
+        return np.bitwise_and(found, states, out=found)
 
     def required(self, step: _EventOperations, states: Bitset) -> int:
         """How many of ``states`` allow a controllable event in the plant under requirements."""
-        return self._count_steps(step.required, states, None)
+        return self._count_sources(step, step.required, states)
 
     def possible(self, step: _EventOperations, states: Bitset) -> int:
         """How many of ``states`` allow an event in the plant."""
-        return self._count_steps(step.plant, states, None)
+        return self._count_sources(step, step.plant, states)
+
+    def _count_sources(self, step: _EventOperations, stages: Stages, states: Bitset) -> int:
+        if step.branches:  # its operations may have sources in common
+            return count(self._sources_of(stages, states, None))
+        return self._count_steps(stages, states, None)
 
     def _count_steps(self, stages: Stages, states: Bitset, within: Bitset | None) -> int:
         if len(stages) > 1:
@@ -280,7 +322,7 @@ class DenseEngine:
 
     def care_set(self, step: _EventOperations, states: Bitset, required: bool) -> DenseCareSet:
         """Where a controllable event is allowed, and where refused though the plant could."""
-        allowed = self._sources_of(step.required, states, states)
+        allowed = self._allowed(step, states)
         refused = self._sources_of(step.required if required else step.plant, states, None)
         np.bitwise_and(refused, np.bitwise_not(allowed), out=refused)
         return DenseCareSet.of(self.layout, allowed, refused)

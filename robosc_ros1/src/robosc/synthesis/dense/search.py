@@ -131,11 +131,13 @@ class DenseSystem:
                 batches = [
                     moved for batch in batches for rule in stage for moved in batch.moved(rule)
                 ]
-            for batch in batches:
-                if len(batch.places):
-                    after = self._after(batch)
-                    kept = members(states, after)
-                    yield batch.places[kept], after[kept]
+            moves = [(batch.places, self._after(batch)) for batch in batches if len(batch.places)]
+            leaving = [before[~members(states, after)] for before, after in moves]
+            for before, after in moves:
+                kept = members(states, after)
+                if step.branches:  # refused if any of its outcomes is outside
+                    kept &= ~np.isin(before, np.concatenate(leaving))
+                yield before[kept], after[kept]
 
     def _columns(self, places: Indexes) -> dict[int, Indexes]:
         found: dict[int, Indexes] = {}

@@ -84,9 +84,10 @@ class _Explainer:
         if path is None:
             return self._never_asked(guard)
         number = next(i for i, e in enumerate(self.plant.events) if e is event)
-        target = self.stepper.outcome(number, (), path[-1])
-        assert not isinstance(target, Verdict)
-        command = make_step(self.plant, event, (), path[-1], target)
+        outcomes = list(self.stepper.compiled(number, None).targets(path[-1]))
+        # Where the environment decides what comes of a command, what is bad of it matters.
+        values, target = min(outcomes, key=lambda outcome: self.system.is_good(outcome[1]))
+        command = make_step(self.plant, event, values, path[-1], target)
         bad = self._bad_state(target, (command,))
         after = self._trace(bad.states, bad.last)
         trace = (*steps_of(self.stepper, path), command, *after)
