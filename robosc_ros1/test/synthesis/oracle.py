@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -41,6 +42,7 @@ from robosc.model.types import ArrayType, BooleanType, EnumType, IntegerType, Ob
 
 OracleState = tuple[Any, ...]
 Path = tuple[str | int, ...]
+Samples = Mapping[Type, Sequence[Any]]
 
 KINDS = {
     Kind.OUTGOING: (EventKind.RESPONSE,),
@@ -162,8 +164,11 @@ def divide(left: float, right: float) -> float:
     return math.copysign(math.inf, left) * math.copysign(1.0, right)
 
 
-def values_of(type_: Type, path: Path) -> list[Any]:
-    """All values at a path of an incoming value; None last where an array may be too short."""
+def values_of(type_: Type, path: Path, samples: Samples) -> list[Any]:
+    """All values at a path of an incoming value; None last where an array may be too short.
+
+    Of a type that is not finite, those of ``samples``.
+    """
     through_array = False
     for step in path:
         match type_:
@@ -185,7 +190,7 @@ def values_of(type_: Type, path: Path) -> list[Any]:
         case EnumType(values=names):
             values = list(names)
         case _:
-            raise TypeError(f"{type_} is not finite")
+            values = list(samples[type_])
     return [*values, None] if through_array else values
 
 
@@ -205,8 +210,10 @@ def first_phase(communication: Communication) -> str | None:
 class Oracle:
     """The plant of a robot, and its supervisor, by exhaustive search."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, samples: Samples | None = None) -> None:
+        """``samples`` are the numbers and strings that stand for all, by type."""
         self.robot = robot
+        self.samples: Samples = samples or {}
         self.automata: list[Component] = [c for c in robot.components if c.behaviour is not None]
         self.synthesis_variables = self._synthesis_variables()
         self.slots: list[tuple[str, str]] = []
@@ -301,7 +308,9 @@ class Oracle:
         if not paths:
             return [Occurrence(event)]
         type_ = self.robot.communications[event.key].value_type(event.kind)
-        choices = [[(path, value) for value in values_of(type_, path)] for path in paths]
+        choices = [
+            [(path, value) for value in values_of(type_, path, self.samples)] for path in paths
+        ]
         return [Occurrence(event, values) for values in product(*choices) if _possible(values)]
 
     def _effective(

@@ -1,0 +1,146 @@
+"""Random robots whose decisions compare numbers without bounds and strings, as model text."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["CONSTANTS", "SAMPLES", "data_model"]
+
+ABOVE = math.nextafter(0.1, 1.0)
+
+CONSTANTS = {
+    "double": [0.1, ABOVE, 0.5, 1e308, -2.5, 0.0],
+    "integer": [-1, 0, 2, 3, 2**53 + 1],
+    "string": ["", "a", "b"],
+}
+"""What models compare with: neighbours among doubles and integers, and numbers of any size."""
+
+
+def _doubles() -> list[float]:
+    beside = [math.nextafter(c, s) for c in CONSTANTS["double"] for s in (math.inf, -math.inf)]
+    found = {*CONSTANTS["double"], *beside, 0.3, 1.0, math.inf, -math.inf}
+    return [*sorted(found), math.nan]
+
+
+SAMPLES: dict[str, list[Any]] = {
+    "double": _doubles(),
+    "integer": sorted({c + step for c in CONSTANTS["integer"] for step in (-1, 0, 1)}),
+    "string": [*CONSTANTS["string"], "other"],
+}
+"""Numbers and strings of every class that models over these constants can tell apart."""
+
+
+@dataclass
+class _Builder:
+    rng: random.Random
+    type: str
+    computed: bool
+
+    def pick(self, *options: str) -> str:
+        return self.rng.choice(options)
+
+    def constant(self) -> str:
+        value = self.rng.choice(CONSTANTS[self.type])
+        return f'"{value}"' if isinstance(value, str) else repr(value).replace("e+", "E")
+
+    def data(self, *leaves: str) -> str:
+        """A number or a string; computed from others if that is allowed."""
+        leaf = self.pick(*leaves)
+        if self.computed and self.type != "string" and self.rng.random() < 0.3:
+            return f"{leaf} {self.pick('+', '-', '*')} {self.pick(*leaves, self.constant())}"
+        return leaf
+
+    def comparison(self, *leaves: str) -> str:
+        operators = ("=", "!=") if self.type == "string" else ("=", "!=", "<", "<=", ">", ">=")
+        sides = [self.data(*leaves), self.constant()]
+        if self.computed and self.rng.random() < 0.4:
+            sides[1] = self.data(*leaves)
+        self.rng.shuffle(sides)
+        return f"{sides[0]} {self.pick(*operators)} {sides[1]}"
+
+    def condition(self, *leaves: str, others: tuple[str, ...] = ()) -> str:
+        """A condition over data; ``others`` are booleans beside it."""
+        kind = self.rng.random()
+        if kind < 0.15 and others:
+            return self.pick(*others)
+        if kind < 0.65:
+            return self.comparison(*leaves)
+        if kind < 0.75:
+            return f"!({self.condition(*leaves, others=others)})"
+        parts = [self.condition(*leaves, others=others) for _ in range(2)]
+        return f"({parts[0]} {self.pick('and', 'or', '=>')} {parts[1]})"
+
+    def assignments(self, incoming: str) -> str:
+        given = {
+            "v": self.data(incoming, "w", self.constant()),
+            "w": self.data(incoming, "v", self.constant()),
+            "flag": self.condition(incoming, "v", others=("flag",)),
+        }
+        taken = [name for name in given if self.rng.random() < 0.6] or ["v"]
+        return "do " + ", ".join(f"{name} := {given[name]}" for name in taken)
+
+    def reaction(self, event: str, incoming: str) -> str:
+        guard = ""
+        if self.rng.random() < 0.5:
+            guard = f"if {self.condition(incoming, 'v', 'w', others=('flag', 'Base.away'))}"
+        goto = f"goto {self.pick('s', 't')}" if self.rng.random() < 0.4 else ""
+        return f"on {event} {guard} {self.assignments(incoming)} {goto}"
+
+    def build(self) -> str:
+        leaves = ("Sensor.v", "Sensor.w")
+        others = ("Sensor.flag", "Sensor.t", "Base.away")
+
+        def state_condition() -> str:
+            return self.condition(*leaves, others=others)
+
+        return f"""
+robot R {{
+    interface link use Thing from some_robot_msgs
+    component Sensor {{
+        outgoing message sense with type: {self.type}
+        outgoing message probe with type: {self.type}
+        behaviour {{
+            variable v: {self.type}
+            variable w: {self.type} = {self.constant()}
+            variable flag: boolean
+            initial marked state s {{
+                {self.reaction("response from sense", "value")}
+            }}
+            {self.pick("marked", "")} state t {{
+                {self.reaction("response from sense", "value")}
+                {self.reaction("response from probe", "value")}
+                transition if {self.condition("v", "w", others=("flag",))} goto s
+            }}
+        }}
+    }}
+    component Base {{
+        incoming message go with type: none
+        incoming message home with type: none
+        service lift with request: none, response: none links link
+        behaviour {{
+            variable x: {self.type}
+            initial marked state here {{
+                on request to go do x := {self.data("Sensor.v", "x", self.constant())} goto away
+            }}
+            {self.pick("marked", "")} state away {{
+                on request to home goto here
+                on response from sense if {self.condition("value", "x")} goto here
+            }}
+        }}
+    }}
+    requirement go needs {state_condition()}
+    requirement {state_condition()} disables home
+    requirement lift needs {self.condition("Base.x", *leaves, others=others)}
+    requirement never Base.away and {self.condition("Base.x", *leaves, others=others)}
+    {self.pick("", f"requirement never Sensor.t and {state_condition()}")}
+}}
+"""
+
+
+def data_model(rng: random.Random, computed: bool = False) -> str:
+    """The text of a robot without errors; ``computed``: with more than comparisons and copies."""
+    type_ = rng.choice(list(CONSTANTS))
+    return _Builder(rng, type_, computed).build()
