@@ -5,6 +5,8 @@ The test that plays the robot follows the controller's events with a :class:`Sha
 what was allowed. It shares nothing with the controller: it walks the model in ``plant_data.py``.
 """
 
+import math
+
 
 class Wrong(Exception):
     """The controller did what the model forbids, or what it cannot do."""
@@ -76,6 +78,52 @@ OPERATORS = {
 }
 
 
+def extreme(better):
+    """Of two numbers the better one, or what is no number."""
+    return lambda a, b: a if a != a or (b == b and not better(b, a)) else b
+
+
+def on_doubles(function):
+    """A function of doubles that is "not a number" where mathematics has no result."""
+
+    def apply(*numbers):
+        try:
+            return function(*map(double, numbers))
+        except ValueError:
+            return float("nan")
+
+    return apply
+
+
+def to_integer(function):
+    """A function that rounds; 0 for what is not finite."""
+    return lambda a: a if isinstance(a, int) else int(function(a)) if a - a == 0 else 0
+
+
+def as_text(value):
+    return {"True": "true", "False": "false"}.get(str(value), str(value))
+
+
+FUNCTIONS = {
+    "abs": lambda a: -a if a < 0 or str(a) == "-0.0" else a,
+    "min": extreme(lambda a, b: a < b),
+    "max": extreme(lambda a, b: a > b),
+    "sqrt": on_doubles(math.sqrt),
+    "hypot": on_doubles(math.hypot),
+    "sin": on_doubles(math.sin),
+    "cos": on_doubles(math.cos),
+    "atan2": on_doubles(math.atan2),
+    "floor": to_integer(math.floor),
+    "ceil": to_integer(math.ceil),
+    "round": to_integer(round),
+    "isnan": lambda a: a != a,
+    "isinf": lambda a: a in (float("inf"), float("-inf")),
+    "has": lambda bits, mask: ~bits & mask == 0,
+    "string": as_text,
+    "length": len,
+}
+
+
 _POSITIVE = ("needs", "always")
 """The sorts of requirements whose condition is to hold; that of the others is not to."""
 
@@ -125,6 +173,8 @@ class Shadow:
             return not self.evaluate(arguments[0], message)
         if operator == "negative":
             return -self.evaluate(arguments[0], message)
+        if operator in FUNCTIONS:
+            return FUNCTIONS[operator](*[self.evaluate(a, message) for a in arguments])
         left = self.evaluate(arguments[0], message)
         if operator == "and":
             return left and self.evaluate(arguments[1], message)

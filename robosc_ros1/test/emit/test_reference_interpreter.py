@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 from types import ModuleType
 
 import pytest
 
 from robosc.emit.engine import verbatim
+from robosc.language.functions import FUNCTIONS
 from robosc.language.operators import BINARY, UNARY, Operand, Operator
 from robosc.model.evaluation import evaluate
 from robosc.model.expr import Binary, Literal, Unary
@@ -55,5 +57,22 @@ def test_unary_operators_mean_the_same(shadow: ModuleType, operator: Operator) -
         assert same(interpreter.evaluate([operator.key, ["literal", value]]), expected), value
 
 
+ARGUMENTS = {
+    Operand.NUMBER: NUMBERS,
+    Operand.INTEGER: [0, 1, -1, 2, 3, 6, 255, -(2**70)],
+    Operand.BASIC: [True, False, "some text", 3, -0.5],
+    Operand.ARRAY: [(), (1, 2.5)],
+}
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+def test_functions_mean_the_same(shadow: ModuleType, function: Operator) -> None:
+    interpreter = shadow.Shadow.__new__(shadow.Shadow)
+    for values in product(*(ARGUMENTS[kind] for kind in function.arguments)):
+        found = interpreter.evaluate([function.key, *(["literal", value] for value in values)])
+        assert same(found, function.scalar(*values)), values
+
+
 def test_the_table_of_the_reference_interpreter_holds_nothing_else(shadow: ModuleType) -> None:
+    assert set(shadow.FUNCTIONS) == set(FUNCTIONS)
     assert set(shadow.OPERATORS) == {o.key for o in BINARY.values() if not o.is_lazy}

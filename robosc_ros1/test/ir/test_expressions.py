@@ -17,15 +17,18 @@ from robosc.ir.expr import (
     to_dsl,
     to_python,
 )
-from robosc.language.operators import BINARY, HELPERS, Result
+from robosc.language.functions import FUNCTIONS, HELPERS
+from robosc.language.operators import BINARY, Result
 from robosc.model.entities import Robot
-from robosc.model.expr import FALSE, TRUE, Binary, Literal, Unary, ValueRef, VariableRef
+from robosc.model.expr import FALSE, TRUE, Binary, Call, Literal, Unary, ValueRef, VariableRef
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
 from robosc.model.values import result_type
 from robosc.runtime.values import divide, remainder
 from robosc.source import Source, Span
 
 ARITHMETIC = [o.spelling for o in BINARY.values() if o.result is not Result.BOOLEAN]
+OF_ONE = ["abs", "sqrt", "sin", "cos", "floor", "ceil", "round"]
+OF_TWO = ["min", "max", "hypot", "atan2"]
 BOOL, INT, DOUBLE = BooleanType(), IntegerType(), DoubleType()
 ROBOT = Robot("R", (), (), (), span=Span(Source("r.rscd", ""), 0, 0))
 VALUES = {"p": True, "q": False, "i": 3, "j": -2, "x": 0.5, "huge": -(10**400)}
@@ -50,7 +53,14 @@ def numbers(depth: int):
         NUMBERS
         | st.builds(lambda e: Unary("-", e, e.type), below)
         | st.builds(arithmetic, st.sampled_from(ARITHMETIC), below, below)
+        | st.builds(lambda *parts: call(parts[0], parts[1:]), st.sampled_from(OF_ONE), below)
+        | st.builds(lambda *parts: call(parts[0], parts[1:]), st.sampled_from(OF_TWO), below, below)
     )
+
+
+def call(function, operands):
+    type_ = result_type(FUNCTIONS[function].result, [operand.type for operand in operands])
+    return Call(function, operands, type_)
 
 
 def arithmetic(operator, left, right):

@@ -11,8 +11,9 @@ from synthesis.plants import plant_of
 
 from robosc.ir.automaton import Plant
 from robosc.ir.expr import Leaf, evaluate
+from robosc.language.functions import FUNCTIONS
 from robosc.language.operators import BINARY, Result
-from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, VariableRef
+from robosc.model.expr import Binary, Call, Expr, Literal, StateRef, Unary, VariableRef
 from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Value
 from robosc.model.values import result_type
 from robosc.synthesis.vectorised import axis_of, evaluate_vectorised, support
@@ -58,8 +59,16 @@ def _arithmetic(inner: st.SearchStrategy[Expr]) -> st.SearchStrategy[Expr]:
     def join(op: str, left: Expr, right: Expr) -> Expr:
         return Binary(op, left, right, result_type(BINARY[op].result, (left.type, right.type)))
 
-    return st.builds(join, st.sampled_from(ARITHMETIC), inner, inner) | inner.map(
-        lambda e: Unary("-", e, e.type)
+    def call(function: str, *operands: Expr) -> Expr:
+        type_ = result_type(FUNCTIONS[function].result, [operand.type for operand in operands])
+        return Call(function, operands, type_)
+
+    calls = st.builds(call, st.sampled_from(["abs", "floor", "round"]), inner)
+    calls |= st.builds(call, st.sampled_from(["min", "max"]), inner, inner)
+    return (
+        calls
+        | st.builds(join, st.sampled_from(ARITHMETIC), inner, inner)
+        | inner.map(lambda e: Unary("-", e, e.type))
     )
 
 

@@ -20,6 +20,7 @@ from robosc.model.entities import Variable
 from robosc.model.evaluation import evaluate
 from robosc.model.expr import (
     Binary,
+    Call,
     Expr,
     Leaf,
     Literal,
@@ -192,7 +193,9 @@ def condition(context: Context, expr: Expr, least: int = 0) -> str:
 def _boolean(context: Context, expr: Expr) -> Spelled:
 
     def whole(node: Expr) -> Spelled | None:
-        """A comparison of anything but booleans."""
+        """A comparison of anything but booleans, and what is told by a function."""
+        if isinstance(node, Call):
+            return _written_out(context, node)
         if not isinstance(node, Binary) or isinstance(node.left.type, BooleanType):
             return None
         if is_number(node.left.type):

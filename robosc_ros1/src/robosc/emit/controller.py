@@ -6,6 +6,7 @@ condition; the template only writes it down.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from math import prod
@@ -34,7 +35,7 @@ from robosc.emit.views import (
     TauView,
 )
 from robosc.ir.automaton import Event, Plant, VariableKind
-from robosc.language.operators import HELPERS
+from robosc.language.functions import HELPERS
 from robosc.model.entities import Communication, EventKind, Kind
 from robosc.model.expr import TRUE
 from robosc.model.types import (
@@ -61,7 +62,7 @@ _RESERVED = """
 
 def controller_context(supervisor: Supervisor, robot_file: str) -> ControllerContext:
     context = _Builder(supervisor).build(robot_file)
-    return replace(context, tables=_tables(context), helpers=_helpers(context))
+    return replace(context, imports=_imports(context))
 
 
 def _tables(context: ControllerContext) -> tuple[str, ...]:
@@ -75,14 +76,21 @@ def _tables(context: ControllerContext) -> tuple[str, ...]:
     return tuple(sorted(["Controller", *(name for name, entries in used.items() if entries)]))
 
 
-def _helpers(context: ControllerContext) -> tuple[str, ...]:
-    """Those that some expression calls: all expressions are text in the context."""
-    text = repr(context)
-    names = sorted(["given", "in_range", "only_field", "optional", *HELPERS])
-    used = [name for name in names if f"{name}(" in text]
+def _imports(context: ControllerContext) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """What is used of each module of the runtime: all expressions are text in the context."""
+    text = repr(context).replace("\\n", " ")
+    modules = {"functions": [], "values": ["given", "in_range", "only_field", "optional"]}
+    for name, function in HELPERS.items():
+        modules[function.__module__.rpartition(".")[2]].append(name)
+    used = {
+        module: [name for name in sorted(names) if re.search(rf"(?<!\w){name}\(", text)]
+        for module, names in modules.items()
+    }
     reactions = [i.reaction for i in context.inputs] + [c.reaction for c in context.commands]
-    raises = any(reaction.busy for reaction in reactions)
-    return ("Mismatch", *used) if raises else tuple(used)
+    if any(reaction.busy for reaction in reactions):
+        used["values"].insert(0, "Mismatch")
+    used["model"] = list(_tables(context))
+    return tuple((module, tuple(names)) for module, names in sorted(used.items()) if names)
 
 
 class _Builder:

@@ -75,6 +75,10 @@ def _statement(line: str) -> list[str]:
         start = f'{indent}"""'
         lines = wrap(docstring[1], WIDTH - 3, initial_indent=start, subsequent_indent=indent)
         return [*lines[:-1], f'{lines[-1]}"""']
+    if text.startswith("from "):
+        module, _, names = text.partition(" import ")
+        lines = [f"{indent}{_INDENT}{name}," for name in names.split(", ")]
+        return [f"{indent}{module} import (", *lines, f"{indent})"]
     text, comment = _without_comment(text)
     head = match[0] if (match := _HEAD.match(text)) else ""
     tail = ":" if head.startswith(("if ", "elif ")) else ""

@@ -150,6 +150,5 @@ class ControllerContext:
     inputs: tuple[InputView, ...]
     commands: tuple[CommandView, ...]
     taus: tuple[TauView, ...]
-    tables: tuple[str, ...] = ()
-    """What the module imports of ``_runtime.model``, and in ``helpers`` of ``_runtime.values``."""
-    helpers: tuple[str, ...] = ()
+    imports: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    """What the module imports of the modules of ``_runtime``."""

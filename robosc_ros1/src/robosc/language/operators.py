@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from robosc.runtime.values import divide, remainder, widen
 
 __all__ = [
-    "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "HELPERS", "PYTHON_ATOM", "UNARY", "Operand",
+    "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "PYTHON_ATOM", "UNARY", "Operand",
     "Operator", "Range", "Result", "Spelled", "Text", "infix_signs", "symbols",
 ]  # fmt: skip
 
@@ -27,6 +27,10 @@ class Operand(Enum):
     BOOLEAN = "boolean"
     NUMBER = "number"
     EQUAL = "two values of one type"
+    SUMMAND = "two numbers or two strings"
+    INTEGER = "integer"
+    BASIC = "a value of a basic type or an enum"
+    ARRAY = "array"
 
 
 class Result(Enum):
@@ -35,6 +39,9 @@ class Result(Enum):
     BOOLEAN = "boolean"
     NUMBER = "integer if all operands are, else double"
     DOUBLE = "double"
+    INTEGER = "integer"
+    STRING = "string"
+    SUM = "string if the operands are strings, else as a number"
 
 
 PYTHON_ATOM = 8
@@ -56,13 +63,17 @@ class Text:
     """How an expression is written in another language.
 
     ``template`` holds the operands as ``{0:5}``: operand 0, in brackets unless it binds at least as
-    tightly as level 5 of that language. ``level`` is that of the whole.
+    tightly as level 5 of that language, or all of them between commas as ``{*}``. ``level`` is
+    that of the whole.
     """
 
     template: str
     level: int
 
     def of(self, operands: Iterable[Spelled]) -> Spelled:
+        if "{*}" in self.template:
+            listed = ", ".join(operand.text for operand in operands)
+            return Spelled(self.template.replace("{*}", listed), self.level)
         return Spelled(self.template.format(*operands), self.level)
 
 
@@ -84,13 +95,14 @@ EXACT_IN_INT64 = 2**62
 
 @dataclass(frozen=True, slots=True)
 class Operator:
-    """An operator with one or two operands.
+    """An operator with one or two operands, or a function, which has ``arguments``.
 
     ``level`` is the precedence in the language, higher binds tighter. ``scalar`` is the function
     of Python values, ``array`` the name of numpy's function of arrays, and ``int64`` whether that
     gives the same on integers of 64 bits from these ranges (the same range twice for a unary one).
     A lazy operator looks at its right side only if the left is not ``decider``; if it is, the
-    result is ``decided``. ``negation`` is the operator that gives the opposite.
+    result is ``decided``. ``negation`` is the operator that gives the opposite. A function that is
+    ``variadic`` takes any number of arguments like its last one.
     """
 
     spelling: str
@@ -108,6 +120,8 @@ class Operator:
     right_associative: bool = False
     is_unary: bool = False
     name: str = ""
+    arguments: tuple[Operand, ...] = ()
+    variadic: bool = False
 
     @property
     def is_lazy(self) -> bool:
@@ -130,6 +144,8 @@ class Operator:
     @property
     def text(self) -> Text:
         """How it is written in the language itself."""
+        if self.arguments:
+            return Text(f"{self.spelling}({{*}})", self.level)
         if self.is_unary:
             return Text(f"{self.spelling}{{0:{self.level}}}", self.level)
         left = self.level + self.right_associative
@@ -249,7 +265,7 @@ BINARY: Mapping[str, Operator] = {
         _comparison(">", operator.gt, "greater", ">"),
         _comparison(">=", operator.ge, "greater_equal", ">="),
         Operator(
-            "+", 6, Operand.NUMBER, Result.NUMBER, _widening(operator.add), "add", _sum_fits,
+            "+", 6, Operand.SUMMAND, Result.SUM, _widening(operator.add), "add", _sum_fits,
             python=Text("{0:5} + {1:6}", 5),
         ),
         Operator(
@@ -272,13 +288,6 @@ BINARY: Mapping[str, Operator] = {
     )
 }  # fmt: skip
 """The operators between two operands by spelling, loosest first."""
-
-
-HELPERS: Mapping[str, Callable[..., Any]] = {
-    function.__name__: function
-    for function in (widen, *(o.scalar for o in BINARY.values() if o.python.level == PYTHON_ATOM))
-}
-"""The functions of the runtime that Python texts may call, by name."""
 
 
 def infix_signs() -> tuple[str, ...]:

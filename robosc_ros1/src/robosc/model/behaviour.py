@@ -17,16 +17,9 @@ from robosc.model.entities import (
     Variable,
 )
 from robosc.model.evaluation import constant
+from robosc.model.expected import ANY, BOOLEAN, expected_type
 from robosc.model.expr import Expr
-from robosc.model.expressions import (
-    ANY,
-    BOOLEAN,
-    Incoming,
-    Typer,
-    expected_type,
-    is_value,
-    no_value,
-)
+from robosc.model.expressions import Incoming, Typer, is_value, no_value
 from robosc.model.reach import check_reach
 from robosc.model.report import Report, listing
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable

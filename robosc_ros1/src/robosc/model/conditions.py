@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from robosc.model.datatypes import TypeDeclarations, TypeTable
 from robosc.model.entities import Communication, Component, Robot
+from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr
-from robosc.model.expressions import BOOLEAN, Typer, no_value
+from robosc.model.expressions import Typer, no_value
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable

@@ -13,14 +13,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias, TypeVar
 
+from robosc.language.functions import FUNCTIONS
 from robosc.language.operators import BINARY, UNARY, Operator
 from robosc.model.types import BooleanType, Type, Value
 from robosc.source import Span
 
 __all__ = [
-    "FALSE", "TRUE", "Binary", "ChoiceRef", "Expr", "Leaf", "Literal", "Operation", "PhaseRef",
-    "StateRef", "TestRef", "Unary", "ValueRef", "VariableRef", "fold", "path_text", "rewritten",
-    "walk", "with_operands",
+    "FALSE", "TRUE", "Binary", "Call", "ChoiceRef", "Expr", "Leaf", "Literal", "Operation",
+    "PhaseRef", "StateRef", "TestRef", "Unary", "ValueRef", "VariableRef", "fold", "path_text",
+    "rewritten", "walk", "with_operands",
 ]  # fmt: skip
 
 
@@ -153,9 +154,23 @@ class Binary:
         return (self.left, self.right)
 
 
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A function of the table ``FUNCTIONS``, applied to arguments."""
+
+    operator: str
+    operands: tuple[Expr, ...]
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def operation(self) -> Operator:
+        return FUNCTIONS[self.operator]
+
+
 Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef | TestRef
 """What an expression reads."""
-Operation: TypeAlias = Unary | Binary
+Operation: TypeAlias = Unary | Binary | Call
 Expr: TypeAlias = Literal | Leaf | Operation
 
 TRUE = Literal(True, BooleanType())
@@ -189,8 +204,8 @@ def fold(
             if lazy is not None and node.operation.decider is not None:
                 return lazy(node, left, lambda: visit(node.right))
             return strict(node, (left, visit(node.right)))
-        if isinstance(node, Unary):
-            return strict(node, (visit(node.operand),))
+        if isinstance(node, Operation):
+            return strict(node, tuple(visit(operand) for operand in node.operands))
         return leaf(node)
 
     return visit(expr)
@@ -203,9 +218,13 @@ def rewritten(expr: Expr, leaf: Callable[[Literal | Leaf], Expr]) -> Expr:
 
 def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
     """The operation on other operands."""
-    if isinstance(node, Unary):
-        return replace(node, operand=operands[0])
-    return replace(node, left=operands[0], right=operands[1])
+    match node:
+        case Unary():
+            return replace(node, operand=operands[0])
+        case Binary():
+            return replace(node, left=operands[0], right=operands[1])
+        case Call():
+            return replace(node, operands=operands)
 
 
 def walk(expr: Expr) -> Iterator[Expr]:
@@ -214,7 +233,7 @@ def walk(expr: Expr) -> Iterator[Expr]:
     while stack:
         node = stack.pop()
         yield node
-        if isinstance(node, Unary | Binary):
+        if isinstance(node, Operation):
             stack.extend(reversed(node.operands))
 
 

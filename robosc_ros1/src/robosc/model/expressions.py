@@ -18,11 +18,12 @@ the user writes ``Enum.value`` or ``Component.name``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from robosc.language.operators import BINARY, UNARY, Operand
+from robosc.model.calls import typed_call, typed_membership
 from robosc.model.datatypes import TypeTable
+from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
 from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, ValueRef
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
@@ -38,45 +39,27 @@ from robosc.model.types import (
     NoneType,
     ObjectType,
     Type,
-    is_number,
 )
 from robosc.model.unknown import NameFaults, last_name
-from robosc.model.values import accepts, comparable, describe, result_type, type_of
+from robosc.model.values import comparable, describe, result_type, type_of
 from robosc.syntax.nodes import (
     Access,
     BinaryNode,
+    CallNode,
     ExprNode,
+    InNode,
     LiteralNode,
     Name,
     UnaryNode,
 )
 
 __all__ = [
-    "ANY", "BOOLEAN", "RULE", "ExpectedType", "Incoming", "Typer", "expected_type", "is_value",
-    "no_value",
+    "RULE", "Incoming", "Typer", "is_value", "no_value",
 ]  # fmt: skip
 
 
-@dataclass(frozen=True)
-class ExpectedType:
-    """What a place needs: in words, as a test, and as a type where it is exactly one."""
-
-    text: str
-    accepts: Callable[[Type], bool]
-    type: Type | None = None
-
-
-ANY = ExpectedType("a value", lambda _: True)
-BOOLEAN = ExpectedType("a boolean", lambda t: isinstance(t, BooleanType), BooleanType())
 RULE = "the condition of a rule"
 """The place that an enum's rule is."""
-NUMBER = ExpectedType("a number", is_number)
-_NEEDS = {Operand.BOOLEAN: BOOLEAN, Operand.NUMBER: NUMBER}
-
-
-def expected_type(target: Type) -> ExpectedType:
-    """The needs of something declared as ``target``."""
-    return ExpectedType(describe(target), lambda given: accepts(target, given), target)
 
 
 @dataclass(frozen=True)
@@ -124,6 +107,12 @@ class Typer:
                 found = self._unary(node)
             case BinaryNode():
                 found = self._binary(node)
+            case CallNode():
+                found = typed_call(node, self.check, self._report)
+            case InNode():
+                found = typed_membership(node, self.check, self._report)
+            case _:
+                raise AssertionError(f"{type(node).__name__} has no meaning yet")
         if found is not None and not expected.accepts(found.type):
             self._mismatch(node, found.type, expected, place)
             return None
@@ -145,7 +134,7 @@ class Typer:
     # --- operators -------------------------------------------------------------------------------
 
     def _unary(self, node: UnaryNode) -> Expr | None:
-        expected = _NEEDS[UNARY[node.operator].operands]
+        expected = needs_of(UNARY[node.operator].operands)
         operand = self.check(node.operand, expected, f"'{node.operator}'")
         if operand is None:
             return None
@@ -162,8 +151,10 @@ class Typer:
         operation = BINARY[node.operator]
         if operation.operands is Operand.EQUAL:
             return self._equality(node)
-        expected = _NEEDS[operation.operands]
+        expected = needs_of(operation.operands)
         left = self.check(node.left, expected, f"'{node.operator}'")
+        if operation.operands is Operand.SUMMAND and left is not None:
+            expected = equal_to(left.type)
         right = self.check(node.right, expected, f"'{node.operator}'")
         if left is None or right is None:
             return None
@@ -195,7 +186,7 @@ class Typer:
                 else None,
             )
             return None
-        other = self.check(second, _equal_to(known.type), "the other side of " + place)
+        other = self.check(second, equal_to(known.type), "the other side of " + place)
         if other is None:
             return None
         left, right = (other, known) if open_left else (known, other)
@@ -358,11 +349,6 @@ def _is_open(node: ExprNode) -> bool:
 
 def _may_be_compared(type_: Type) -> bool:
     return comparable(type_, type_)
-
-
-def _equal_to(type_: Type) -> ExpectedType:
-    text = "a number" if is_number(type_) else describe(type_)
-    return ExpectedType(text, lambda given: comparable(type_, given), type_)
 
 
 def _alternatives(meanings: list[Expr]) -> str:

@@ -18,8 +18,9 @@ from robosc.model.components import (
 )
 from robosc.model.datatypes import TypeDeclarations, TypeTable
 from robosc.model.entities import Component, Provide, Requirement
+from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr
-from robosc.model.expressions import BOOLEAN, RULE, Incoming, Typer
+from robosc.model.expressions import RULE, Incoming, Typer
 from robosc.model.indexes import check_indexes
 from robosc.model.overlap import check_overlaps
 from robosc.model.report import Muted, Report

@@ -8,7 +8,8 @@ from robosc.errors import Note
 from robosc.model.communications import resolve_communication
 from robosc.model.datatypes import TypeTable
 from robosc.model.entities import Data, DataObject, Kind, Provide, Requirement
-from robosc.model.expressions import BOOLEAN, Typer, expected_type, no_value
+from robosc.model.expected import BOOLEAN, expected_type
+from robosc.model.expressions import Typer, no_value
 from robosc.model.report import Report
 from robosc.model.ros.links import Binder
 from robosc.model.scope import report_duplicate

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 from robosc.language.operators import Result
 from robosc.model.evaluation import constant
@@ -44,13 +44,20 @@ def describe(type_: Type) -> str:
     return f"a {type_}"
 
 
-def result_type(result: Result, operands: Iterable[Type]) -> Type:
+def result_type(result: Result, operands: Sequence[Type]) -> Type:
     """The type of an operation's result."""
     match result:
         case Result.BOOLEAN:
             return BooleanType()
         case Result.NUMBER if all(isinstance(type_, IntegerType) for type_ in operands):
             return IntegerType()
+        case Result.INTEGER:
+            return IntegerType()
+        case Result.STRING:
+            return StringType()
+        case Result.SUM:
+            left = next(iter(operands))
+            return left if left == StringType() else result_type(Result.NUMBER, operands)
     return DoubleType()
 
 

@@ -14,7 +14,7 @@ from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.ir.expr import Leaf, Undefined, to_python
 from robosc.ir.finite.classes import Classes
 from robosc.ir.step import Outcome, Values, Verdict, valuations
-from robosc.language.operators import HELPERS
+from robosc.language.functions import HELPERS
 from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef, walk
 from robosc.synthesis.vectorised import axis_of
 

@@ -116,7 +116,8 @@ def _apply(node: Operation, operands: tuple[NDArray[Any], ...]) -> NDArray[Any]:
     operation = node.operation
     if not _exact(operation, operands):
         function = np.frompyfunc(operation.scalar, len(operands), 1)
-        outcome = function(*(side.astype(object) for side in operands))
+        with np.errstate(all="ignore"):
+            outcome = function(*(side.astype(object) for side in operands))
         return np.asarray(outcome, dtype=np.bool_ if operation.is_comparison else object)
     with np.errstate(all="ignore"):
         return np.asarray(getattr(np, operation.array)(*operands))
@@ -125,7 +126,7 @@ def _apply(node: Operation, operands: tuple[NDArray[Any], ...]) -> NDArray[Any]:
 def _exact(operation: Operator, operands: tuple[NDArray[Any], ...]) -> bool:
     """Whether numpy's own arithmetic cannot differ from Python's."""
     kinds = {side.dtype.kind for side in operands}
-    if "O" in kinds:
+    if "O" in kinds or not operation.array:
         return False
     if kinds == {"i"}:
         ranges = [_range(side) for side in operands]

@@ -19,6 +19,7 @@ from robosc.model.expr import (
     ChoiceRef,
     Expr,
     Literal,
+    Operation,
     PhaseRef,
     StateRef,
     TestRef,
@@ -53,7 +54,7 @@ _BOOLEAN = BooleanType()
 
 def is_constant(expr: Expr) -> bool:
     """Whether an expression reads nothing."""
-    return all(isinstance(part, Literal | Unary | Binary) for part in walk(expr))
+    return all(isinstance(part, Literal | Operation) for part in walk(expr))
 
 
 def reads_data(expr: Expr) -> bool:
@@ -61,7 +62,7 @@ def reads_data(expr: Expr) -> bool:
     return any(
         domain(part.type) is None
         for part in walk(expr)
-        if not isinstance(part, Literal | Unary | Binary)
+        if not isinstance(part, Literal | Operation)
     )
 
 

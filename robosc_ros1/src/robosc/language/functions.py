@@ -1,0 +1,87 @@
+"""The table of functions: how each is written, typed, evaluated and printed.
+
+A function is an operation like an operator of :mod:`robosc.language.operators`, written as a call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from robosc.language.operators import BINARY, PYTHON_ATOM, Operand, Operator, Range, Result, Text
+from robosc.runtime import functions as runtime
+from robosc.runtime.values import widen
+
+__all__ = ["FUNCTIONS", "HELPERS"]
+
+_ATOM = 9
+
+
+def _never(left: Range, right: Range) -> bool:
+    return False
+
+
+def _always(left: Range, right: Range) -> bool:
+    return True
+
+
+def _function(
+    spelling: str,
+    arguments: tuple[Operand, ...],
+    result: Result,
+    scalar: Callable[..., Any],
+    array: str = "",
+    *,
+    python: str = "",
+    variadic: bool = False,
+) -> Operator:
+    """A function; ``array`` is named where numpy has exactly the same one for integers, too."""
+    name = python or scalar.__name__
+    return Operator(
+        spelling,
+        _ATOM,
+        arguments[0],
+        result,
+        scalar,
+        array,
+        _always if array else _never,
+        python=Text(f"{name}({{*}})", PYTHON_ATOM),
+        arguments=arguments,
+        variadic=variadic,
+    )
+
+
+_NUMBER, _INTEGER = Operand.NUMBER, Operand.INTEGER
+
+FUNCTIONS: Mapping[str, Operator] = {
+    f.spelling: f
+    for f in (
+        _function("abs", (_NUMBER,), Result.NUMBER, abs, "absolute"),
+        _function("min", (_NUMBER, _NUMBER), Result.NUMBER, runtime.least, variadic=True),
+        _function("max", (_NUMBER, _NUMBER), Result.NUMBER, runtime.greatest, variadic=True),
+        _function("sqrt", (_NUMBER,), Result.DOUBLE, runtime.square_root),
+        _function("hypot", (_NUMBER, _NUMBER), Result.DOUBLE, runtime.hypotenuse),
+        _function("sin", (_NUMBER,), Result.DOUBLE, runtime.sine),
+        _function("cos", (_NUMBER,), Result.DOUBLE, runtime.cosine),
+        _function("atan2", (_NUMBER, _NUMBER), Result.DOUBLE, runtime.arc_tangent),
+        _function("floor", (_NUMBER,), Result.INTEGER, runtime.rounded_down),
+        _function("ceil", (_NUMBER,), Result.INTEGER, runtime.rounded_up),
+        _function("round", (_NUMBER,), Result.INTEGER, runtime.rounded),
+        _function("isnan", (_NUMBER,), Result.BOOLEAN, runtime.is_not_a_number),
+        _function("isinf", (_NUMBER,), Result.BOOLEAN, runtime.is_infinite),
+        _function("has", (_INTEGER, _INTEGER), Result.BOOLEAN, runtime.has_bits),
+        _function("string", (Operand.BASIC,), Result.STRING, runtime.as_text),
+        _function("length", (Operand.ARRAY,), Result.INTEGER, len),
+    )
+}
+"""The functions by spelling."""
+
+HELPERS: Mapping[str, Callable[..., Any]] = {
+    function.__name__: function
+    for function in (
+        widen,
+        *(o.scalar for o in (*BINARY.values(), *FUNCTIONS.values())
+          if o.python.level == PYTHON_ATOM and o.scalar.__module__.startswith("robosc.")),
+    )
+}  # fmt: skip
+"""The functions of the runtime that Python texts may call, by name."""

@@ -1,0 +1,96 @@
+"""Typing of calls, and of ``in``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import reduce
+
+from robosc.language.functions import FUNCTIONS
+from robosc.language.operators import Operator
+from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
+from robosc.model.expr import Binary, Call, Expr
+from robosc.model.report import Report
+from robosc.model.types import BooleanType
+from robosc.model.values import comparable, describe, result_type
+from robosc.source import Span
+from robosc.syntax.nodes import CallNode, ExprNode, InNode
+
+__all__ = ["Check", "typed_call", "typed_membership"]
+
+Check = Callable[[ExprNode, ExpectedType, str], Expr | None]
+"""What types an expression at a place that has needs."""
+
+
+def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
+    """A call of one of the language's functions; None after a reported error."""
+    name = node.function.root.text
+    function = FUNCTIONS.get(name) if not node.function.path else None
+    if function is None:
+        report.add(
+            "unknown-name",
+            node.function.span,
+            f"there is no function '{node.function.span.text}'",
+            report.suggest(name, FUNCTIONS),
+        )
+        return None
+    if not _right_number(function, node, report):
+        return None
+    kinds = [*function.arguments]
+    kinds += kinds[-1:] * (len(node.arguments) - len(kinds))
+    arguments = [
+        check(argument, needs_of(kind), f"'{name}'")
+        for argument, kind in zip(node.arguments, kinds, strict=True)
+    ]
+    known = [argument for argument in arguments if argument is not None]
+    return _nested(function, known, node.span) if len(known) == len(arguments) else None
+
+
+def _right_number(function: Operator, node: CallNode, report: Report) -> bool:
+    least, given = len(function.arguments), len(node.arguments)
+    if given == least or (function.variadic and given > least):
+        return True
+    more = " or more" if function.variadic else ""
+    report.add(
+        "type-mismatch",
+        node.span,
+        f"'{function.spelling}' takes {least}{more} argument{'s' * (least > 1)}, not {given}",
+    )
+    return False
+
+
+def _nested(function: Operator, arguments: Sequence[Expr], span: Span) -> Expr:
+    """The call; one of more arguments than the function has takes the first result as one."""
+
+    def call(operands: tuple[Expr, ...]) -> Expr:
+        type_ = result_type(function.result, [operand.type for operand in operands])
+        return Call(function.spelling, operands, type_, span)
+
+    if not function.variadic:
+        return call(tuple(arguments))
+    return reduce(lambda found, argument: call((found, argument)), arguments)
+
+
+def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:
+    """``E in { a, b }`` as comparisons of E with each of the values; None after an error."""
+    operand = check(node.operand, ANY, "'in'")
+    if operand is not None and not comparable(operand.type, operand.type):
+        message = f"'in' cannot compare {describe(operand.type)}"
+        report.add("type-mismatch", node.operand.span, message)
+        operand = None
+    expected = ANY if operand is None else equal_to(operand.type)
+    found = [check(value, expected, "'in'") for value in node.values]
+    values = [value for value in found if value is not None]
+    if operand is None or len(values) < len(found):
+        return None
+    equal: list[Expr] = [Binary("=", operand, v, BooleanType(), node.span) for v in values]
+    return _any_of(equal, node.span)
+
+
+def _any_of(parts: Sequence[Expr], span: Span) -> Expr:
+    """A low tree of ``or``: later stages recurse."""
+    if len(parts) == 1:
+        return parts[0]
+    half = (len(parts) + 1) // 2
+    return Binary(
+        "or", _any_of(parts[:half], span), _any_of(parts[half:], span), BooleanType(), span
+    )
