@@ -17,7 +17,7 @@ from std_msgs.msg import String
 
 from ._runtime.matching import command_patterns
 from .ros import QUEUE, RosPort
-from .ros_calls import FAILURES, RESULT_TIMEOUT, fill
+from .ros_calls import FAILURES, RESULT_TIMEOUT, fill, new_goal_id
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
@@ -168,12 +168,17 @@ class ActionRelay:
     def connect(self, engine):
         def goal(raw):
             message = read(raw, self._goal_type)
+            onward = passed_on(raw)
+            if not message.goal_id.id:
+                # As from "rostopic pub": the robot's server would make up one that nobody knows.
+                message.goal_id = new_goal_id()
+                onward = message
 
             def answer(kind, payload):
                 if kind in ("blocked", "error"):
                     self._refuse(message, kind, payload)
 
-            engine.request(self._key, (message.goal_id.id, passed_on(raw)), answer)
+            engine.request(self._key, (message.goal_id.id, onward), answer)
 
         def cancel(raw):
             message = read(raw, GoalID)
@@ -186,9 +191,9 @@ class ActionRelay:
             self._subscriber(self._controller + "/goal", self._goal_type, goal),
             self._subscriber(self._controller + "/cancel", GoalID, cancel),
         ]
-        self._pass_back("/status", GoalStatusArray, self._on_status)
-        self._pass_back("/feedback", self._feedback_type, self._on_feedback)
-        self._pass_back("/result", self._result_type, self._on_result, self._send_result)
+        self._pass_back(engine, "/status", GoalStatusArray, self._on_status)
+        self._pass_back(engine, "/feedback", self._feedback_type, self._on_feedback)
+        self._pass_back(engine, "/result", self._result_type, self._on_result, self._send_result)
 
     # The engine's side
 
@@ -310,12 +315,14 @@ class ActionRelay:
     def _subscriber(topic, type_, heard):
         return rospy.Subscriber(topic, raw_type(type_), heard, tcp_nodelay=True)
 
-    def _pass_back(self, part, type_, heard, onward=None):
-        """Relay a topic of the robot's server to the controller, and listen to it."""
+    def _pass_back(self, engine, part, type_, heard, onward=None):
+        """Listen to a topic of the robot's server, and relay it to the controller."""
         onward = onward or self._publisher(self._controller + part, type_)
 
         def relay(raw):
-            onward.publish(passed_on(raw))
             heard(read(raw, type_))
+            # After what was heard has been applied: what the controller does upon it finds the
+            # supervisor in the state that allows it.
+            engine.invoke(lambda: onward.publish(passed_on(raw)))
 
         self._from_robot.append(self._subscriber(self._robot + part, type_, relay))

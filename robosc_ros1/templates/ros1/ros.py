@@ -87,10 +87,8 @@ class RosPort(Port):
         for key, caller in list(self._services.items()) + list(self._actions.items()):
             caller.report = _reporter(engine, key)
         for topic, message_type, keys in subscriptions:
-            posters = [engine.poster(key, "response") for key in keys]
-            self._subscribers.append(
-                rospy.Subscriber(topic, message_type, _fan_out(posters), tcp_nodelay=True)
-            )
+            post = engine.poster(keys)
+            self._subscribers.append(rospy.Subscriber(topic, message_type, post, tcp_nodelay=True))
         if self._simulated:
             wake = engine.wake
             self._subscribers.append(rospy.Subscriber("/clock", Clock, lambda _: wake()))
@@ -154,17 +152,6 @@ class RosPort(Port):
     def exit(self, code):
         # Not in this thread: the shutdown waits for it.
         threading.Thread(target=self._lifecycle.end, args=(code,), daemon=True).start()
-
-
-def _fan_out(posters):
-    if len(posters) == 1:
-        return posters[0]
-
-    def post(message):
-        for poster in posters:
-            poster(message)
-
-    return post
 
 
 def _reporter(engine, key):

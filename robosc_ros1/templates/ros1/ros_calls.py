@@ -155,7 +155,7 @@ FAILURES = {
 }
 
 
-def _goal_id():
+def new_goal_id():
     """A name for a goal. actionlib's own ones come again with the node, while ROS time stands."""
     return GoalID(id="%s-%s" % (rospy.get_name(), uuid.uuid4()), stamp=rospy.Time.now())
 
@@ -173,7 +173,7 @@ class Action:
         self.report = None
         self._type = type_
         self._client = actionlib.ActionClient(name, type_)
-        self._client.manager._generate_id = _goal_id
+        self._client.manager._generate_id = new_goal_id
         self._lock = threading.Lock()
         self._token = None
         self._cancelled = False

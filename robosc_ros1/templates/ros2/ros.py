@@ -80,8 +80,9 @@ class RosPort(Port):
         for key, caller in list(self._services.items()) + list(self._actions.items()):
             caller.report = functools.partial(_report, engine, key)
         for topic, message_type, keys in subscriptions:
-            posters = [engine.poster(key, "response") for key in keys]
-            post = _fan_out(posters, has_oddities(message_type))
+            post = engine.poster(keys)
+            if has_oddities(message_type):
+                post = _plainly(post)
             _subscribe(self._node, message_type, topic, post, self._profiles[keys[0]])
         if self._simulated:
             self._jumps = self._node.get_clock().create_jump_callback(
@@ -166,16 +167,8 @@ def _subscribe(node, message_type, topic, post, profile):
     subscription = node.create_subscription(message_type, topic, heard, profile)
 
 
-def _fan_out(posters, odd):
-    if len(posters) == 1 and not odd:
-        return posters[0]
-
-    def post(message):
-        message = plain(message)
-        for poster in posters:
-            poster(message)
-
-    return post
+def _plainly(post):
+    return lambda message: post(plain(message))
 
 
 def _report(engine, key, token, kind, payload=None):

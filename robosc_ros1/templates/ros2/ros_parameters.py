@@ -25,15 +25,16 @@ def spelled(name):
     return name.replace("/", ".")
 
 
-def configured(node, communications, topics):
+def configured(node, communications, topics, defaults):
     """The settings, the quality of service of each message by key, and warnings.
 
-    ``topics`` are their names with the keys of the messages on them. The node takes parameters at
+    ``topics`` are their names with the keys of the messages on them, ``defaults`` what holds where
+    the node is given nothing else. The node takes parameters at
     its start and not later; it was made to declare whatever is given, so that a wrong type can be
     told in the same words as everything else.
     """
     more = qos_parameters(communications)
-    given = shared(communications, _given(node), topics, spelled)
+    given = shared(communications, {**defaults, **_given(node)}, topics, spelled)
     settings, warnings = read(communications, given, more, spelled)
     for parameter in declared(communications) + more:
         name = spelled(parameter.name)

@@ -156,7 +156,7 @@ def cost_of_an_input(size: int, count: int = 20_000) -> float:
     """Microseconds per input that changes nothing but the one flag, to the same."""
     engine = Engine(wide_controller(size), StillPort())
     engine.begin()
-    posters = [engine.poster(f"In.m{number}", "response") for number in range(size)]
+    posters = [engine.poster([f"In.m{number}"]) for number in range(size)]
     start = time.process_time()
     for number in range(count):
         posters[number % size](False)
@@ -199,7 +199,7 @@ def recorded(chance: random.Random) -> list[tuple[str, Message]]:
 
 
 def drive(engine: Engine, port: NullPort, inputs: list[tuple[str, Message]], count: int) -> None:
-    posters = [(engine.poster(key, "response"), message) for key, message in inputs]
+    posters = [(engine.poster([key]), message) for key, message in inputs]
     for number in range(count):
         post, message = posters[number % len(posters)]
         post(message)

@@ -205,7 +205,7 @@ def test_generate_obeys_the_file_beside_the_model(tmp_path: Path) -> None:
         assert "A &amp; B" in package
         assert "<version>3.2.1</version>" in package
         config = (done.files.folder / "config" / "my_lantern.yaml").read_text(encoding="utf-8")
-        assert "rate: 25" in config
+        assert f"{'rate/default' if target == 'ros1' else 'rate'}: 25" in config
         assert 'stop_command: "snuff"' in config
     (tmp_path / "other.yaml").write_text("package: other\n")
     done = pipeline.generate(

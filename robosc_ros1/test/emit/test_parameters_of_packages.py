@@ -38,7 +38,13 @@ def declared_by(supervisor: Supervisor, target: str) -> dict[str, settings.Param
     more = qos_parameters(communications) if target == "ros2" else []
     if target == "ros2":  # one for each topic
         more = [p for p in more if p.name.rpartition("/")[0] in topics_of(supervisor)]
-    return {p.name: p for p in settings.declared(communications) + more}
+    found = {p.name: p for p in settings.declared(communications) + more}
+    return {named(name, target): parameter for name, parameter in found.items()}
+
+
+def named(name: str, target: str) -> str:
+    """ROS 1 has ``rate`` in the group with the rates of commands."""
+    return settings.GENERAL_RATE if (name, target) == ("rate", "ros1") else name
 
 
 def topics_of(supervisor: Supervisor) -> set[str]:
@@ -66,7 +72,7 @@ def test_the_parameter_file_has_every_default(
 ) -> None:
     found = written(EMITTERS[target](gauntlet, PACKAGE, Config(parameters=changed)), target)
     expected = {name: p.default for name, p in declared_by(gauntlet, target).items()}
-    assert found == {**expected, **changed}
+    assert found == {**expected, **{named(name, target): v for name, v in changed.items()}}
 
 
 @pytest.mark.parametrize("target", EMITTERS)
@@ -93,7 +99,7 @@ def test_the_launch_file_takes_every_parameter(gauntlet: Supervisor) -> None:
     given = {param.attrib["name"]: param.attrib for param in node.findall("param")}
     assert set(given) == set(declared_by(gauntlet, "ros1"))
     for name, attributes in given.items():
-        argument = name.replace("/", "_")
+        argument = name.removesuffix("/default").replace("/", "_")
         assert attributes["value"] == f"$(arg {argument})"
         assert arguments[argument] == ""
 

@@ -119,6 +119,16 @@ def test_calls_pass_or_fail_with_the_reason(guarded: Stage, robot: Puppet, other
         assert "blocked: requirement set_light_state needs" in failed
 
 
+def test_a_goal_without_an_id_gets_one(guarded: Stage, robot: Puppet, other: Puppet) -> None:
+    with guarded.controller(other, NODE) as node:
+        ready_to_grab(node, robot, other)
+        goal = {"topic": "/supervised/grab/goal", "type": "robot_common/GrabberActionGoal"}
+        other.do("publish", **goal, fields={})
+        asked = robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
+        assert asked["id"].startswith(f"/{NODE}-")
+        node.enters("ObstacleGrabber", "grabbing")
+
+
 def test_goals_pass_with_their_ids_and_what_comes_of_them(
     guarded: Stage, robot: Puppet, other: Puppet
 ) -> None:

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from runtime.lamp_robot import ARM, LAMP, LampController
+from runtime.lamp_robot import ARM, GO, HALT, LAMP, LampController
 
 from robosc.runtime.settings import ParameterError, Settings, declared, flatten, read
 
@@ -15,6 +15,7 @@ DEFAULTS = {
     "rate": 10.0, "order": "rotate", "seed": 0, "on_mismatch": "ignore", "stop_command": "",
     "exit_on_stop": False, "server_lost_after": 5.0, "state_rate": 20.0, "publish_events": True,
     "event_log": "", "event_log_size": 10.0, "event_log_files": 5, "legacy_state_topic": "",
+    "rate/go": 0.0, "rate/halt": 0.0, "rate/light": 0.0, "rate/reach": 0.0,
     "timeout/light": 5.0, "timeout/reach": 5.0, "goal_timeout/reach": 0.0,
 }  # fmt: skip
 
@@ -36,8 +37,26 @@ def test_the_defaults() -> None:
     assert {p.name: p.default for p in declared(COMMUNICATIONS)} == DEFAULTS
     settings, warnings = read(COMMUNICATIONS, {})
     assert warnings == []
-    assert settings == Settings(timeout={LAMP: 5.0, ARM: 5.0}, goal_timeout={ARM: 0.0})
+    assert settings == Settings(
+        timeout={LAMP: 5.0, ARM: 5.0},
+        goal_timeout={ARM: 0.0},
+        rates=dict.fromkeys((GO, HALT, LAMP, ARM), 0.0),
+    )
     assert settings.goal_timeout_of(ARM) is None
+
+
+def test_each_command_may_have_a_rate_of_its_own() -> None:
+    settings, warnings = read(COMMUNICATIONS, {"rate": 2.0, "rate/halt": 5})
+    assert warnings == []
+    assert (settings.rate_of(GO), settings.rate_of(HALT)) == (2.0, 5.0)
+
+
+def test_the_rate_of_all_others_may_stand_in_the_group() -> None:
+    """As a tree of ROS 1 has it, where a parameter is either a value or a group."""
+    given = flatten({"rate": {"default": 2.0, "halt": 5}})
+    settings, warnings = read(COMMUNICATIONS, given)
+    assert warnings == []
+    assert (settings.rate_of(GO), settings.rate_of(HALT)) == (2.0, 5.0)
 
 
 @pytest.mark.parametrize("parameter", declared(COMMUNICATIONS), ids=lambda p: p.name)

@@ -49,6 +49,8 @@ class PackageContext:
     services: tuple[TopicView, ...]
     actions: tuple[TopicView, ...]
     parameters: tuple[ParameterView, ...]
+    defaults: str
+    """The configuration's own defaults of parameters, as Python source."""
     title: str = field(default="Controller", kw_only=True)
 
     def __post_init__(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, fields, replace
 
 from robosc.emit.common import PackageContext, TopicView
@@ -83,7 +84,9 @@ def relay_context(
     means = {r.key: r for found in command_matches(robot).values() for r in found}
     known = {f.name: getattr(base, f.name) for f in fields(base)}
     known["title"] = "Supervisor"
-    known["parameters"] = tuple(p for p in base.parameters if p.name not in _IDLE)
+    known["parameters"] = tuple(
+        p for p in base.parameters if re.split("[./]", p.name)[0] not in _IDLE
+    )
     inputs = tuple(_view(topic) for topic in base.subscriptions)
     commands = tuple(
         _view(topic, tuple(_source(r) for r in _in_order([means[key] for key in topic.keys])))

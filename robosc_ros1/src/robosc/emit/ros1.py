@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from robosc.emit.common import (
     PackageContext,
     TopicView,
@@ -12,12 +14,13 @@ from robosc.emit.common import (
     topics,
 )
 from robosc.emit.config import DEFAULTS, Config
-from robosc.emit.context import ReadmeContext, parameter_views, readme_context
+from robosc.emit.context import ParameterView, ReadmeContext, parameter_views, readme_context
 from robosc.emit.controller import ControllerContext, controller_context
 from robosc.emit.engine import render, verbatim
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.model.entities import Communication, Kind, Robot
+from robosc.runtime.settings import GENERAL_RATE
 from robosc.supervisor import Supervisor
 
 __all__ = ["WIRING", "emit", "package_context", "spelling"]
@@ -99,8 +102,17 @@ def package_context(
             TopicView(c.identifier, f"{_module(c)}.{c.binding.type}Action", key=c.key)
             for c in actions
         ),
-        parameters=parameter_views(robot, config),
+        parameters=_parameters(robot, config),
+        defaults=repr({n: v for n, v in config.parameters.items() if not n.startswith("qos/")}),
     )
+
+
+def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
+    """All parameters; ``rate`` is in the group with the rates of commands, if there are such."""
+    views = parameter_views(robot, config)
+    if not any(p.name.startswith("rate/") for p in views):
+        return views
+    return tuple(replace(p, name=GENERAL_RATE) if p.name == "rate" else p for p in views)
 
 
 def _module(communication: Communication) -> str:

@@ -109,6 +109,7 @@ def package_context(
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
         parameters=_parameters(robot, config),
+        defaults=repr(dict(config.parameters)),
     )
 
 

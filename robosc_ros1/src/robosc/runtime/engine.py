@@ -17,7 +17,7 @@ import time
 import traceback
 from queue import Empty, SimpleQueue
 from types import MethodType
-from typing import Any, Callable, Dict, FrozenSet, Optional, Tuple, Union
+from typing import Any, Callable, Dict, FrozenSet, Optional, Sequence, Tuple, Union
 
 from .calls import Calls
 from .internal import InternalTransitions
@@ -53,9 +53,10 @@ class _BoundInput:
         self.writes = frozenset(entry.writes)
 
 
-_Item = Union[Tuple[_BoundInput, Any, int], Callable[[], None], None]
-"""An input with its message and token, something to do between two events, or just a reason to look
-at the clock."""
+_Inputs = Tuple[_BoundInput, ...]
+_Item = Union[Tuple[_Inputs, Any, int], Callable[[], None], None]
+"""The inputs that a message means, with the message and the token of its request; something to do
+between two events; or just a reason to look at the clock."""
 
 
 class Engine:
@@ -105,19 +106,26 @@ class Engine:
 
     def post(self, key: str, kind: str, message: Any = None) -> None:
         """The robot sent a message; it is converted on the engine thread."""
-        self._queue.put((self._inputs[key, kind], message, 0))
+        self._queue.put(((self._inputs[key, kind],), message, 0))
 
-    def poster(self, key: str, kind: str) -> Callable[[Any], None]:
-        """A function that posts messages of one sort: the quick way for subscribers."""
-        put, entry = self._queue.put, self._inputs[key, kind]
-        return lambda message: put((entry, message, 0))
+    def poster(self, keys: Sequence[str]) -> Callable[[Any], None]:
+        """Return a function that posts the messages of a topic.
+
+        Each message is one input, whatever the number of its communications: all of them are
+        applied, in this order, before internal transitions are taken and commands sent.
+        """
+        put, entries = self._queue.put, self._responses(keys)
+        return lambda message: put((entries, message, 0))
+
+    def _responses(self, keys: Sequence[str]) -> _Inputs:
+        return tuple(self._inputs[key, "response"] for key in keys)
 
     def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
         """A request went on: "accepted", "feedback", "response", or "error" with the reason."""
         if kind == "accepted":
             self._queue.put(lambda: self._calls.accept(key, token, self._steady()))
         else:
-            self._queue.put((self._inputs[key, kind], payload, token))
+            self._queue.put(((self._inputs[key, kind],), payload, token))
 
     def invoke(self, function: Callable[[], None]) -> None:
         """Have the engine thread call the function between two events."""
@@ -213,26 +221,36 @@ class Engine:
 
     # Inputs
 
-    def _take(self, item: Union[Tuple[_BoundInput, Any, int], Callable[[], None]]) -> None:
+    def _take(self, item: Union[Tuple[_Inputs, Any, int], Callable[[], None]]) -> None:
         if not isinstance(item, tuple):
             item()
             return
-        entry, message, token = item
+        entries, message, token = item
+        entry = entries[0]
         if entry.call:
             if not self._calls.is_current(entry.key, token):
                 self.recorder.counters["late"] += 1
                 return
             if entry.ends is not None:
                 self._calls.end(entry.key)
-        self._input(entry, message)
+        self._input(entries, message)
 
     def _end_by_deadline(self, key: str, reason: str) -> None:
         token = self._calls.end(key)
         if token is not None:
             self._port.abandon(key, token)
-            self._input(self._inputs[key, "error"], reason)
+            self._input((self._inputs[key, "error"],), reason)
 
-    def _input(self, entry: _BoundInput, message: Any) -> None:
+    def _input(self, entries: _Inputs, message: Any) -> None:
+        """Apply one input: the events that a message means, then run to completion."""
+        writes: FrozenSet[str] = frozenset()
+        for entry in entries:
+            if self._apply(entry, message):
+                writes = writes | entry.writes if writes else entry.writes
+        self._after(writes, entries[0].ends)
+
+    def _apply(self, entry: _BoundInput, message: Any) -> bool:
+        """Apply one event; whether it could be."""
         value = None
         try:
             if entry.read is not None:
@@ -240,11 +258,11 @@ class Engine:
             entry.apply(value)
         except Mismatch as mismatch:
             self._mismatch(entry, value, str(mismatch))
-            return
+            return False
         except (AttributeError, TypeError, ValueError, OverflowError, LookupError) as error:
             # The message is not what the model says it is.
             self._mismatch(entry, value, "%s: %s" % (type(error).__name__, error))
-            return
+            return False
         detail = None
         self.recorder.counters["inputs"] += 1
         if entry.kind == "error":
@@ -252,7 +270,7 @@ class Engine:
             self.recorder.counters["errors"] += 1
             self._log("warning", entry.key, "%s failed: %s" % (entry.name, detail))
         self.recorder.record(entry.kind, entry.name, value, "applied", detail)
-        self._after(entry.writes, entry.ends)
+        return True
 
     def _mismatch(self, entry: _BoundInput, value: Any, reason: str) -> None:
         counters = self.recorder.counters
@@ -261,7 +279,7 @@ class Engine:
         self._log("warning", entry.key, "%s from %s: %s" % (entry.kind, entry.name, reason))
         if entry.ends is not None and entry.kind != "error":
             # The request is over all the same, and must end in some way.
-            self._input(self._inputs[entry.key, "error"], "unusable response: " + reason)
+            self._input((self._inputs[entry.key, "error"],), "unusable response: " + reason)
         elif entry.kind == "error":
             self._safe_stop("the end of %s cannot be applied: %s" % (entry.name, reason))
         if self.settings.on_mismatch == "stop":

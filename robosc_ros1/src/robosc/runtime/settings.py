@@ -2,7 +2,9 @@
 """The parameters of a controller node: names, types, defaults, meaning, and how they are checked.
 
 Both ROS versions declare the same parameters; here they are plain data. Per communication there are
-``timeout/<name>`` (and ``goal_timeout/<name>`` for actions), where a dot in the name is a slash.
+``rate/<name>``, ``timeout/<name>`` and for actions ``goal_timeout/<name>``, where a dot in the name
+is a slash. ROS 1 has no parameter that is both a value and a group: there ``rate`` may stand as
+``rate/default``.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Seq
 from .model import Communication
 
 __all__ = [
+    "GENERAL_RATE",
     "Parameter",
     "ParameterError",
     "Settings",
@@ -26,6 +29,8 @@ __all__ = [
 ]
 
 
+GENERAL_RATE = "rate/default"
+"""``rate`` beside the rates of commands, which are a group of this name."""
 _TOPIC = re.compile(r"(/|~/?)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*\Z", re.ASCII)
 
 
@@ -128,6 +133,9 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
     for communication in communications:
         name = parameter_name(communication.name)
         default = communication.timeout if isinstance(communication.timeout, float) else 5.0
+        if communication.sort != "outgoing":
+            meaning = "how often %s is repeated, in Hz; 0: as all others" % communication.name
+            result.append(Parameter("rate/" + name, "number", 0.0, meaning, minimum=0.0))
         if communication.sort == "service":
             meaning = "deadline of a call of %s, in seconds" % communication.name
             result.append(Parameter("timeout/" + name, "number", default, meaning, minimum=1e-3))
@@ -176,6 +184,8 @@ def read(
         ParameterError: values of the wrong type or outside what is allowed; all of them are named.
     """
     parameters = {p.name: p for p in (*declared(communications), *more)}
+    if GENERAL_RATE in given and GENERAL_RATE not in parameters:
+        given = {"rate" if name == GENERAL_RATE else name: value for name, value in given.items()}
     warnings = []
     faults = []
     for name in given:
@@ -244,11 +254,14 @@ def _settings(
 ) -> Settings:
     timeouts = {}
     goal_timeouts = {}
+    rates = {}
     for communication in communications:
         name = parameter_name(communication.name)
+        if communication.sort != "outgoing":
+            rates[communication.key] = values.pop("rate/" + name)
         if communication.sort in ("service", "action"):
             timeouts[communication.key] = values.pop("timeout/" + name)
         if communication.sort == "action":
             goal_timeouts[communication.key] = values.pop("goal_timeout/" + name)
     values["stop_command"] = stop
-    return Settings(timeout=timeouts, goal_timeout=goal_timeouts, **values)
+    return Settings(timeout=timeouts, goal_timeout=goal_timeouts, rates=rates, **values)

@@ -113,8 +113,7 @@ class SupervisorEngine(Engine):
         self._drain()
 
     def _follow(self, keys: Sequence[str], message: Any, forward: Callable[[], None]) -> None:
-        for key in keys:
-            self._input(self._inputs[key, "response"], message)
+        self._input(self._responses(keys), message)
         forward()
 
     def _offer(
@@ -210,10 +209,11 @@ class SupervisorEngine(Engine):
         what = "%s of %s" % (kind, name) if name else "a message on %s" % place
         self._log("warning", place + kind, "%s was blocked: %s" % (what, texts))
 
-    def _input(self, entry: Any, message: Any) -> None:
+    def _input(self, entries: Sequence[Any], message: Any) -> None:
+        entry = entries[0]
         if entry.ends is not None:
             self._effect.pop(entry.key, None)
-        super()._input(entry, message)
+        super()._input(tuple(entries), message)
         if entry.ends is not None:
             answer = self._answers.pop(entry.key, None)
             if answer is not None:

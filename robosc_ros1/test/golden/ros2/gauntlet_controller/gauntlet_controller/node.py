@@ -43,6 +43,8 @@ SERVICES = (
 ACTIONS = (
     ("/arm/reach", gauntlet_interfaces.action.Reach, "Arm.reach"),
 )
+# Parameters with other defaults than the runtime's.
+DEFAULTS = {}
 
 
 def main(args=None):
@@ -70,7 +72,7 @@ def main(args=None):
 def run(node, ended):
     controller = GauntletController()
     topics = [(topic, keys) for topic, _, keys in SUBSCRIPTIONS + PUBLICATIONS]
-    settings, profiles, warnings = configured(node, controller.COMMUNICATIONS, topics)
+    settings, profiles, warnings = configured(node, controller.COMMUNICATIONS, topics, DEFAULTS)
     for warning in warnings:
         node.get_logger().warning(warning)
 

@@ -52,6 +52,11 @@ PARAMETERS = (
         "topic that gets the state in the layout of the original tool's /state",
     ),
     (
+        "rate_reach",
+        "rate.reach",
+        "how often reach is repeated, in Hz; 0: as all others (at least 0)",
+    ),
+    (
         "timeout_reach",
         "timeout.reach",
         "deadline until a goal of reach is accepted, in seconds (at least 0.001)",
@@ -62,9 +67,35 @@ PARAMETERS = (
         "deadline of an accepted goal of reach, in seconds; 0: none (at least 0)",
     ),
     (
+        "rate_set_level",
+        "rate.set_level",
+        "how often set_level is repeated, in Hz; 0: as all others (at least 0)",
+    ),
+    (
         "timeout_set_level",
         "timeout.set_level",
         "deadline of a call of set_level, in seconds (at least 0.001)",
+    ),
+    ("rate_say", "rate.say", "how often say is repeated, in Hz; 0: as all others (at least 0)"),
+    (
+        "rate_count",
+        "rate.count",
+        "how often count is repeated, in Hz; 0: as all others (at least 0)",
+    ),
+    (
+        "rate_shout",
+        "rate.shout",
+        "how often shout is repeated, in Hz; 0: as all others (at least 0)",
+    ),
+    (
+        "rate_Left_turn",
+        "rate.Left.turn",
+        "how often Left.turn is repeated, in Hz; 0: as all others (at least 0)",
+    ),
+    (
+        "rate_Right_turn",
+        "rate.Right.turn",
+        "how often Right.turn is repeated, in Hz; 0: as all others (at least 0)",
     ),
     ("qos_scan_reliability", "qos.scan.reliability", "reliability of scan (reliable, best_effort)"),
     (

@@ -78,6 +78,8 @@ SERVICES = (
 ACTIONS = (
     ("/supervised/arm/reach", "/arm/reach", gauntlet_interfaces.action.Reach, "Arm.reach"),
 )
+# Parameters with other defaults than the runtime's.
+DEFAULTS = {}
 
 
 def main(args=None):
@@ -106,7 +108,7 @@ def run(node, ended):
     controller = GauntletController()
     topics = [(topic, keys) for topic, _, _, keys in INPUTS]
     topics += [(topic, [c[0] for c in commands]) for _, topic, _, commands in COMMANDS]
-    settings, profiles, warnings = configured(node, controller.COMMUNICATIONS, topics)
+    settings, profiles, warnings = configured(node, controller.COMMUNICATIONS, topics, DEFAULTS)
     for warning in warnings:
         node.get_logger().warning(warning)
 

@@ -31,6 +31,8 @@ SERVICES = (
 )
 ACTIONS = (
 )
+# Parameters with other defaults than the runtime's.
+DEFAULTS = {}
 
 
 def main(args=None):
@@ -58,7 +60,7 @@ def main(args=None):
 def run(node, ended):
     controller = LanternController()
     topics = [(topic, keys) for topic, _, keys in SUBSCRIPTIONS + PUBLICATIONS]
-    settings, profiles, warnings = configured(node, controller.COMMUNICATIONS, topics)
+    settings, profiles, warnings = configured(node, controller.COMMUNICATIONS, topics, DEFAULTS)
     for warning in warnings:
         node.get_logger().warning(warning)
 

@@ -52,6 +52,16 @@ PARAMETERS = (
         "topic that gets the state in the layout of the original tool's /state",
     ),
     (
+        "rate_kindle",
+        "rate.kindle",
+        "how often kindle is repeated, in Hz; 0: as all others (at least 0)",
+    ),
+    (
+        "rate_snuff",
+        "rate.snuff",
+        "how often snuff is repeated, in Hz; 0: as all others (at least 0)",
+    ),
+    (
         "qos_brightness_reliability",
         "qos.brightness.reliability",
         "reliability of brightness (reliable, best_effort)",

@@ -75,6 +75,8 @@ SERVICES = (
 ACTIONS = (
     ("/supervised/arm/reach", "/arm/reach", gauntlet_interfaces.msg.ReachAction, "Arm.reach"),
 )
+# Parameters with other defaults than the runtime's.
+DEFAULTS = {}
 
 
 def main():
@@ -86,7 +88,7 @@ def main():
     sys.setswitchinterval(0.0005)
     controller = GauntletController()
     try:
-        given = flatten(rospy.get_param("~", {}))
+        given = {**DEFAULTS, **flatten(rospy.get_param("~", {}))}
         settings, warnings = read(controller.COMMUNICATIONS, given)
     except ParameterError as error:
         rospy.logfatal("%s", error)

@@ -29,6 +29,8 @@ SERVICES = (
 )
 ACTIONS = (
 )
+# Parameters with other defaults than the runtime's.
+DEFAULTS = {}
 
 
 def main():
@@ -40,7 +42,7 @@ def main():
     sys.setswitchinterval(0.0005)
     controller = LanternController()
     try:
-        given = flatten(rospy.get_param("~", {}))
+        given = {**DEFAULTS, **flatten(rospy.get_param("~", {}))}
         settings, warnings = read(controller.COMMUNICATIONS, given)
     except ParameterError as error:
         rospy.logfatal("%s", error)
