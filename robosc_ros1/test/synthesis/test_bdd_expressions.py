@@ -94,6 +94,23 @@ def test_random_expressions() -> None:
     assert total > 10_000
 
 
+def test_linear_comparisons_by_bits() -> None:
+    """Constants beyond the ranges, multiples and differences, of variables and of what comes in."""
+    assert check(
+        plant_of(
+            "component A { outgoing message m with type: integer(-3..4)"
+            " outgoing message n with type: integer(5..5) behaviour {"
+            " variable x: integer(-3..4) variable y: integer(2..8) variable z: integer(5..5)"
+            " initial marked state s {"
+            " on response from m if 3 * value - x < y + -7 do x := value"
+            " on response from m if value = z - x and value * -2 != x do y := 3"
+            " on response from n if value >= y and z <= x + value do y := 4 } } }"
+            " requirement never A.x - 2 * A.y > 100 or A.x - 2 * A.y = -15"
+            " requirement always A.x * 5 <= A.y - -40 or A.z - A.y >= A.x"
+        )
+    )
+
+
 def test_division_signed_zeros_and_what_is_no_number() -> None:
     """0/0 differs from itself, and 1/-0.0 from 1/0.0, whatever the order in which values come."""
     assert check(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import families
 import pytest
+import steep_families
 from synthesis.plants import explanation_of, guard_text, plant_of, replay, supervisor_of
 
 from robosc.ir.step import Verdict
@@ -77,6 +78,14 @@ def test_product_beyond_64_bits() -> None:
     assert found.engine == "bdd"
     assert found.controlled_states == 2**70
     assert found.controlled_transitions == 2**70 * 140 + 1
+
+
+def test_gauges_are_compared_by_bits() -> None:
+    """Two thousand five hundred values each, whose pairs nobody could look at."""
+    found = supervisor_of(steep_families.gauges(2500), "bdd")
+    assert found.controlled_states == 2500**2
+    close = sum(min(2499, x + 10) - max(0, x - 10) + 1 for x in range(2500))
+    assert found.controlled_transitions == 2500**2 * 5000 + close
 
 
 def test_wide_variables_copied_and_compared() -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from functools import partial
 from math import prod
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
-from robosc.model.expr import FALSE, TRUE, ValueRef, walk
+from robosc.model.expr import FALSE, TRUE, Binary, Expr, Unary, ValueRef, walk
 from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.bdd.arithmetic import is_linear
 from robosc.synthesis.bdd.manager import available, install_hint
 from robosc.synthesis.dense.bitset import count
 from robosc.synthesis.dense.engine import DenseEngine, DenseSolution, Progress
@@ -20,11 +22,20 @@ from robosc.synthesis.dense.transitions import Compiler
 from robosc.synthesis.formatting import amount, contributors, listing
 from robosc.synthesis.guards import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
+from robosc.synthesis.vectorised import support
 
 __all__ = ["DEFAULT_MAX_STATES", "synthesize"]
 
 DEFAULT_MAX_STATES = 2**28
 _MOST_PAIRS = 2**24  # each takes some 40 bytes
+_DENSE = 2**16
+"""Products beyond which the symbolic engine is as a rule the faster one, as measured."""
+_DENSE_GUARDS = 2**13
+"""The same for systems in which synthesis restricts commands: guards take most of the time then."""
+_DENSE_BY_VALUES = 2**24
+"""Products beyond which the dense engine is not even better at expressions that are not linear."""
+_DENSE_PAIRS = 10_000
+_MOST_VALUES = 2**14
 _SMALL = 2**12
 """Products up to this size are not worth looking for dependent axes."""
 
@@ -46,8 +57,11 @@ def synthesize(
     """
     if engine == "bdd":
         return _symbolic(plant, progress)
-    if crowded := _crowded(plant):
-        if engine == "auto" and available():
+    either = engine == "auto" and available()
+    if either and favours_symbolic(plant):
+        return _symbolic(plant, progress)
+    if crowded := _crowded(plant, _MOST_PAIRS):
+        if either:
             return _symbolic(plant, progress)
         raise StateSpaceError(f"{crowded}: narrow their ranges, or convert them by an enum")
     start = time.perf_counter()
@@ -57,11 +71,13 @@ def synthesize(
     if layout.size > min(_SMALL, max_states):
         layout = projected_layout(plant, rules)
     if layout.size > max_states:
-        if engine == "auto" and available():
+        if either:
             return _symbolic(plant, progress)
         raise _too_large(layout, max_states, engine)
     dense = DenseEngine(compiler, rules, layout, progress)
     solution = dense.solve()
+    if either and solution.restricted and layout.size > _DENSE_GUARDS:
+        return _symbolic(plant, progress)
     if solution.empty:
         guards, sizes = _nothing(plant), Sizes(dense.plant_states, 0, 0)
     else:
@@ -70,6 +86,48 @@ def synthesize(
         sizes = Sizes(dense.plant_states, states, transitions)
     seconds = time.perf_counter() - start
     return make_supervisor(DenseSystem(solution), "dense", seconds, sizes, guards)
+
+
+def favours_symbolic(plant: Plant) -> bool:
+    """Whether the symbolic engine is the better choice, as far as that is told beforehand.
+
+    The dense engine takes time in proportion to the product, and to the pairs of incoming and
+    stored values; the symbolic one hardly, but it puts expressions that are not linear together
+    value by value.
+    """
+    size = prod(variable.size for variable in plant.variables)
+    if size > _DENSE_BY_VALUES:
+        return True
+    if max(map(partial(_pairs, plant), _expressions(plant)), default=0) > _MOST_VALUES:
+        return False
+    pairs = (prod(len(p.values) for p in event.parameters) for event in plant.events)
+    return size > _DENSE or max(pairs, default=0) > _DENSE_PAIRS or bool(_crowded(plant, _DENSE))
+
+
+def _expressions(plant: Plant) -> Iterator[Expr]:
+    yield from (condition for condition, _ in plant.invariants)
+    for event in plant.events:
+        if event.requirement is not None:
+            yield event.requirement
+        for automaton in event.automata:
+            for edge in automaton.edges:
+                if edge.guard is not None:
+                    yield edge.guard
+                yield from (expr for _, expr in edge.updates)
+
+
+def _pairs(plant: Plant, expr: Expr) -> int:
+    """The most combinations of values that the symbolic engine looks at for an expression."""
+    if isinstance(expr, Unary):
+        return _pairs(plant, expr.operand)
+    if not isinstance(expr, Binary):
+        return 0
+    if expr.operation.is_lazy:
+        return max(_pairs(plant, expr.left), _pairs(plant, expr.right))
+    if expr.operation.is_comparison and is_linear(expr.left) and is_linear(expr.right):
+        return 0
+    axes = support(plant, expr)
+    return prod(plant.variables[axis].size for axis in axes) if len(axes) > 1 else 0
 
 
 def _symbolic(plant: Plant, progress: Progress | None) -> Supervisor:
@@ -102,7 +160,7 @@ def _measure(
     return tuple(guards), transitions
 
 
-def _crowded(plant: Plant) -> str | None:
+def _crowded(plant: Plant, most: int) -> str | None:
     """Which assignment has too many pairs of incoming and stored values for the dense engine."""
     for event in plant.events:
         values = {parameter.path: len(parameter.values) for parameter in event.parameters}
@@ -110,7 +168,7 @@ def _crowded(plant: Plant) -> str | None:
             for axis, expr in {u for edge in automaton.edges for u in edge.updates}:
                 read = {node.path for node in walk(expr) if isinstance(node, ValueRef)}
                 taken = prod(values[path] for path in read)
-                if taken * plant.variables[axis].size > _MOST_PAIRS:
+                if taken * plant.variables[axis].size > most:
                     name, size = plant.variables[axis].name, plant.variables[axis].size
                     return f"{event.name} brings {taken} values for the {size} of {name}"
     return None

@@ -16,6 +16,7 @@ from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.step import missing_together
 from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import (
+    Binary,
     Expr,
     Leaf,
     Operation,
@@ -26,6 +27,7 @@ from robosc.model.expr import (
     walk,
 )
 from robosc.model.types import Value
+from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import order_items
 from robosc.synthesis.bdd.partition import Partition, combined, key_of
@@ -251,7 +253,9 @@ class Encoding:
             if _is_costly(node) and (node, event) in self._known:
                 return self._known[node, event]
             sources = {self._source(leaf, event) for leaf in _leaves(node)}
-            return self._of_one_source(node, sources, event) if len(sources) <= 1 else None
+            if len(sources) <= 1:
+                return self._of_one_source(node, sources, event)
+            return self._comparison(node, sources, event)
 
         def operation(node: Operation, operands: tuple[Partition, ...]) -> Partition:
             found = combined(self.manager, node, operands)
@@ -263,6 +267,38 @@ class Encoding:
             raise AssertionError("a leaf reads one source")
 
         return fold(expr, leaf, operation, known=known)
+
+    def _comparison(
+        self, node: Expr, sources: set[LeafSource], event: int | None
+    ) -> Partition | None:
+        """A comparison of linear integer expressions, by bits."""
+        if not isinstance(node, Binary) or not node.operation.is_comparison:
+            return None
+        left, right = self._number(node.left, event), self._number(node.right, event)
+        if left is None or right is None:
+            return None
+        valid = self.manager.true
+        for source in sources:
+            valid = valid & self.all_values(source)
+        holds = compared(self.manager, node.operator, left, right)
+        found: Partition = [(True, valid & holds), (False, valid & ~holds)]
+        return [(value, states) for value, states in found if states != self.manager.false]
+
+    def _number(self, expr: Expr, event: int | None) -> Number | None:
+        def leaf(node: Leaf) -> Number | None:
+            source = self._source(node, event)
+            values = self._values_of(source)
+            if not isinstance(values, range):
+                return None
+            return of_index(self.manager, self._blocks[source].now, values)
+
+        return number_of(self.manager, expr, leaf)
+
+    def _values_of(self, source: LeafSource) -> Sequence[Value | None]:
+        if isinstance(source, int):
+            return self.plant.variables[source].values
+        event, number = source
+        return self.plant.events[event].parameters[number].values
 
     def _source(self, leaf: Leaf, event: int | None) -> LeafSource:
         axis = axis_of(self.plant, leaf)

@@ -1,0 +1,126 @@
+"""Integers as vectors of boolean functions: adders and comparators instead of pairs of values.
+
+A number is in two's complement, least significant bit first, as wide as its range needs; sums are
+made by ripple-carry adders (Clarke, Fujita & Zhao, "Hybrid decision diagrams", ICCAD 1995, gives
+the sizes). Linear expressions are what can be told so; all others are put together value by value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from operator import or_
+
+from robosc.model.expr import Binary, Expr, Leaf, Literal, Unary
+from robosc.model.types import IntegerType
+from robosc.synthesis.bdd.manager import Bdd, Manager
+
+__all__ = ["Number", "compared", "is_linear", "number_of", "of_index"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Number:
+    """A number that depends on the state: the last of its bits is the sign."""
+
+    bits: tuple[Bdd, ...]
+    low: int
+    high: int
+
+
+def of_index(manager: Manager, variables: Sequence[int], values: range) -> Number:
+    """The value of a variable or parameter, whose index has these bits, the highest first."""
+    bits = [manager.literal(variable, True) for variable in reversed(variables)]
+    index = Number((*bits, manager.false), 0, (1 << len(bits)) - 1)
+    found = _sum(manager, index, _constant(manager, values[0]))
+    return Number(found.bits, found.low, found.high)
+
+
+def number_of(manager: Manager, expr: Expr, leaf: Callable[[Leaf], Number | None]) -> Number | None:
+    """A linear expression over integers; None for any other."""
+    if not isinstance(expr.type, IntegerType):
+        return None
+    match expr:
+        case Literal(value=int(value)):
+            return _constant(manager, value)
+        case Unary(operator="-", operand=operand):
+            inner = number_of(manager, operand, leaf)
+            return None if inner is None else _negated(manager, inner)
+        case Binary(operator="+" | "-" | "*" as operator, left=left, right=right):
+            first, second = number_of(manager, left, leaf), number_of(manager, right, leaf)
+            if first is None or second is None:
+                return None
+            if operator == "*":
+                return _multiple(manager, first, second)
+            return _sum(manager, first, second if operator == "+" else _negated(manager, second))
+        case Literal() | Unary() | Binary():
+            return None
+    return leaf(expr)
+
+
+def is_linear(expr: Expr) -> bool:
+    """Whether :func:`number_of` can tell an expression over ranged integers."""
+    if not isinstance(expr.type, IntegerType):
+        return False
+    match expr:
+        case Unary(operand=operand):
+            return is_linear(operand)
+        case Binary(operator=operator, left=left, right=right):
+            constant = isinstance(left, Literal) or isinstance(right, Literal)
+            known = operator in ("+", "-") or (operator == "*" and constant)
+            return known and is_linear(left) and is_linear(right)
+    return True
+
+
+def compared(manager: Manager, operator: str, left: Number, right: Number) -> Bdd:
+    """Where a comparison holds."""
+    if operator in (">", "<="):
+        left, right = right, left
+    difference = _sum(manager, left, _negated(manager, right))
+    if operator in ("<", ">"):
+        return difference.bits[-1]
+    if operator in ("<=", ">="):
+        return ~difference.bits[-1]
+    differs = manager.false
+    for bit in difference.bits:
+        differs = or_(differs, bit)
+    return ~differs if operator == "=" else differs
+
+
+def _constant(manager: Manager, value: int) -> Number:
+    width = value.bit_length() + 1
+    bits = tuple(manager.true if value >> place & 1 else manager.false for place in range(width))
+    return Number(bits, value, value)
+
+
+def _sum(manager: Manager, first: Number, second: Number) -> Number:
+    low, high = first.low + second.low, first.high + second.high
+    width = max(low.bit_length(), high.bit_length()) + 1
+    carry = manager.false
+    bits = []
+    for place in range(width):
+        a, b = (number.bits[min(place, len(number.bits) - 1)] for number in (first, second))
+        either = a ^ b
+        bits.append(either ^ carry)
+        carry = (a & b) | (either & carry)
+    return Number(tuple(bits), low, high)
+
+
+def _negated(manager: Manager, number: Number) -> Number:
+    flipped = Number(tuple(~bit for bit in number.bits), -1 - number.high, -1 - number.low)
+    return _sum(manager, flipped, _constant(manager, 1))
+
+
+def _multiple(manager: Manager, first: Number, second: Number) -> Number | None:
+    """The product if one side is a constant."""
+    if first.low != first.high:
+        first, second = second, first
+    if first.low != first.high:
+        return None
+    factor = abs(first.low)
+    found = _constant(manager, 0)
+    for place in range(factor.bit_length()):
+        if factor >> place & 1:
+            zeros = (manager.false,) * place
+            shifted = Number((*zeros, *second.bits), second.low << place, second.high << place)
+            found = _sum(manager, found, shifted)
+    return _negated(manager, found) if first.low < 0 else found

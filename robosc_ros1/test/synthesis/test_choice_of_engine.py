@@ -1,0 +1,40 @@
+"""Which engine ``auto`` takes: the one that is likely to be the faster."""
+
+from __future__ import annotations
+
+import pytest
+import steep_families
+from synthesis.plants import plant_of
+
+from robosc.synthesis import compute, synthesize
+
+pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
+
+
+@pytest.mark.parametrize(
+    ("family", "size", "engine"),
+    [
+        ("chain", (14,), "dense"),  # 2^14 states, no command restricted
+        ("unrelated", (3,), "dense"),
+        ("allocation", (7,), "bdd"),  # 2^14 states, all commands restricted
+        ("crew", (10,), "bdd"),
+        ("not_all_busy", (17,), "bdd"),
+        ("gauges", (300,), "bdd"),
+        ("readings", (30,), "bdd"),  # 27,000 combinations in one message
+    ],
+)
+def test_auto_takes_the_better_engine(family: str, size: tuple[int, ...], engine: str) -> None:
+    plant = plant_of(getattr(steep_families, family)(*size))
+    assert synthesize(plant).engine == engine
+
+
+def test_products_of_variables_are_left_to_the_dense_engine() -> None:
+    plant = plant_of(
+        "component A { outgoing message m with type: integer(0..299)"
+        " outgoing message n with type: integer(0..299) behaviour {"
+        " variable x: integer(0..299) variable y: integer(0..299)"
+        " initial marked state s { on response from m do x := value on response from n do y := value"
+        " } } incoming message go with type: none }"
+        " requirement go needs A.x * A.y < 1000"
+    )
+    assert not compute.favours_symbolic(plant)
