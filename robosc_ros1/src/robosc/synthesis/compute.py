@@ -9,7 +9,7 @@ from math import prod
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
-from robosc.model.expr import FALSE, TRUE, Binary, Expr, Unary, ValueRef, walk
+from robosc.model.expr import FALSE, TRUE, Binary, Call, Expr, Unary, ValueRef, walk
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear
 from robosc.synthesis.bdd.manager import available, install_hint
@@ -118,13 +118,11 @@ def _expressions(plant: Plant) -> Iterator[Expr]:
 
 def _pairs(plant: Plant, expr: Expr) -> int:
     """The most combinations of values that the symbolic engine looks at for an expression."""
-    if isinstance(expr, Unary):
-        return _pairs(plant, expr.operand)
-    if not isinstance(expr, Binary):
+    if not isinstance(expr, Unary | Binary | Call):
         return 0
-    if expr.operation.is_lazy:
-        return max(_pairs(plant, expr.left), _pairs(plant, expr.right))
-    if expr.operation.is_comparison and is_linear(expr.left) and is_linear(expr.right):
+    if len(expr.operands) == 1 or expr.operation.is_lazy:
+        return max(_pairs(plant, operand) for operand in expr.operands)
+    if expr.operation.is_comparison and all(map(is_linear, expr.operands)):
         return 0
     axes = support(plant, expr)
     return prod(plant.variables[axis].size for axis in axes) if len(axes) > 1 else 0

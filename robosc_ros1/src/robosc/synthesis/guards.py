@@ -14,7 +14,7 @@ Engines hand in their sets as a :class:`CareSet`; nothing here depends on their 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -22,6 +22,7 @@ from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.expr import conjunction
 from robosc.model.expr import FALSE, TRUE, Expr, Unary, walk
 from robosc.supervisor import Guard, Status
+from robosc.synthesis.dropping import drop
 from robosc.synthesis.precondition import precondition
 from robosc.synthesis.sum_of_products import TooLarge
 from robosc.synthesis.vectorised import support
@@ -44,8 +45,8 @@ class CareSet(Protocol):
     @property
     def parts(self) -> tuple[tuple[int, ...], ...]: ...
 
-    def without(self, part: tuple[int, ...]) -> CareSet | None:
-        """The same with a part forgotten; None if the two sets would then overlap."""
+    def without(self, parts: Sequence[tuple[int, ...]]) -> CareSet | None:
+        """The same with some parts forgotten; None if the two sets would then overlap."""
 
     def selected(self) -> CareSet | None:
         """The same with parts selected by how much they tell apart; None if that is too costly."""
@@ -130,9 +131,8 @@ def _attempt(care_set: CareSet, rank: Callable[[int], Any]) -> list[Expr]:
 
 def _pruned(care_set: CareSet, rank: Callable[[int], Any]) -> CareSet:
     """Without the parts that need not be looked at, the least useful ones dropped first."""
-    for part in sorted(care_set.parts, key=lambda part: max(rank(axis) for axis in part)):
-        care_set = care_set.without(part) or care_set
-    return care_set
+    parts = sorted(care_set.parts, key=lambda part: max(rank(axis) for axis in part))
+    return drop(parts, care_set, lambda left, some: left.without(some))
 
 
 def _axis_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, bool, int]]:

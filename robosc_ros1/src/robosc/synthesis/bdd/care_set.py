@@ -20,6 +20,7 @@ from robosc.ir.expr import conjunction, disjunction
 from robosc.model.expr import Expr
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
+from robosc.synthesis.dropping import drop
 from robosc.synthesis.minimise import (
     LARGEST_TABLE,
     Table,
@@ -51,14 +52,15 @@ class BddCareSet:
     def parts(self) -> tuple[tuple[int, ...], ...]:
         return tuple((axis,) for axis in self.axes)
 
-    def without(self, part: tuple[int, ...]) -> BddCareSet | None:
+    def without(self, parts: Sequence[tuple[int, ...]]) -> BddCareSet | None:
         manager = self.encoding.manager
-        cube = self.encoding.now(part)
+        forgotten = {axis for part in parts for axis in part}
+        cube = self.encoding.now(forgotten)
         allowed = manager.exists(self.allowed, cube)
         refused = manager.exists(self.refused, cube)
         if allowed & refused != manager.false:
             return None
-        left = tuple(axis for axis in self.axes if axis not in part)
+        left = tuple(axis for axis in self.axes if axis not in forgotten)
         return BddCareSet(self.encoding, left, allowed, refused)
 
     def selected(self) -> BddCareSet | None:
@@ -171,8 +173,8 @@ class BddCareSet:
 
 def wide_condition(cases: BddCareSet) -> Expr:
     """An expression that holds in what is allowed and fails in what is refused."""
-    for part in sorted(cases.parts, reverse=True):
-        cases = cases.without(part) or cases
+    parts = sorted(cases.parts, reverse=True)
+    cases = drop(parts, cases, lambda left, some: left.without(some))
     cover = _Cover(cases)
     some, none = (
         cover.boxes(cases.allowed, cases.refused),

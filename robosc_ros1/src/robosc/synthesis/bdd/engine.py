@@ -18,6 +18,7 @@ from robosc.model.entities import EventKind
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation, Relations
+from robosc.synthesis.dropping import drop
 from robosc.synthesis.parameters import weight
 
 __all__ = ["Iterates", "Progress", "SymbolicEngine", "SymbolicSolution"]
@@ -27,6 +28,9 @@ Progress = Callable[[str, int, int], None]
 
 Iterates: TypeAlias = list[tuple[int, Bdd]]
 """The sets that a fixpoint passes through, each with the number of the event that made it."""
+
+_Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
+"""Allowed and refused states, and the axes by which they are told apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,14 +237,17 @@ class SymbolicEngine:
     def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
         """A condition that tells two sets apart, and the few axes that it reads."""
         self.manager.collect_garbage()
-        axes = set(range(len(self.plant.variables)))
-        for axis in sorted(axes, key=self.encoding.place):
-            cube = self.encoding.now([axis])
-            wider = self.manager.exists(allowed, cube), self.manager.exists(refused, cube)
-            if wider[0] & wider[1] == self.manager.false:
-                allowed, refused = wider
-                axes.discard(axis)
-        return allowed, frozenset(axes)
+
+        def without(left: _Narrowed, axes: Sequence[int]) -> _Narrowed | None:
+            cube = self.encoding.now(axes)
+            some, none = (self.manager.exists(states, cube) for states in left[:2])
+            if some & none != self.manager.false:
+                return None
+            return some, none, left[2].difference(axes)
+
+        axes = sorted(range(len(self.plant.variables)), key=self.encoding.place)
+        found = drop(axes, (allowed, refused, frozenset(axes)), without)
+        return found[0], found[2]
 
     # --- fixpoints
 

@@ -50,15 +50,15 @@ class DenseCareSet:
     def size(self) -> int:
         return prod(self.plant.variables[axis].size for dim in self.dims for axis in dim.axes)
 
-    def without(self, part: tuple[int, ...]) -> DenseCareSet | None:
-        place = self.parts.index(part)
-        allowed = _forget(self.allowed, self.dims, place)
-        refused = _forget(self.refused, self.dims, place)
-        if np.logical_and(allowed, refused).any():
-            return None
-        return DenseCareSet(
-            self.plant, self.dims[:place] + self.dims[place + 1 :], allowed, refused
-        )
+    def without(self, parts: Sequence[tuple[int, ...]]) -> DenseCareSet | None:
+        dims, allowed, refused = self.dims, self.allowed, self.refused
+        for part in parts:
+            place = next(number for number, dim in enumerate(dims) if dim.axes == part)
+            allowed, refused = _forget(allowed, dims, place), _forget(refused, dims, place)
+            dims = dims[:place] + dims[place + 1 :]
+            if np.logical_and(allowed, refused).any():
+                return None
+        return DenseCareSet(self.plant, dims, allowed, refused)
 
     def selected(self) -> DenseCareSet | None:
         """Select the dimension that leaves the fewest states confused, until none is."""
