@@ -35,6 +35,8 @@ _OF_SYMBOL = {
     SymbolKind.ROS_TYPE: "type",
     SymbolKind.ROS_PACKAGE: "namespace",
     SymbolKind.ROS_CONSTANT: "enumMember",
+    SymbolKind.CONSTANT: "variable",
+    SymbolKind.CONDITION: "variable",
     SymbolKind.INCOMING: "parameter",
 }
 _TYPE_OF = {INTEGER: "number", NUMBER: "number", STRING: "string"}

@@ -7,6 +7,7 @@ and it lets the rules of one enum name the values of another.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 from robosc.language.keywords import BASIC_TYPES
@@ -29,6 +30,7 @@ from robosc.model.types import (
     StringType,
     Type,
 )
+from robosc.model.value_scope import ValueScope
 from robosc.model.values import type_of
 from robosc.source import Span
 from robosc.syntax.nodes import (
@@ -120,7 +122,8 @@ ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
 class TypeTable:
     """Types by name; ``None`` stands for a type whose declaration has an error.
 
-    ``condition`` types the condition of an enum rule over the incoming value's type.
+    ``condition`` types the condition of an enum rule over the incoming value's type. ``values``
+    are the constants and named conditions, ``libraries`` the types of those that are imported.
     """
 
     def __init__(
@@ -132,6 +135,8 @@ class TypeTable:
     ) -> None:
         self.scope = scope
         self.type_declarations = type_declarations
+        self.values = ValueScope()
+        self.libraries: dict[str, TypeTable] = {}
         self._report = report
         self._condition = condition
         self._missing = MissingDefinitions(type_declarations.ros.definitions, report)
@@ -146,6 +151,12 @@ class TypeTable:
                 type_declarations.damaged.add((scope.origin, name))
             if isinstance(node, EnumNode):
                 self.add_enum(self._shell(node))
+
+    def inside(self, values: ValueScope) -> TypeTable:
+        """The same types as a component sees them, which names values of its own."""
+        table = copy(self)
+        table.values = values
+        return table
 
     def resolve_all(self) -> None:
         for name in self.scope.datatypes:

@@ -22,6 +22,7 @@ from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr
 from robosc.model.expressions import RULE, Incoming, Typer
 from robosc.model.indexes import check_indexes
+from robosc.model.named_values import NamedValueTyper
 from robosc.model.overlap import check_overlaps
 from robosc.model.report import Muted, Report
 from robosc.model.ros.definitions import MessageDefinitions
@@ -30,6 +31,7 @@ from robosc.model.scope import FileScope
 from robosc.model.statements import StatementResolver
 from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
 from robosc.model.types import EnumType, Type
+from robosc.model.value_scope import ValueScope
 from robosc.syntax.nodes import (
     BehaviourNode,
     ComponentNode,
@@ -83,6 +85,8 @@ class FileResolver:
 
     def resolve(self) -> FileContents:
         """The contents of the file."""
+        self._find_libraries()
+        self._declare_values()
         model = self._model()
         self._scope.names.close()
         return FileContents(self._scope, self.types, self.component_table, model)
@@ -98,6 +102,7 @@ class FileResolver:
         components = tuple(self._component(i) for i in self.component_table.instances.values())
         self._check_duplicates()
         self._binder.check_unlinked(self._scope.interfaces.values())
+        self.types.values.resolve()
         requirements, provides = self._statements()
         self._binder.report_unknown_fields(self._is_used)
         model = Model(components, requirements, provides)
@@ -117,6 +122,31 @@ class FileResolver:
             )
         return model
 
+    def _find_libraries(self) -> None:
+        """Libraries are named in constants and rules, which come before components."""
+        for node in self._scope.components.values():
+            if isinstance(node, ImportNode):
+                library = self._find_library(node, self._scope, self._report)
+                if library is None:
+                    self._scope.unresolved.add(node.library.text)
+                else:
+                    self.types.libraries[node.library.text] = library.types
+
+    def _declare_values(self) -> None:
+        values = self.types.values
+        values.typed = NamedValueTyper(
+            self.types, self._report, lambda: SymbolTable(self.component_table)
+        )
+        values.declare(self._scope.node.declarations, self._scope, self._report)
+
+    def _own_values(self, instance: Instance, report: Report) -> None:
+        """The values that a component names, around which are those of its file."""
+        file = instance.types.values
+        values = ValueScope(instance.name, file.outer if file.owner else file)
+        instance.types = instance.types.inside(values)
+        values.typed = NamedValueTyper(instance.types, report, lambda: self._symbols(instance))
+        values.declare(instance.node.items, instance.types.scope, report)
+
     def _is_used(self, node: PropertyNode) -> bool:
         """Whether this file, or a library that it imports from, reads or sends a property."""
         scopes = [self._scope, *(i.types.scope for i in self.component_table.instances.values())]
@@ -130,6 +160,7 @@ class FileResolver:
     def _add_component(self, node: ComponentNode | ImportNode) -> None:
         if isinstance(node, ComponentNode):
             instance = Instance(node.name.text, node, self.types)
+            self._own_values(instance, self._report)
             declare(instance, self._report)
         else:
             found = self._imported(node)
@@ -137,6 +168,7 @@ class FileResolver:
                 self.component_table.broken.add(node.name.text)
                 return
             instance = found
+            self._own_values(instance, self._muted)
             declare(instance, self._muted)
         self.component_table.add(instance)
         for info in instance.communications.values():
@@ -154,6 +186,7 @@ class FileResolver:
 
     def _check_aside(self, node: ComponentNode) -> None:
         instance = Instance(node.name.text, node, self.types)
+        self._own_values(instance, self._report)
         declare(instance, self._report)
         for info in instance.communications.values():
             bind(info, self._binder, self._report)
@@ -188,13 +221,9 @@ class FileResolver:
         return instance
 
     def _component(self, instance: Instance) -> Component:
-        symbols: SymbolTable = SymbolTable(self.component_table, instance)
-        report = self._report
-        if instance.library is not None and instance.original is not None:
-            report = self._muted
-            symbols = ImportedSymbolTable(
-                self.component_table, instance, instance.library, instance.original, self._report
-            )
+        symbols = self._symbols(instance)
+        report = self._report if instance.library is None else self._muted
+        instance.types.values.resolve()
         behaviour = None
         if instance.behaviour is not None:
             behaviour = BehaviourResolver(instance, symbols, report).resolve(instance.behaviour)
@@ -206,6 +235,13 @@ class FileResolver:
             behaviour,
             imported.library.text if imported is not None else None,
             span=(instance.node if imported is None else imported).name.span,
+        )
+
+    def _symbols(self, instance: Instance) -> SymbolTable:
+        if instance.library is None or instance.original is None:
+            return SymbolTable(self.component_table, instance)
+        return ImportedSymbolTable(
+            self.component_table, instance, instance.library, instance.original, self._report
         )
 
     # --- statements ------------------------------------------------------------------------------

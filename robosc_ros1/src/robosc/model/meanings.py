@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from robosc.model.datatypes import TypeTable
@@ -19,6 +20,7 @@ from robosc.syntax.nodes import (
     ImportNode,
     Name,
     ObjectNode,
+    ValueNode,
 )
 
 __all__ = ["Meanings", "RosConstant"]
@@ -41,6 +43,7 @@ class Meanings:
         self._types = types
         self._symbols = symbols
         self._faults = NameFaults(report, types, symbols)
+        self._named: dict[int, tuple[ValueNode, str]] = {}
 
     def of(self, access: Access) -> list[Expr] | None:
         """All that a name can mean; empty: nothing; None: an error was reported or is known."""
@@ -65,6 +68,10 @@ class Meanings:
 
     def record(self, access: Access, meaning: Expr) -> None:
         """Note what a name means, for editors."""
+        if id(meaning) in self._named:
+            node, owner_name = self._named[id(meaning)]
+            self._types.scope.names.use(_last(access), node, owner_name)
+            return
         if isinstance(meaning, Literal):
             if isinstance(meaning.type, EnumType):
                 self._types.record_value(access, meaning.type)
@@ -103,8 +110,11 @@ class Meanings:
         name = access.root.text
         own = self._symbols.own if self._symbols else None
         found = _members(own, name, access.span) if own is not None else []
-        if found is None:
+        value = self._types.values.find(name)
+        if found is None or (value is not None and value[1] is None):
             return None
+        if value is not None and value[1] is not None:
+            found.append(self._value(access, value[0], value[1], value[2]))
         return [*found, *(Literal(name, e, access.span) for e in self._types.enums_with(name))]
 
     def _qualified(self, access: Access, member: Name) -> list[Expr] | None:
@@ -117,6 +127,11 @@ class Meanings:
         enum = self._types.enum(root)
         if enum is not None and name in enum.values:
             found.append(Literal(name, enum, access.span))
+        value = self._value_of(root, name)
+        if value is not None and value[1] is None:
+            return None
+        if value is not None and value[1] is not None:
+            found.append(self._value(access, value[0], value[1], root))
         if not found and symbols is not None:
             known = symbols.communications(root)
             found = self._phase(access, known[0] if len(known) == 1 else None, member)
@@ -131,6 +146,20 @@ class Meanings:
             self._faults.unknown_member(access, member)
             return None
         return []
+
+    def _value_of(self, root: str, name: str) -> tuple[ValueNode, Expr | None] | None:
+        """The constant or condition of a component or a library."""
+        component = self._symbols.component(root) if self._symbols else None
+        if component is not None:
+            return component.types.values.own(name)
+        library = self._types.libraries.get(root)
+        return None if library is None else library.values.own(name)
+
+    def _value(self, access: Access, node: ValueNode, meaning: Expr, owner: str) -> Expr:
+        """The meaning of a named value in the place of its name."""
+        found = replace(meaning, span=access.span)
+        self._named[id(found)] = node, owner
+        return found
 
     def _is_constant(self, root: str, name: str) -> bool:
         """Whether ``root.name`` means a constant; a communication may have its interface's name."""
@@ -190,6 +219,11 @@ class Meanings:
             seen.add(type_)
             found.append(Literal(name, type_, access.span))
         return found
+
+
+def _last(access: Access) -> Name:
+    """The last name of an access."""
+    return next((p for p in reversed(access.path) if isinstance(p, Name)), access.root)
 
 
 def _members(component: Instance, name: str, span: Span) -> list[Expr] | None:

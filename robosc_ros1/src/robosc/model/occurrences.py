@@ -18,6 +18,8 @@ from robosc.syntax.nodes import (
     ActionNode,
     CommunicationNode,
     ComponentNode,
+    ConditionNode,
+    ConstantNode,
     EnumNode,
     EnumRuleNode,
     FileNode,
@@ -26,9 +28,11 @@ from robosc.syntax.nodes import (
     MessageNode,
     Name,
     ObjectNode,
+    ParameterNode,
     PropertyNode,
     ServiceNode,
     StateNode,
+    ValueNode,
     VariableNode,
 )
 
@@ -47,6 +51,8 @@ class SymbolKind(Enum):
     ENUM = "enum"
     VALUE = "enum value"
     INTERFACE = "interface"
+    CONSTANT = "constant"
+    CONDITION = "condition"
     ROS_TYPE = "ROS type"
     ROS_PACKAGE = "ROS package"
     ROS_CONSTANT = "ROS constant"
@@ -125,6 +131,7 @@ Declaration: TypeAlias = (
     | EnumNode
     | EnumRuleNode
     | InterfaceNode
+    | ValueNode
 )
 
 
@@ -202,7 +209,8 @@ def _kind_and_detail(
     | ObjectNode
     | PropertyNode
     | EnumNode
-    | InterfaceNode,
+    | InterfaceNode
+    | ValueNode,
 ) -> tuple[SymbolKind, str]:
     match node:
         case FileNode(kind="robot"):
@@ -226,6 +234,10 @@ def _kind_and_detail(
             return SymbolKind.PROPERTY, f"property: {type_.span.text}"
         case EnumNode(source=source):
             return SymbolKind.ENUM, f"datatype enum from {source.span.text}"
+        case ConstantNode(type=type_) | ParameterNode(type=type_):
+            return SymbolKind.CONSTANT, f"constant: {type_.span.text}"
+        case ConditionNode(value=value):
+            return SymbolKind.CONDITION, f"condition = {value.span.text}"
         case InterfaceNode(package=package, type=ros_type):
             return SymbolKind.INTERFACE, f"interface: {package.text}/{ros_type.text}"
 

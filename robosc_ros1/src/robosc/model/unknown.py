@@ -54,7 +54,8 @@ class NameFaults:
         else:
             own = symbols.own if symbols else None
             message = f"nothing here is called '{name}'"
-            candidates = [*(own.members if own else ()), *self._types.enum_values()]
+            members = own.members if own else ()
+            candidates = [*members, *self._types.values.names, *self._types.enum_values()]
             if name.lower() in ("true", "false"):
                 candidates.append(name.lower())
             known_text = "there are"

@@ -1,0 +1,63 @@
+"""Where the constants and named conditions of a file or a component are found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+from robosc.model.expr import Expr
+from robosc.model.report import Report
+from robosc.model.scope import FileScope, report_duplicate
+from robosc.syntax.nodes import ConditionNode, ConstantNode, ValueNode
+
+__all__ = ["ValueScope"]
+
+
+@dataclass
+class ValueScope:
+    """Named values by name, seen from a component (``owner``) or a file.
+
+    ``typed`` gives a node its meaning; it is asked once for each.
+    """
+
+    owner: str = ""
+    outer: ValueScope | None = None
+    typed: Callable[[ValueNode], Expr | None] = lambda node: None
+    _nodes: dict[str, ValueNode] = field(default_factory=dict)
+    _meanings: dict[int, Expr | None] = field(default_factory=dict)
+
+    def declare(self, items: Iterable[object], scope: FileScope, report: Report) -> None:
+        """Take up the values among the items of a file or a component."""
+        for item in items:
+            if not isinstance(item, ConstantNode | ConditionNode):
+                continue
+            scope.names.declare(item, self.owner)
+            first = self._nodes.setdefault(item.name.text, item)
+            if first is not item:
+                report_duplicate("constant or condition", item.name, first.name.span, report)
+
+    def resolve(self) -> None:
+        """Find out what all of them mean, so that faults are told where nothing uses them."""
+        for node in self._nodes.values():
+            self._meaning(node)
+
+    def own(self, name: str) -> tuple[ValueNode, Expr | None] | None:
+        """What is declared here under a name, and its meaning: None after a reported error."""
+        node = self._nodes.get(name)
+        return None if node is None else (node, self._meaning(node))
+
+    def find(self, name: str) -> tuple[ValueNode, Expr | None, str] | None:
+        """What a bare name means here, or around it; and the component that declares it."""
+        found = self.own(name)
+        if found is not None:
+            return (*found, self.owner)
+        return None if self.outer is None else self.outer.find(name)
+
+    @property
+    def names(self) -> list[str]:
+        return [*self._nodes, *(self.outer.names if self.outer is not None else ())]
+
+    def _meaning(self, node: ValueNode) -> Expr | None:
+        if id(node) not in self._meanings:
+            self._meanings[id(node)] = self.typed(node)
+        return self._meanings[id(node)]
