@@ -13,7 +13,7 @@ import sys
 
 __all__ = [
     "IDENTIFIER", "is_identifier", "package_name", "package_name_fault", "ros_name_fault",
-    "snake_case",
+    "rostest_name", "snake_case",
 ]  # fmt: skip
 
 IDENTIFIER = r"[A-Za-z_][A-Za-z0-9_]*"
@@ -50,7 +50,21 @@ def package_name_fault(name: str) -> str | None:
         return "Python has something of that name"
     if name == "robosc":
         return "that is robosc itself"
+    if len(name) > _LONGEST_PACKAGE:
+        return f"it is longer than {_LONGEST_PACKAGE} characters, which CMake cannot build"
     return None
+
+
+_LONGEST_PACKAGE = 120
+
+
+def rostest_name(package: str) -> str:
+    """The name of the test of a ROS 1 package, ``test/<name>.test``: the package's, shortened.
+
+    catkin names a folder ``_run_tests_<package>_rostest_test_<name>.test.dir``, and file systems
+    take 255 bytes.
+    """
+    return package[:90]
 
 
 def ros_name_fault(name: str) -> str | None:

@@ -35,9 +35,11 @@ PACKAGES += [("gauntlet", t, "supervisor") for t in TARGETS]
 """Model, target, mode."""
 
 
-def package_of(model: str, target: str = "ros1", mode: str = "controller") -> Package:
+def package_of(
+    model: str, target: str = "ros1", mode: str = "controller", name: str | None = None
+) -> Package:
     supervisor = pipeline.synthesize(pipeline.load(model_path(model)).robot)
-    return EMITTERS[target, mode](supervisor, f"{model}_{mode}")
+    return EMITTERS[target, mode](supervisor, name or f"{model}_{mode}")
 
 
 def golden_folder(model: str, target: str = "ros1", mode: str = "controller") -> Path:

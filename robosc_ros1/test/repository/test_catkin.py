@@ -14,7 +14,8 @@ from robosc.view.server import PAGE
 
 MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
 SCRIPTS = REPOSITORY / "robosc_ros1" / "scripts"
-VERBS = sorted(p.name for p in SCRIPTS.iterdir() if p.name != "robosc")
+VERBS = sorted(p.name for p in SCRIPTS.iterdir())
+"""``robosc`` itself, which takes a verb, included."""
 
 
 @pytest.fixture(scope="module")

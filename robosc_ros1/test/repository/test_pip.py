@@ -1,10 +1,9 @@
-"""``pip install .`` gives the ``robosc`` command where there is no ROS."""
+"""The source distribution and the wheel give the ``robosc`` command where there is no ROS."""
 
 from __future__ import annotations
 
 import shutil
 import subprocess
-import venv
 from pathlib import Path
 
 import pytest
@@ -18,28 +17,53 @@ pytestmark = pytest.mark.slow
 MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
 
 
+PYTHONS = {"3.11": Path("/usr/bin/python3")}
+# Another one where there is one; its libraries are fetched.
+for _place in (shutil.which("python3.13"), *Path.home().glob(".pyenv/versions/3.13.*/bin/python")):
+    if _place is not None:
+        PYTHONS["3.13"] = Path(_place)
+
+BUILD = "import sys; from setuptools import build_meta as b; print(b.build_sdist(sys.argv[1]))"
+
+
 @pytest.fixture(scope="module")
-def command(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The installed command. Nothing is fetched: the libraries are those of this Python."""
-    pytest.importorskip("ensurepip", reason="this Python has no venv")
-    pytest.importorskip("wheel", reason="building without a network needs wheel")
-    folder = tmp_path_factory.mktemp("pip")
-    # pip builds in the source folder, and what it leaves there would be taken for sources.
+def distribution(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The source distribution."""
+    folder = tmp_path_factory.mktemp("distribution")
+    # It is built in the source folder, and what that leaves there would be taken for sources.
     checkout = folder / "checkout"
     shutil.copytree(
         REPOSITORY,
         checkout,
-        ignore=shutil.ignore_patterns(".git", ".cache", "__pycache__", "build"),
+        ignore=shutil.ignore_patterns(".git", ".cache", "__pycache__", "build", "node_modules"),
     )
-    environment = folder / "environment"
-    venv.create(environment, system_site_packages=True, with_pip=True)
-    pip = [environment / "bin" / "pip", "install", "--quiet", "--no-index"]
-    done = subprocess.run(
-        [*pip, "--no-build-isolation", "--no-deps", checkout], capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
+    done = run(PYTHONS["3.11"], "-c", BUILD, folder, cwd=checkout)
     shutil.rmtree(checkout)
-    return environment / "bin" / "robosc"
+    return folder / done.stdout.split()[-1]
+
+
+@pytest.fixture(scope="module", params=PYTHONS)
+def command(
+    request: pytest.FixtureRequest, distribution: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """The command, installed from the wheel that is built from the source distribution."""
+    folder = tmp_path_factory.mktemp("pip")
+    own = request.param == "3.11"  # nothing is fetched then: the libraries are those of Debian
+    site = ("--system-site-packages",) if own else ()
+    run(PYTHONS[request.param], "-m", "venv", *site, folder / "environment")
+    pip = (folder / "environment" / "bin" / "pip", "--quiet", "--disable-pip-version-check")
+    offline = ("--no-index", "--no-deps") if own else ()
+    alone = ("--no-build-isolation",) if own else ()
+    run(*pip, "wheel", *offline, *alone, "--no-deps", "--wheel-dir", folder, distribution)
+    (wheel,) = folder.glob("*.whl")
+    run(*pip, "install", *offline, wheel)
+    return folder / "environment" / "bin" / "robosc"
+
+
+def run(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    done = subprocess.run(words, cwd=cwd, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
 
 
 def test_check(command: Path, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from emit.golden_packages import package_of
@@ -56,13 +57,36 @@ FAULTS = {
 }
 
 
+# The package of a robot with a name of 102 characters.
+LONG = f"{'r' * 102}_controller"
+
+
 @pytest.fixture(scope="module")
 def lantern(make_workspace: Callable[[], Workspace]) -> Workspace:
     """A workspace of its own, for a controller in which faults are planted."""
     workspace = make_workspace()
     write(package_of("lantern"), workspace.folder / "src")
+    write(package_of("lantern", name=LONG), workspace.folder / "src")
     workspace.build()
     return workspace
+
+
+def test_a_long_name_can_be_tested(lantern: Workspace) -> None:
+    lantern.build(f"run_tests_{LONG}")
+    lantern.run("catkin_test_results", str(lantern.folder / "build"))
+
+
+def test_a_python_without_rospy_is_told_before_the_test_begins(
+    lantern: Workspace, tmp_path: Path
+) -> None:
+    python = tmp_path / "python3"
+    python.write_text('#!/bin/sh\nexec /usr/bin/python3 -S "$@"\n')
+    python.chmod(0o755)
+    path = f"{tmp_path}:{lantern.environment()['PATH']}"
+    make = ("make", "-C", "build", "run_tests_lantern_controller")
+    done = lantern.run("env", f"PATH={path}", *make, check=False)
+    assert done.returncode != 0
+    assert "python3 cannot import rospy: put that of ROS first on PATH" in done.stderr
 
 
 @pytest.mark.parametrize("fault", FAULTS)

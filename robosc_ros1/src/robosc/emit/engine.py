@@ -10,6 +10,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from robosc.emit.line_breaks import break_long_lines
+from robosc.names import rostest_name
 from robosc.resources import templates_folder
 
 __all__ = ["render", "verbatim"]
@@ -26,6 +27,7 @@ def _environment() -> Environment:
         autoescape=False,  # the output is source code, not markup
     )
     environment.filters["quoted"] = _quoted
+    environment.filters["rostest_name"] = rostest_name
     return environment
 
 

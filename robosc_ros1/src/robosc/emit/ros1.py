@@ -20,6 +20,7 @@ from robosc.emit.engine import render, verbatim
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.model.entities import Communication, Kind, Robot
+from robosc.names import rostest_name
 from robosc.runtime.settings import GENERAL_RATE
 from robosc.supervisor import Supervisor
 
@@ -55,7 +56,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{module}/node.py": File(render("ros1/node.py.jinja", context)),
         **{f"{module}/{name}": File(verbatim(f"ros1/{name}")) for name in WIRING},
         f"{module}/model.py": File(model_module(supervisor, source)),
-        f"test/{package}.test": File(render("ros1/rostest.jinja", escaped(context))),
+        f"test/{rostest_name(package)}.test": File(render("ros1/rostest.jinja", escaped(context))),
         "test/play_robot.py": File(render("ros1/play_robot.py.jinja", context), executable=True),
         "test/judge.py": File(verbatim("common/judge.py")),
         "test/shadow.py": File(verbatim("common/shadow.py")),

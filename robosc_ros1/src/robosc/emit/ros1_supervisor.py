@@ -11,6 +11,7 @@ from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.emit.relaying import relay_context
 from robosc.emit.ros1 import WIRING, package_context, spelling
+from robosc.names import rostest_name
 from robosc.supervisor import Supervisor
 
 __all__ = ["emit"]
@@ -43,7 +44,9 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{module}/model.py": model_module(supervisor, source),
         f"{module}/node.py": render("ros1/supervisor_node.py.jinja", context),
         **{f"{module}/{name}": verbatim(f"ros1/{name}") for name in (*WIRING, "relay.py")},
-        f"test/{package}.test": render("ros1/supervisor_rostest.jinja", escaped(context)),
+        f"test/{rostest_name(package)}.test": render(
+            "ros1/supervisor_rostest.jinja", escaped(context)
+        ),
         "test/judge.py": verbatim("common/judge.py"),
         "test/guard_judge.py": verbatim("common/guard_judge.py"),
         "test/shadow.py": verbatim("common/shadow.py"),
