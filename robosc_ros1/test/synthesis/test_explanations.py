@@ -79,6 +79,28 @@ def test_unhandled_cancel() -> None:
     assert why.remedy == "add 'on cancel from grab goto idle' in state grabbing of ObstacleGrabber"
 
 
+DOOR = """
+robot R {
+    component Door {
+        service close with request: none, response: none links Empty
+        behaviour {
+            initial marked state shut { transition goto open }
+            marked state open { on request to close goto closing }
+            state closing { on response from close goto locked }
+            marked state locked { }
+        }
+    }
+    interface Empty use Empty from std_srvs
+}
+"""
+
+
+def test_after_an_error_the_remedy_goes_back_to_where_the_request_came_from() -> None:
+    """Neither on to ``locked``, as if all had gone well, nor to the initial state."""
+    why = explanation_of(supervisor_of(DOOR), "close.request")
+    assert why.remedy == "add 'on error from close goto open' in state closing of Door"
+
+
 def test_state_that_nothing_leaves() -> None:
     """The front end refuses a dead end by its own automaton; here the guard is what closes it."""
     found = supervisor_of(

@@ -96,10 +96,9 @@ def _remedy(plant: Plant, steps: Sequence[Step], axis: int, place: int) -> str |
         event = step.event
         if event.kind.of_component or _edges(event, axis, place):
             continue
-        others = _leaving_by(plant, event.key, axis, place)
-        if others:
-            # What leads out on a good result is the best guess for what should on a bad one.
-            target = plant.variables[axis].values[others[0].target]
+        origin = _requested_from(plant, event.key, axis, place)
+        if origin is not None and _leaving_by(plant, event.key, axis, place):
+            target = plant.variables[axis].values[origin]
             direction = "to" if event.kind is EventKind.REQUEST else "from"
             return (
                 f"add 'on {event.kind.value} {direction} {event.name} goto {target}'"
@@ -114,6 +113,24 @@ def _remedy(plant: Plant, steps: Sequence[Step], axis: int, place: int) -> str |
         target = plant.variables[axis].values[back]
         return f"nothing leaves state {here} of {name}: add a transition, as in 'goto {target}'"
     return None
+
+
+def _requested_from(plant: Plant, key: str, axis: int, place: int) -> int | None:
+    """The state from which a request led the component here, or else its initial one.
+
+    Not where a good result leads: nothing has been achieved.
+    """
+    sources = [
+        edge.source
+        for event in plant.events
+        if event.key == key and event.kind is EventKind.REQUEST
+        for automaton in event.automata
+        if automaton.variable == axis
+        for edge in automaton.edges
+        if edge.target == place
+    ]
+    found = (state for state in (*sources, plant.variables[axis].initial) if state != place)
+    return next(found, None)
 
 
 def _edges(event: Event, axis: int, place: int) -> list[Edge]:
