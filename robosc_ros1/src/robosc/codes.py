@@ -302,6 +302,22 @@ _ALL = (
         "Exchange the bounds.",
     ),
     _error(
+        _NAMES,
+        "bad-index",
+        "An index of several components of a kind is missing, does not exist, or is not known"
+        " beforehand; or there are too many of them.",
+        "component Station[1..6] { … }\nrequirement Station[7].go needs Robot.idle",
+        "Write an index that the message names.",
+    ),
+    _error(
+        _STATEMENTS,
+        "not-over-components",
+        "A function that goes through components stands where it cannot be written out: `count` is"
+        " compared with a whole number, and `sum`, `min` and `max` have no condition.",
+        "requirement go needs count(s.busy for s in Station) < Robot.limit",
+        "Compare the count with a number.",
+    ),
+    _error(
         _TYPES,
         "variable-type",
         "Variables hold a boolean, integer, double, string or enum value; never arrays, objects or"

@@ -7,8 +7,9 @@ robosc and shows a traceback.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from robosc.source import Span
@@ -101,9 +102,26 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 
 
 def sort_diagnostics(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """In reading order, each once."""
-    unique = dict.fromkeys(diagnostics)
+    """In reading order, each once, and once for all copies of a component or statement."""
+    found: dict[tuple[object, ...], list[Diagnostic]] = {}
+    for diagnostic in dict.fromkeys(diagnostics):
+        alike = _INDEX.sub("", diagnostic.message)
+        key = diagnostic.code, diagnostic.span, diagnostic.severity, alike
+        found.setdefault(key, []).append(diagnostic)
+    unique = [_for_all(alike) for alike in found.values()]
     return sorted(unique, key=lambda d: (d.span.source.path, d.span.start, d.span.end, d.code))
+
+
+_INDEX = re.compile(r"\[-?\d+\]|\([A-Za-z_]\w* = -?\d+(?:, [A-Za-z_]\w* = -?\d+)*\)", re.ASCII)
+"""What tells copies apart: ``Station[3]``, or ``(i = 3)`` behind a statement."""
+
+
+def _for_all(alike: list[Diagnostic]) -> Diagnostic:
+    """One diagnostic for several that differ in their indexes only."""
+    first, *others = alike
+    if not others:
+        return first
+    return replace(first, message=f"{first.message}; the same for {len(others)} more")
 
 
 _STYLES = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "caret": "\x1b[1;36m"}

@@ -13,7 +13,7 @@ import sys
 
 __all__ = [
     "IDENTIFIER", "is_identifier", "package_name", "package_name_fault", "ros_name_fault",
-    "rostest_name", "snake_case",
+    "rostest_name", "snake_case", "without_index",
 ]  # fmt: skip
 
 IDENTIFIER = r"[A-Za-z_][A-Za-z0-9_]*"
@@ -26,8 +26,14 @@ def is_identifier(text: str) -> bool:
     return _IDENTIFIER.fullmatch(text) is not None
 
 
+def without_index(name: str) -> str:
+    """``Station[3]`` → ``Station_3``: the name of one of several of a kind as an identifier."""
+    return re.sub(r"\[(-?)(\d+)\]", lambda m: f"_{'minus_' * len(m[1])}{m[2]}", name)
+
+
 def snake_case(name: str) -> str:
     """``LineFollower2D`` → ``line_follower2_d``, ``HTTPServer`` → ``http_server``."""
+    name = without_index(name)
     words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name)
     return re.sub(r"_{2,}", "_", words).strip("_").lower()
 

@@ -26,6 +26,7 @@ from robosc.ir.step import valuations
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.model.types import Type, Value
+from robosc.names import without_index
 from robosc.supervisor import Supervisor
 
 __all__ = ["cif_plant", "cif_supervised"]
@@ -313,7 +314,7 @@ class _Writer:
 
 def _event_name(event: Event) -> str:
     prefix = "c" if event.controllable else "u"
-    name = event.name.replace(".", "_")
+    name = without_index(event.name).replace(".", "_")
     if event.kind.of_component:
         return f"{prefix}_{name}_{event.kind.value}{event.index}"
     return f"{prefix}_{name}_{event.kind.value}"

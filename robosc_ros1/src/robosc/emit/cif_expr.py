@@ -40,6 +40,7 @@ from robosc.model.types import (
     domain,
     is_number,
 )
+from robosc.names import without_index
 
 __all__ = ["Context", "CifNames", "condition", "in_range", "initial", "offset", "update"]
 
@@ -76,7 +77,7 @@ class CifNames:
 
 
 def _unused(wanted: str, taken: set[str], others: Iterable[str]) -> str:
-    name = wanted
+    name = without_index(wanted)
     while name in taken or name in others:
         name += "_"
     taken.add(name)

@@ -61,6 +61,7 @@ def outline(analysis: Analysis) -> tuple[OutlineItem, ...]:
     if analysis.contents is None:
         return ()
     node: FileNode = analysis.contents.scope.node
+    node = node.written or node
     children = tuple(_declaration(d) for d in node.declarations)
     return (OutlineItem(node.name.text, node.kind, "", node.span, node.name.span, children),)
 

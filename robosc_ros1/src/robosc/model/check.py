@@ -193,11 +193,17 @@ def _check_variables(
         for part in walk(expr)
         if isinstance(part, VariableRef)
     }
-    for instance in component_table.instances.values():
-        if instance.imported is not None:
-            continue
+    own = [i for i in component_table.instances.values() if i.imported is None]
+    # Several of a kind share their declarations: it is enough if one of them reads a variable.
+    read_at = {
+        node.name.span.start
+        for instance in own
+        for name, node in instance.variable_nodes.items()
+        if (instance.name, name) in read
+    }
+    for instance in own:
         for name, node in instance.variable_nodes.items():
-            if (instance.name, name) not in read:
+            if node.name.span.start not in read_at:
                 report.add(
                     "unused-variable",
                     node.name.span,

@@ -16,6 +16,10 @@ def resolve_communication(
     access: Access, symbols: SymbolTable, scope: FileScope, report: Report
 ) -> CommunicationInfo | None:
     """The communication that a bare or qualified name means; None after an error."""
+    if access.index is not None:
+        message = f"{access.root.text} has no indexes: it is not declared as several components"
+        report.add("bad-index", access.span, message)
+        return None
     match access.path:
         case ():
             return _bare(access, symbols, scope, report)
@@ -40,7 +44,7 @@ def _bare(
     if len(found) == 1:
         return found[0]
     if found:
-        local = [i for i in found if i.instance.imported is None]
+        local = [i for i in found if i.instance.imported is None and i.instance.node.index is None]
         if len(local) == len(found):
             return found[0]  # two local ones: the duplicate name was reported
         report.add(

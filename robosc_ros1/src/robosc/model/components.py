@@ -20,7 +20,7 @@ from robosc.model.types import (
     Type,
 )
 from robosc.model.values import is_basic
-from robosc.names import ros_name_fault
+from robosc.names import ros_name_fault, snake_case
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -223,7 +223,7 @@ def _enum_in(object_: ObjectType, path: str) -> tuple[str, EnumType] | None:
 def check_local_names(component_table: ComponentTable, report: Report) -> None:
     """Names of communications are unique among the local components."""
     for infos in component_table.by_name.values():
-        local = [i for i in infos if i.instance.imported is None]
+        local = [i for i in infos if i.instance.imported is None and i.instance.node.index is None]
         for info in local[1:]:
             report.add(
                 "duplicate-name",
@@ -306,6 +306,8 @@ def interface_is_legal(node: InterfaceNode) -> bool:
 def _identifier(info: CommunicationInfo, report: Report) -> str | None:
     written: StringNode | None = info.node.identifier
     name = written.text if written is not None else info.name
+    if written is None and info.instance.node.index is not None:
+        name = f"{snake_case(info.instance.name)}/{name}"
     span = written.span if written is not None else info.node.name.span
     fault = ros_name_fault(name)
     if fault is not None:

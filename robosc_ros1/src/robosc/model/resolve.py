@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robosc.errors import Diagnostic, Note, Severity, has_errors, sort_diagnostics
+from robosc.model.copies import write_out
 from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import Robot
 from robosc.model.file_resolver import FileContents, FileResolver
@@ -149,8 +150,10 @@ class _Loader:
     def _file(self, source: Source) -> ResolvedFile:
         report = Report(self._strict)
         node, syntax = parse(source)
+        if node is not None:
+            node = write_out(node, report)
         if node is not None and node.pending:
-            return ResolvedFile(None, (*syntax, *_pending(node)))
+            return ResolvedFile(None, (*report.diagnostics, *syntax, *_pending(node)))
         report.extend(syntax)
         if node is None:
             return ResolvedFile(None, report.diagnostics)

@@ -63,9 +63,8 @@ class StatementResolver:
         condition = self._typer.check(node.condition, BOOLEAN, "a requirement")
         if condition is None or not whole:
             return None
-        return Requirement(
-            node.kind, tuple(keys), condition, fold_text(node.span.text), span=node.span
-        )
+        text = fold_text(node.span.text) + (f" ({node.place})" if node.place else "")
+        return Requirement(node.kind, tuple(keys), condition, text, span=node.span)
 
     def provide(self, node: ProvideNode) -> Provide | None:
         """The provide statement; None after an error."""

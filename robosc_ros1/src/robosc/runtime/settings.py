@@ -123,8 +123,16 @@ _GENERAL = (
 
 
 def parameter_name(name: str) -> str:
-    """A communication's name as a part of a parameter's name."""
-    return name.replace(".", "/")
+    """A communication's name in a parameter's name: ``station_3/go`` for ``Station[3].go``."""
+    component, dot, own = name.rpartition(".")
+    match = _INDEXED.match(component)
+    if match:
+        component = "%s_%s" % (_WORD.sub("_", match.group(1)).lower(), match.group(2))
+    return (component + dot + own).replace(".", "/")
+
+
+_INDEXED = re.compile(r"(\w+)\[(-?\d+)\]\Z")
+_WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
 def declared(communications: Sequence[Communication]) -> List[Parameter]:

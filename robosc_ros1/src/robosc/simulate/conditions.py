@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from robosc.errors import Diagnostic, Severity
 from robosc.model.conditions import typed_condition
+from robosc.model.copies import over_copies
 from robosc.model.entities import Robot
 from robosc.model.expr import Expr
 from robosc.model.report import Report
@@ -24,7 +25,8 @@ def condition(text: str, robot: Robot) -> Expr:
         InvalidLine: it is no condition; with the reason.
     """
     report = Report()
-    expr = typed_condition(_parsed(text), robot, report)
+    node = over_copies(_parsed(text), (component.name for component in robot.components), report)
+    expr = None if report.has_errors else typed_condition(node, robot, report)
     if expr is None:
         raise InvalidLine(_in_words(report.diagnostics[0]))
     return expr

@@ -18,8 +18,8 @@ from robosc.synthesis.formatting import listing
 
 __all__ = ["expect"]
 
-_SENT = re.compile(r"([\w.^]+)(?:\s*\*\s*(\d{1,6}))?", re.ASCII)
-_EVENT = re.compile(r"([\w.^]+)\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
+_SENT = re.compile(r"((?:[\w.^]|\[-?\d+\])+)(?:\s*\*\s*(\d{1,6}))?", re.ASCII)
+_EVENT = re.compile(r"((?:[\w.^]|\[-?\d+\])+)\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
 
 
 def expect(text: str, machine: Machine, latest: Sequence[Happening]) -> None:

@@ -52,7 +52,7 @@ _HELP = "\n".join(
         *(f"  {usage:{_USAGE}}  {meaning}" for usage, meaning in WORDS.values()),
     ]
 )
-_FIRE = re.compile(r"([\w.^]+)\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
+_FIRE = re.compile(r"((?:[\w.^]|\[-?\d+\])+)\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
 _MOST_STEPS = 100_000
 _DEEPEST_PLAY = 10
 

@@ -15,7 +15,7 @@ from robosc.simulate.session import WORDS, Session
 __all__ = ["completions", "line_reader"]
 
 _PROMPT = "> "
-_LAST_WORD = re.compile(r"[\w.^]*$", re.ASCII)
+_LAST_WORD = re.compile(r"[\w.^\[\]]*$", re.ASCII)
 _CONDITIONS = ("goto", "expect")
 
 

@@ -440,11 +440,15 @@ class RangeNode:
 
 @dataclass(frozen=True, slots=True)
 class ComponentNode:
-    """``component name { … }``, or ``component name[1..6] { … }`` for several of a kind."""
+    """``component name { … }``, or ``component name[1..6] { … }`` for several of a kind.
+
+    ``index`` is that of a copy, once the copies are written out.
+    """
 
     name: Name
     items: tuple[CommunicationNode | BehaviourNode | ValueNode, ...]
     indexes: RangeNode | None = None
+    index: int | None = None
     span: Span = _span()
 
 
@@ -475,11 +479,15 @@ class ImportNode:
 
 @dataclass(frozen=True, slots=True)
 class RequirementNode:
-    """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications)."""
+    """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications).
+
+    ``place`` tells the indexes that a copy from a ``for`` is for.
+    """
 
     kind: Literal["needs", "disables", "never", "always"]
     communications: tuple[Access, ...]
     condition: ExprNode
+    place: str = ""
     span: Span = _span()
 
 
@@ -546,7 +554,8 @@ class FileNode:
     ``broken`` holds every word in the declarations that were skipped for their faults: a name that
     is unknown but among them was probably declared there, and calling it unknown would be noise.
     ``pending`` are constructs that the grammar knows and the model does not know yet, each with its
-    place.
+    place. ``written`` is the file as it was written, where in this one the copies of components and
+    statements are written out.
     """
 
     kind: Literal["robot", "library"]
@@ -554,4 +563,5 @@ class FileNode:
     declarations: tuple[DeclarationNode, ...]
     broken: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
     pending: tuple[tuple[str, Span], ...] = field(default=(), compare=False, repr=False)
+    written: FileNode | None = field(default=None, compare=False, repr=False)
     span: Span = _span()

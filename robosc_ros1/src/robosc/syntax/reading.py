@@ -24,11 +24,9 @@ from robosc.syntax.nodes import (
     ArrayNode,
     DurationNode,
     ElementNode,
-    ForNode,
     MemberNode,
     ParameterNode,
     PreferNode,
-    RangeNode,
     SliceNode,
 )
 
@@ -61,11 +59,9 @@ PENDING: dict[type, str] = {
     ArrayNode: "arrays of values",
     DurationNode: "durations",
     ElementNode: "computed indexes",
-    ForNode: "'for'",
     MemberNode: "computed indexes",
     ParameterNode: "parameters",
     PreferNode: "preferences",
-    RangeNode: "several components of a kind",
     SliceNode: "slices",
 }
 """Nodes whose meaning is not there yet; whoever gives them one removes them here."""

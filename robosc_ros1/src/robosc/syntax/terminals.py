@@ -75,7 +75,6 @@ def _build_member(reading: Reading, start: int, end: int, parts: list[Any]) -> N
 
 def _build_indexed(reading: Reading, start: int, end: int, parts: list[Any]) -> Access:
     root, index, member = parts
-    reading.pending.append(("an index of components", reading.span(start, end)))
     return Access(root, (member,), index, span=reading.span(start, end))
 
 

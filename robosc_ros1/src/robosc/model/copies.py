@@ -1,0 +1,411 @@
+"""Several of a kind: components with indexes, and statements for each index, written out.
+
+``component Station[1..6] { … }`` becomes six components ``Station[1]`` to ``Station[6]``, and
+``for i in 1..6 { … }`` six times its statements. Conditions over components, ``any(s.waiting for s
+in Station)``, become plain ones. All this is done on the syntax tree before names are resolved, so
+that no later stage knows of it. What does not depend on an index is shared by the copies.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable, Iterable, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import cache
+from typing import Any, cast
+
+from robosc.language.operators import BINARY
+from robosc.model.quantified import at_least, joined
+from robosc.model.report import Report
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    Access,
+    AggregateNode,
+    BinaryNode,
+    CallNode,
+    ComponentNode,
+    ConditionNode,
+    DeclarationNode,
+    ElementNode,
+    ExprNode,
+    FileNode,
+    ForNode,
+    ImportNode,
+    LiteralNode,
+    MemberNode,
+    Name,
+    RangeNode,
+    SliceNode,
+    StringNode,
+    UnaryNode,
+)
+
+__all__ = ["copy_name", "over_copies", "write_out"]
+
+MOST_COPIES = 10_000
+"""More copies of one component, or of the statements of one ``for``, are an error."""
+
+_PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
+_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
+
+
+def copy_name(name: str, index: int) -> str:
+    """The name of one copy: ``Station[3]``."""
+    return f"{name}[{index}]"
+
+
+def write_out(node: FileNode, report: Report) -> FileNode:
+    """The file without indexes and ``for``; the same file if it has none."""
+    several = {
+        item.name.text: item.indexes
+        for item in node.declarations
+        if isinstance(item, ComponentNode | ImportNode) and item.indexes is not None
+    }
+    if not several and not any(isinstance(item, ForNode) for item in node.declarations):
+        return node
+    writer = _Writer(several, report)
+    declarations: list[DeclarationNode] = []
+    for item in node.declarations:
+        declarations += writer.declaration(item, _Scope())
+    pending = tuple((what, span) for what, span in node.pending if _key(span) not in writer.done)
+    return replace(node, declarations=tuple(declarations), pending=pending, written=node)
+
+
+def over_copies(node: ExprNode, components: Iterable[str], report: Report) -> ExprNode:
+    """A condition with ``Station[3]`` and ``any(s.on for s in Station)`` written out.
+
+    ``components`` are the names of all components, copies included.
+    """
+    found: dict[str, list[int]] = {}
+    for component in components:
+        name, bracket, index = component.partition("[")
+        if bracket:
+            found.setdefault(name, []).append(int(index.rstrip("]")))
+    several = {
+        name: RangeNode(min(indexes), max(indexes), span=node.span)
+        for name, indexes in found.items()
+    }
+    written: ExprNode = _Writer(several, report).node(node, _Scope())
+    return written
+
+
+def _key(span: Span) -> tuple[int, int]:
+    return span.start, span.end
+
+
+@dataclass(frozen=True)
+class _Scope:
+    """What names mean in the copy that is being written.
+
+    ``numbers`` are ``index`` and the variables of ``for``, ``components`` the variables that go
+    through components, and ``conditions`` those that are named in the ``for``.
+    """
+
+    numbers: Mapping[str, int] = field(default_factory=dict)
+    components: Mapping[str, str] = field(default_factory=dict)
+    conditions: Mapping[str, ExprNode] = field(default_factory=dict)
+
+    def number(self, name: str, value: int) -> _Scope:
+        return replace(self, numbers={**self.numbers, name: value})
+
+    def component(self, name: str, component: str) -> _Scope:
+        return replace(self, components={**self.components, name: component})
+
+    def condition(self, name: str, value: ExprNode) -> _Scope:
+        return replace(self, conditions={**self.conditions, name: value})
+
+    def place(self) -> str:
+        """``(i = 3)``, for messages and comments."""
+        return ", ".join(f"{name} = {value}" for name, value in self.numbers.items())
+
+
+class _Writer:
+    """Writes the declarations of one file; ``done`` are the places of what is written out."""
+
+    def __init__(self, several: Mapping[str, RangeNode], report: Report) -> None:
+        self._several = several
+        self._report = report
+        self._touched: dict[int, bool] = {}
+        self.done: set[tuple[int, int]] = set()
+
+    # --- declarations ---
+
+    def declaration(self, item: DeclarationNode, scope: _Scope) -> Iterable[DeclarationNode]:
+        if isinstance(item, ForNode):
+            return self._for(item, scope)
+        if isinstance(item, ComponentNode | ImportNode) and item.indexes is not None:
+            return self._component(item, item.indexes)
+        return (self.node(item, scope),)
+
+    def _indexes(self, node: RangeNode) -> range:
+        self.done.add(_key(node.span))
+        if node.first > node.last:
+            message = f"{node.first} lies behind {node.last}"
+            self._report.add("empty-range", node.span, message, "write the smaller one first")
+        elif node.last - node.first >= MOST_COPIES:
+            message = f"these are more than {MOST_COPIES:,} indexes"
+            self._report.add("bad-index", node.span, message)
+        else:
+            return range(node.first, node.last + 1)
+        return range(node.first, node.first + 1)
+
+    def _component(
+        self, item: ComponentNode | ImportNode, indexes: RangeNode
+    ) -> list[DeclarationNode]:
+        copies: list[DeclarationNode] = []
+        for index in self._indexes(indexes):
+            scope = _Scope({"index": index})
+            name = replace(item.name, text=copy_name(item.name.text, index))
+            if isinstance(item, ComponentNode):
+                items = tuple(self.node(part, scope) for part in item.items)
+                copies.append(replace(item, name=name, items=items, indexes=None, index=index))
+            else:
+                prefix = self.node(item.prefix, scope) if item.prefix else None
+                arguments = tuple(self.node(part, scope) for part in item.arguments)
+                copies.append(
+                    replace(item, name=name, prefix=prefix, arguments=arguments, indexes=None)
+                )
+        return copies
+
+    def _for(self, node: ForNode, scope: _Scope) -> list[DeclarationNode]:
+        self.done.add(_key(node.span))
+        written: list[DeclarationNode] = []
+        for index in self._indexes(node.indexes):
+            inner = scope.number(node.variable.text, index)
+            for statement in node.statements:
+                if isinstance(statement, ConditionNode):
+                    self.done.add(_key(statement.span))
+                    value = self.node(statement.value, inner)
+                    inner = inner.condition(statement.name.text, value)
+                    continue
+                for copy in self.declaration(statement, inner):
+                    written.append(_placed(copy, statement, inner))
+        return written
+
+    # --- any node ---
+
+    def node(self, node: Any, scope: _Scope) -> Any:
+        """The node in a scope; the same node where nothing in it depends on the scope."""
+        if isinstance(node, tuple):
+            parts = tuple(self.node(part, scope) for part in node)
+            return parts if any(a is not b for a, b in zip(parts, node, strict=True)) else node
+        if (
+            not is_dataclass(node)
+            or isinstance(node, Span | Name)
+            or not self._depends(node, scope)
+        ):
+            return node
+        match node:
+            case StringNode(text=text):
+                return replace(node, text=_filled(text, scope))
+            case LiteralNode(value=str() as text):
+                return replace(node, value=_filled(text, scope))
+            case Access():
+                return self._access(node, scope)
+            case MemberNode(object=ElementNode(array=Access(path=()) as array, index=index)) if (
+                self._is_several(array, scope)
+            ):
+                self.done.update((_key(node.span), _key(node.object.span)))
+                return self._member(array, index, node, scope)
+            case BinaryNode(left=AggregateNode() as many, operator=operator, right=right) if (
+                operator in _MIRRORED and many.function.text == "count"
+            ):
+                return self._count(node, many, operator, right, scope)
+            case BinaryNode(left=left, operator=operator, right=AggregateNode() as many) if (
+                operator in _MIRRORED and many.function.text == "count"
+            ):
+                return self._count(node, many, _MIRRORED[operator], left, scope)
+            case AggregateNode():
+                return self._aggregate(node, scope)
+        return self._parts(node, scope)
+
+    def _parts(self, node: Any, scope: _Scope) -> Any:
+        changes = {}
+        for name in _parts_of(cast(Hashable, type(node))):
+            part = getattr(node, name)
+            copy = self.node(part, scope)
+            if copy is not part:
+                changes[name] = copy
+        return replace(node, **changes) if changes else node
+
+    def _depends(self, node: Any, scope: _Scope) -> bool:
+        """Does anything in a node depend on an index, or name one of several components?"""
+        if scope.components or scope.conditions:
+            return True
+        found = self._touched.get(id(node))
+        if found is None:
+            text = node.span.text
+            names = {*self._several, *scope.numbers}
+            words = {word.lstrip("^") for word in re.findall(r"\^?[A-Za-z_]\w*", text)}
+            found = self._touched[id(node)] = not words.isdisjoint(names)
+        return found
+
+    def _is_several(self, access: Access, scope: _Scope) -> bool:
+        return access.root.text in self._several and access.root.text not in scope.components
+
+    # --- names ---
+
+    def _access(self, node: Access, scope: _Scope) -> ExprNode:
+        name = node.root.text
+        if name in scope.components:
+            return replace(node, root=replace(node.root, text=scope.components[name]))
+        if name in scope.conditions and not node.path:
+            return scope.conditions[name]
+        if name in scope.numbers and not node.path and node.index is None:
+            return LiteralNode(scope.numbers[name], span=node.span)
+        if name not in self._several:
+            return node
+        self.done.add(_key(node.span))
+        if node.index is not None:
+            self.done.add((node.span.start, node.index.span.end + 1))
+            return self._one(node, self._constant(node.index, scope), node.path)
+        if node.path and isinstance(node.path[0], int):
+            return self._one(node, node.path[0], node.path[1:])
+        indexes = self._several[name]
+        hint = f"write {copy_name(name, indexes.first)}, or any(c.… for c in {name})"
+        message = f"{name} is several components: {name}[{indexes.first}..{indexes.last}]"
+        self._report.add("bad-index", node.root.span, message, hint)
+        return self._one(node, indexes.first, node.path)
+
+    def _one(self, node: Access, index: int | None, path: tuple[Name | int, ...]) -> Access:
+        """The node with the copy of an index as its root; of the first one after an error."""
+        name = node.root.text
+        indexes = self._several[name]
+        if index is None:
+            index = indexes.first
+        elif not indexes.first <= index <= indexes.last:
+            hint = f"the indexes are {indexes.first}..{indexes.last}"
+            self._report.add("bad-index", node.span, f"there is no {copy_name(name, index)}", hint)
+            index = indexes.first
+        root = replace(node.root, text=copy_name(name, index))
+        return Access(root, path, span=node.span)
+
+    def _member(self, array: Access, index: ExprNode, node: MemberNode, scope: _Scope) -> Access:
+        found = self._constant(index, scope)
+        return self._one(replace(array, span=node.span), found, node.path)
+
+    def _constant(self, node: ExprNode, scope: _Scope) -> int | None:
+        """The value of an index; None after an error."""
+        value = _value(self.node(node, scope))
+        if value is None:
+            names = ", ".join(scope.numbers) or "numbers"
+            self._report.add(
+                "bad-index",
+                node.span,
+                "the index of a component must be a whole number that is known beforehand",
+                f"it can be computed from {names}",
+            )
+        return value
+
+    # --- conditions over components ---
+
+    def _members(self, node: AggregateNode, scope: _Scope) -> list[_Scope] | None:
+        """A scope for each component that an aggregate goes through; None: it goes through data."""
+        array = node.array
+        base = array.array if isinstance(array, SliceNode) else array
+        if not isinstance(base, Access) or base.path or not self._is_several(base, scope):
+            return None
+        name = base.root.text
+        first, last = self._several[name].first, self._several[name].last
+        if isinstance(array, SliceNode):
+            self.done.add(_key(array.span))
+            low, high = self._constant(array.first, scope), self._constant(array.last, scope)
+            for index, place in ((low, array.first), (high, array.last)):
+                if index is not None and not first <= index <= last:
+                    hint = f"the indexes are {first}..{last}"
+                    message = f"there is no {copy_name(name, index)}"
+                    self._report.add("bad-index", place.span, message, hint)
+            first, last = max(first, low or first), min(last, high or last)
+        self.done.add(_key(node.span))
+        variable = node.variable.text
+        return [
+            scope.component(variable, copy_name(name, index)) for index in range(first, last + 1)
+        ]
+
+    def _aggregate(self, node: AggregateNode, scope: _Scope) -> ExprNode:
+        members = self._members(node, scope)
+        if members is None:
+            parts: ExprNode = self._parts(node, scope)
+            return parts
+        function = node.function.text
+        elements = [self._element(node, member) for member in members]
+        if function == "any":
+            return joined("or", elements, node.span, empty=False)
+        if function == "all":
+            return joined("and", elements, node.span, empty=True)
+        if function in ("sum", "min", "max") and node.condition is None:
+            if function == "sum":
+                return joined("+", elements, node.span, empty=0)
+            return CallNode(
+                Access(node.function, (), span=node.function.span), tuple(elements), span=node.span
+            )
+        hint = "compare count(…) with a number" if function == "count" else "leave out the 'if'"
+        message = f"'{function}' over components cannot stand here"
+        self._report.add("not-over-components", node.span, message, hint)
+        return LiteralNode(0, span=node.span)
+
+    def _element(self, node: AggregateNode, scope: _Scope) -> ExprNode:
+        """What an aggregate says of one component, its condition included."""
+        element: ExprNode = self.node(node.element, scope)
+        if node.condition is None:
+            return element
+        condition: ExprNode = self.node(node.condition, scope)
+        operator = "=>" if node.function.text == "all" else "and"
+        return BinaryNode(operator, condition, element, operator_span=node.span, span=node.span)
+
+    def _count(
+        self, node: BinaryNode, many: AggregateNode, operator: str, bound: ExprNode, scope: _Scope
+    ) -> ExprNode:
+        """A comparison of a count with a number."""
+        members = self._members(many, scope)
+        number = _value(self.node(bound, scope))
+        if members is None:
+            parts: ExprNode = self._parts(node, scope)
+            return parts
+        if number is None:
+            message = "the number of components can only be compared with a whole number"
+            self._report.add("not-over-components", bound.span, message)
+            number = 0
+        elements = [self._element(many, member) for member in members]
+        written = at_least(operator, elements, number, many.span)
+        if written is None:
+            message = "this count has too many cases to be written out"
+            hint = "compare it with a smaller number, or count fewer components"
+            self._report.add("not-over-components", many.span, message, hint)
+            return LiteralNode(True, span=node.span)
+        return written
+
+
+def _value(node: Any) -> int | None:
+    """The whole number that an expression over literals gives."""
+    match node:
+        case LiteralNode(value=int() as value) if not isinstance(value, bool):
+            return value
+        case UnaryNode(operator="-", operand=operand):
+            inner = _value(operand)
+            return None if inner is None else -inner
+        case BinaryNode(operator=operator, left=left, right=right) if operator in "+-*%":
+            numbers = _value(left), _value(right)
+            if None in numbers or (operator == "%" and numbers[1] == 0):
+                return None
+            return int(BINARY[operator].scalar(*numbers))
+    return None
+
+
+def _filled(text: str, scope: _Scope) -> str:
+    """A string with the numbers of ``{index}`` and ``{i}`` in it."""
+    return _PLACEHOLDER.sub(
+        lambda match: str(scope.numbers.get(match[1], match[0])),
+        text,
+    )
+
+
+def _placed(copy: Any, statement: Any, scope: _Scope) -> Any:
+    """The copy of a statement, with the indexes that it is for."""
+    return replace(copy, place=scope.place()) if hasattr(copy, "place") and not copy.place else copy
+
+
+@cache
+def _parts_of(kind: Hashable) -> tuple[str, ...]:
+    """The fields of a kind of node that may hold nodes."""
+    return tuple(f.name for f in fields(cast(Any, kind)) if f.compare)

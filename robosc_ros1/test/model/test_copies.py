@@ -1,0 +1,166 @@
+"""Several of a kind are written out before names are resolved."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from robosc.errors import render_all
+from robosc.ir.lower import lower
+from robosc.model.entities import Robot
+from robosc.model.evaluation import evaluate
+from robosc.model.expr import StateRef
+from robosc.model.resolve import load
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.source import Source
+
+STATION = """
+    component Station[1..3] {
+        outgoing message call with identifier: "/station_{index}/call", type: none
+        incoming message go with type: none
+        behaviour {
+            variable number: integer(0..9) = index
+            initial marked state idle {
+                on response from call do number := index * 2 goto waiting
+                transition if Station[index % 3 + 1].waiting and number > 0
+            }
+            state waiting {
+                on request to go goto idle
+            }
+        }
+    }
+"""
+
+
+def resolved(text: str) -> Robot:
+    robot, diagnostics = load(
+        Source("model.rscd", f"robot R {{ {text} }}"), definitions=MessageDefinitions()
+    )
+    assert robot is not None, render_all(diagnostics)
+    assert not [d for d in diagnostics if d.code != "unused-variable"], render_all(diagnostics)
+    return robot
+
+
+def needs(condition: str) -> dict[int, bool]:
+    """A requirement on each way in which three stations may wait: bit i is station i + 1."""
+    robot = resolved(f"{STATION} requirement Station[1].go needs {condition}")
+    (requirement,) = robot.requirements
+    found = {}
+    for bits in product((False, True), repeat=3):
+        waiting = {f"Station[{n}]": bit for n, bit in enumerate(bits, 1)}
+
+        def lookup(leaf: object, waiting: dict[str, bool] = waiting) -> bool:
+            assert isinstance(leaf, StateRef)
+            return waiting[leaf.component] == (leaf.state == "waiting")
+
+        found[sum(bit << n for n, bit in enumerate(bits))] = bool(
+            evaluate(requirement.condition, lookup)
+        )
+    return found
+
+
+def test_each_copy_has_its_index_in_names_strings_and_values() -> None:
+    robot = resolved(STATION)
+    assert [c.name for c in robot.components] == ["Station[1]", "Station[2]", "Station[3]"]
+    assert {c.key: c.identifier for c in robot.communications.values()} == {
+        "Station[1].call": "/station_1/call", "Station[1].go": "station_1/go",
+        "Station[2].call": "/station_2/call", "Station[2].go": "station_2/go",
+        "Station[3].call": "/station_3/call", "Station[3].go": "station_3/go",
+    }  # fmt: skip
+    starts = [c.behaviour.variables[0].initial for c in robot.components if c.behaviour]
+    assert starts == [1, 2, 3]
+
+
+def test_copies_mean_what_components_written_one_by_one_mean() -> None:
+    by_hand = "".join(
+        STATION.replace("Station[1..3]", f"Station{n}")
+        .replace("Station[index % 3 + 1]", f"Station{n % 3 + 1}")
+        .replace("{index}", str(n))
+        .replace("index", str(n))
+        .replace("message call", f"message call{n}")
+        .replace("from call", f"from call{n}")
+        .replace("message go with", f'message go{n} with identifier: "station_{n}/go",')
+        .replace("to go", f"to go{n}")
+        for n in (1, 2, 3)
+    )
+    one, other = lower(resolved(STATION)), lower(resolved(by_hand))
+    assert [(v.kind, v.values, v.initial) for v in one.variables] == [
+        (v.kind, v.values, v.initial) for v in other.variables
+    ]
+    assert [(e.kind, len(e.automata)) for e in one.events] == [
+        (e.kind, len(e.automata)) for e in other.events
+    ]
+
+
+def test_for_repeats_statements_and_conditions_in_it() -> None:
+    robot = resolved(
+        STATION
+        + """
+        for i in 1..3 {
+            condition other = Station[i % 3 + 1].waiting
+            requirement Station[i].go needs other
+            for j in 1..2 { requirement Station[j].go needs Station[i].waiting }
+        }
+        """
+    )
+    named = [r for r in robot.requirements if "other" in r.text]
+    assert [(r.communications, r.text[-7:]) for r in named] == [
+        (("Station[1].go",), "(i = 1)"),
+        (("Station[2].go",), "(i = 2)"),
+        (("Station[3].go",), "(i = 3)"),
+    ]
+    conditions = [r.condition for r in named]
+    assert [c.component for c in conditions if isinstance(c, StateRef)] == [
+        "Station[2]", "Station[3]", "Station[1]",
+    ]  # fmt: skip
+    assert len(robot.requirements) == 9
+
+
+@pytest.mark.parametrize(
+    ("condition", "holds"),
+    [
+        ("any(s.waiting for s in Station)", lambda n: n > 0),
+        ("all(s.waiting for s in Station)", lambda n: n == 3),
+        ("count(s.waiting for s in Station) < 2", lambda n: n < 2),
+        ("count(s.waiting for s in Station) <= 2", lambda n: n <= 2),
+        ("count(s.waiting for s in Station) = 2", lambda n: n == 2),
+        ("count(s.waiting for s in Station) != 1", lambda n: n != 1),
+        ("count(s.waiting for s in Station) >= 1", lambda n: n >= 1),
+        ("2 < count(s.waiting for s in Station)", lambda n: n > 2),
+        ("2 >= count(s.waiting for s in Station)", lambda n: n <= 2),
+        ("count(s.waiting for s in Station) >= 0", lambda n: True),
+        ("count(s.waiting for s in Station) > 3", lambda n: False),
+    ],
+)
+def test_conditions_over_all_components(condition: str, holds: object) -> None:
+    assert callable(holds)
+    for bits, value in needs(f"{condition} and (Station[1].idle or Station[1].waiting)").items():
+        assert value == holds(bits.bit_count()), f"{condition} with {bits:03b}"
+
+
+def test_conditions_over_some_components() -> None:
+    slice_ = needs("any(s.waiting for s in Station[2..3])")
+    assert slice_ == {bits: bits & 0b110 != 0 for bits in range(8)}
+    filtered = needs("all(s.waiting for s in Station if !Station[1].waiting)")
+    assert filtered == {bits: bits in (0b111,) or bits & 1 != 0 for bits in range(8)}
+
+
+def test_a_count_of_many_is_written_out_in_few_terms() -> None:
+    many = (
+        STATION.replace("1..3", "1..200")
+        .replace("index % 3 + 1", "index % 200 + 1")
+        .replace("integer(0..9)", "integer(0..400)")
+    )
+    robot = resolved(
+        f"{many} requirement Station[1].go needs count(s.waiting for s in Station) < 2"
+    )
+    assert len(robot.components) == 200
+
+
+def test_a_fault_in_a_body_is_told_once() -> None:
+    _, found = load(
+        Source("model.rscd", f"robot R {{ {STATION.replace('goto waiting', 'goto wating')} }}"),
+        definitions=MessageDefinitions(),
+    )
+    assert [(d.code, d.span.text) for d in found] == [("unknown-state", "wating")]
