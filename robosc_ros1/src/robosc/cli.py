@@ -106,7 +106,7 @@ def _synthesize(args: Arguments) -> int:
 
 def _explore(args: Arguments) -> int:
     from robosc import pipeline, report
-    from robosc.synthesis.documents import explore_document
+    from robosc.synthesis.documents import explore_json
 
     loaded = pipeline.load(args.model, _options(args))
     _report(loaded.diagnostics)
@@ -114,7 +114,7 @@ def _explore(args: Arguments) -> int:
         loaded.robot, plant=args.plant, limit=args.limit, progress=args.progress
     )
     if args.json:
-        _print_json(explore_document(graph))
+        sys.stdout.writelines(explore_json(graph))
     else:
         print(report.graph_text(graph), end="")
     return 0

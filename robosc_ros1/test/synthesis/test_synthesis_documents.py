@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import families
 import pytest
+import steep_families
 from synthesis.plants import plant_of, supervisor_of
 
 from robosc.errors import StateSpaceError
-from robosc.synthesis import explore
-from robosc.synthesis.documents import explore_document, synthesize_document
+from robosc.synthesis import documents, explore
+from robosc.synthesis.documents import explore_document, explore_json, synthesize_document
+from robosc.synthesis.verify.check import verify
 
 BODY = """
     datatype enum Colour from integer to { value = 1 -> red default -> blue }
@@ -170,3 +173,28 @@ def test_explanations_in_the_document() -> None:
         {"kind": "error", "name": "s", "value": None},
     ]
     assert why["remedy"] == "add 'on error from s goto idle' in state busy of A"
+
+
+@pytest.mark.parametrize("lines", [1, 3, 10_000])
+def test_text_in_parts_is_the_document(lines: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(documents, "_LINES_AT_ONCE", lines)
+    for text in (steep_families.restless(2), families.action_robot(1), steep_families.readings(3)):
+        graph = explore(plant_of(text))
+        assert json.loads("".join(explore_json(graph))) == explore_document(graph)
+    none = explore(supervisor_of("component A { incoming message m with type: none }"))
+    assert json.loads("".join(explore_json(none))) == explore_document(none)
+
+
+def test_what_is_too_large_is_refused_before_it_is_walked() -> None:
+    supervisor = supervisor_of(steep_families.gauges(300), "bdd")
+    with pytest.raises(StateSpaceError, match="there are 90000 states, more than 80000"):
+        explore(supervisor, 80_000)
+    with pytest.raises(StateSpaceError, match="there are 54006190 transitions, more than 3000000"):
+        explore(supervisor, 100_000)
+    with pytest.raises(StateSpaceError, match="54006190 transitions; verification stops"):
+        verify(supervisor)
+
+
+def test_transitions_of_a_plant_are_bounded_on_the_way() -> None:
+    with pytest.raises(StateSpaceError, match="more than 30000 transitions"):
+        explore(plant_of(steep_families.gauges(30)), 1000)

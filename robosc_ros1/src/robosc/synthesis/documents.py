@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterable, Iterator
+from itertools import islice
 from typing import Any
 
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
@@ -15,9 +18,12 @@ from robosc.synthesis.system import make_step
 __all__ = [
     "event_document",
     "explore_document",
+    "explore_json",
     "step_document",
     "synthesize_document",
 ]
+
+_LINES_AT_ONCE = 10_000
 
 
 def event_document(event: Event) -> dict[str, Any]:
@@ -67,6 +73,46 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
         ],
         "properties": dict(supervisor.properties),
     }
+
+
+def explore_json(graph: Graph) -> Iterator[str]:
+    """The text of :func:`explore_document`, in parts: a state and a transition to a line."""
+    plant = graph.plant
+    head = {"version": 1, "robot": plant.robot.name, "initial": 0}
+    yield json.dumps(head)[:-1] + ',\n "states": [\n'
+    states = (_state(plant, number, state) for number, state in enumerate(graph.states))
+    yield from _lines(json.dumps(state) for state in states)
+    yield '],\n "transitions": [\n'
+    yield from _lines(_transition_texts(graph))
+    yield "]}\n"
+
+
+def _lines(texts: Iterable[str]) -> Iterator[str]:
+    """Texts, each on a line, separated by commas; many lines in one part."""
+    remaining = iter(texts)
+    before = "  "
+    while part := list(islice(remaining, _LINES_AT_ONCE)):
+        yield before + ",\n  ".join(part)
+        before = ",\n  "
+    yield "\n"
+
+
+def _transition_texts(graph: Graph) -> Iterator[str]:
+    plant = graph.plant
+    known: dict[tuple[int, object], str] = {}
+    for t in graph.transitions:
+        event = plant.events[t.event]
+        values = t.values
+        key: object = id(values)  # 0.0 and -0.0 are equal
+        if event.kind.of_component:  # their values say from where to where
+            step = make_step(plant, event, values, graph.states[t.source], graph.states[t.target])
+            key = values = step.values
+        text = known.get((t.event, key))
+        if text is None:
+            told = json.dumps(step_document(Step(event, values)))
+            sign = "true" if event.controllable else "false"
+            text = known[t.event, key] = f'"event": {told}, "controllable": {sign}'
+        yield f'{{"source": {t.source}, {text}, "target": {t.target}}}'
 
 
 def explore_document(graph: Graph) -> dict[str, Any]:

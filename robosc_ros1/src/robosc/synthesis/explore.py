@@ -9,6 +9,7 @@ from robosc.ir.automaton import Plant, PlantState
 from robosc.ir.step import Values
 from robosc.model.expr import Expr
 from robosc.supervisor import Supervisor
+from robosc.synthesis.formatting import amount
 from robosc.synthesis.stepper import Stepper
 
 __all__ = ["Graph", "Transition", "explore"]
@@ -33,17 +34,24 @@ class Graph:
     transitions: tuple[Transition, ...]
 
 
+_TRANSITIONS_PER_STATE = 30
+"""Transitions that are kept for each state of the limit: each takes some 80 bytes."""
+
+
 def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
     """All that can be reached: under control, or without any requirement if a plant is given.
 
     The graph of an empty supervisor has no states.
 
     Raises:
-        StateSpaceError: there are more than ``limit`` states.
+        StateSpaceError: there are more than ``limit`` states, or 30 times as many transitions.
     """
     plant = system.plant if isinstance(system, Supervisor) else system
     if isinstance(system, Supervisor) and system.empty:
         return Graph(plant, (), ())
+    most = None if limit is None else limit * _TRANSITIONS_PER_STATE
+    if isinstance(system, Supervisor):
+        _refuse(system.controlled_states, system.controlled_transitions, limit)
     stepper = Stepper(plant)
     allowed: dict[int, Expr] = {}
     if isinstance(system, Supervisor):
@@ -60,5 +68,23 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
                     states.append(target)
                     if limit is not None and len(states) > limit:
                         raise StateSpaceError(f"there are more than {limit} states; raise --limit")
+                if most is not None and len(transitions) >= most:
+                    raise StateSpaceError(
+                        f"there are more than {most} transitions; raise --limit (of states)"
+                    )
                 transitions.append(Transition(source, event.number, values, numbers[target]))
     return Graph(plant, tuple(states), tuple(transitions))
+
+
+def _refuse(states: int, transitions: int, limit: int | None) -> None:
+    """Refuse before anything is walked what is known to be too large."""
+    if limit is None:
+        return
+    for found, what, most in (
+        (states, "states", limit),
+        (transitions, "transitions", limit * _TRANSITIONS_PER_STATE),
+    ):
+        if found > most:
+            raise StateSpaceError(
+                f"there are {amount(found)} {what}, more than {most}; raise --limit (of states)"
+            )

@@ -39,6 +39,7 @@ from robosc.synthesis.verify.steps import (
 __all__ = ["DEFAULT_LIMIT", "Check", "VerifyReport", "verify", "verify_document"]
 
 DEFAULT_LIMIT: Final = 1 << 20  # states; about a minute and 700 MB
+_MOST_STEPS: Final = 1 << 24  # each takes 16 bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +164,7 @@ class _Verifier:
         return axes
 
     def report(self) -> VerifyReport:
+        self._refuse()
         name = self._plant.robot.name
         controllable = self._check_controllable()
         graph = self._search()
@@ -201,7 +203,7 @@ class _Verifier:
                 graph.unsafe[here] = failing
                 graph.allowed.append(0)
             graph.first.append(len(graph.targets))
-            self._stop_at_limit(len(graph.codes))
+            self._stop_at_limit(len(graph.codes), len(graph.targets))
             here += 1
         return graph
 
@@ -236,9 +238,23 @@ class _Verifier:
                 return f"the {_text(event)} may take a variable out of its range"
         return None
 
-    def _stop_at_limit(self, found: int) -> None:
+    def _refuse(self) -> None:
+        """Refuse before anything is walked what synthesis knows to be too large."""
+        told = self._supervisor
+        for found, what, most in (
+            (told.controlled_states, "states", self._limit),
+            (told.controlled_transitions, "transitions", _MOST_STEPS),
+        ):
+            if found > most:
+                raise StateSpaceError(
+                    f"the controlled system has {found} {what}; verification stops at {most}"
+                )
+
+    def _stop_at_limit(self, found: int, steps: int = 0) -> None:
         if found > self._limit:
             raise StateSpaceError(f"verification stops at {self._limit} states; there are more")
+        if steps > _MOST_STEPS:
+            raise StateSpaceError(f"verification stops at {_MOST_STEPS} transitions")
 
     def _keepable(self, graph: CodedGraph, backward: Backward) -> bytearray:
         """Which states some supervisor can keep safe and nonblocking: 1, the others 0.
