@@ -90,8 +90,15 @@ class RosPort(Port):
             post = engine.poster(keys)
             self._subscribers.append(rospy.Subscriber(topic, message_type, post, tcp_nodelay=True))
         if self._simulated:
-            wake = engine.wake
-            self._subscribers.append(rospy.Subscriber("/clock", Clock, lambda _: wake()))
+            self._timeless = self.now() == 0.0
+            self._subscribers.append(rospy.Subscriber("/clock", Clock, self._on_clock))
+
+    def _on_clock(self, _):
+        if self._timeless:
+            self._timeless = False
+            self._engine.restart_clocks()  # what seems to have passed is the time since 1970
+        else:
+            self._engine.wake()
 
     def await_subscribers(self, timeout=1.0):
         """Wait until who listens already is connected, so that the first commands are not lost.

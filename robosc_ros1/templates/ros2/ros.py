@@ -85,10 +85,18 @@ class RosPort(Port):
                 post = _plainly(post)
             _subscribe(self._node, message_type, topic, post, self._profiles[keys[0]])
         if self._simulated:
+            self._timeless = self.now() == 0.0
             self._jumps = self._node.get_clock().create_jump_callback(
-                EVERY_STEP, post_callback=lambda _: engine.wake()
+                EVERY_STEP, post_callback=lambda _: self._on_clock(engine)
             )
         self.executor_thread.start()
+
+    def _on_clock(self, engine):
+        if self._timeless:
+            self._timeless = False
+            engine.restart_clocks()  # what seems to have passed is the time since 1970
+        else:
+            engine.wake()
 
     def await_subscribers(self, timeout=0.5):
         """Wait until each topic has a subscriber, so that the first commands are not lost.

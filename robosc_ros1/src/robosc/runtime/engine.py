@@ -17,9 +17,11 @@ import time
 import traceback
 from queue import Empty, SimpleQueue
 from types import MethodType
-from typing import Any, Callable, Dict, FrozenSet, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple, Union
 
 from .calls import Calls
+from .clocks import Clocks, Timer, Watch
+from .inbox import Inbox
 from .internal import InternalTransitions
 from .model import Controller, Input
 from .port import Port
@@ -54,9 +56,12 @@ class _BoundInput:
 
 
 _Inputs = Tuple[_BoundInput, ...]
-_Item = Union[Tuple[_Inputs, Any, int], Callable[[], None], None]
-"""The inputs that a message means, with the message and the token of its request; something to do
-between two events; or just a reason to look at the clock."""
+_Message = Tuple[_Inputs, Any, Union[int, Inbox]]
+_Item = Union[_Message, Callable[[], None], None]
+"""The inputs that a message means, with the message and the token of its request or the inbox of
+its topic; something to do between two events; or just a reason to look at the clock."""
+_BATCH = 100
+"""So many items are taken before commands and deadlines have their turn."""
 
 
 class Engine:
@@ -97,8 +102,10 @@ class Engine:
             self.settings.server_lost_after,
             port.silence,
         )
+        self._clocks = Clocks(controller, self.settings.timeout_of, self.settings.seconds)
         self._throttle = Throttle()
         self._queue: "SimpleQueue[_Item]" = SimpleQueue()
+        self._inboxes: Dict[Tuple[str, ...], Inbox] = {}
         self._undefined = 0
         self._closing = False
 
@@ -106,7 +113,10 @@ class Engine:
 
     def post(self, key: str, kind: str, message: Any = None) -> None:
         """The robot sent a message; it is converted on the engine thread."""
-        self._queue.put(((self._inputs[key, kind],), message, 0))
+        if kind == "response" and not self._inputs[key, kind].call:
+            self.poster([key])(message)
+        else:
+            self._queue.put(((self._inputs[key, kind],), message, 0))
 
     def poster(self, keys: Sequence[str]) -> Callable[[Any], None]:
         """Return a function that posts the messages of a topic.
@@ -114,11 +124,18 @@ class Engine:
         Each message is one input, whatever the number of its communications: all of them are
         applied, in this order, before internal transitions are taken and commands sent.
         """
-        put, entries = self._queue.put, self._responses(keys)
-        return lambda message: put((entries, message, 0))
-
-    def _responses(self, keys: Sequence[str]) -> _Inputs:
-        return tuple(self._inputs[key, "response"] for key in keys)
+        found = self._inboxes.get(tuple(keys))
+        if found is None:
+            put, entries = self._queue.put, tuple(self._inputs[key, "response"] for key in keys)
+            watched = any(self._clocks.is_watched(key) for key in keys)
+            found = self._inboxes.setdefault(
+                tuple(keys),
+                Inbox(
+                    lambda message, inbox: put((entries, message, inbox)),
+                    self._port.now if watched else None,
+                ),
+            )
+        return found.post
 
     def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
         """A request went on: "accepted", "feedback", "response", or "error" with the reason."""
@@ -130,6 +147,10 @@ class Engine:
     def invoke(self, function: Callable[[], None]) -> None:
         """Have the engine thread call the function between two events."""
         self._queue.put(function)
+
+    def restart_clocks(self) -> None:
+        """Have the model's clocks start anew: there was no time before."""
+        self._queue.put(lambda: self._clocks.restart(self._port.now()))
 
     def wake(self) -> None:
         """Have the engine look at its clock again: simulated time went on."""
@@ -166,14 +187,22 @@ class Engine:
     def _begin(self) -> None:
         self._run_to_completion(None)
         self._scheduler.begin(self._port.now())
+        self._clocks.begin(self._port.now())
 
     def time_to_deadline(self) -> Optional[float]:
         """Return the seconds until the next deadline of the engine; None: it waits for input."""
-        command = None if self.stopped else self._scheduler.time_to_next(self._port.now())
-        if self._calls.earliest is None:
-            return command
-        call = min(_LONGEST_WAIT, max(0.0, self._calls.earliest - self._steady()))
-        return call if command is None else min(command, call)
+        now = self._port.now()
+        times = [
+            None if self.stopped else self._time_to_command(now),
+            self._clocks.time_to_next(now),
+        ]
+        if self._calls.earliest is not None:
+            times.append(self._calls.earliest - self._steady())
+        known = [time for time in times if time is not None]
+        return max(0.0, min(_LONGEST_WAIT, *known)) if known else None
+
+    def _time_to_command(self, now: float) -> Optional[float]:
+        return self._scheduler.time_to_next(now)
 
     def cycle(self, item: _Item = None) -> None:
         """Handle the item and all that is queued, then perform each command that is due, once."""
@@ -207,13 +236,14 @@ class Engine:
 
     def _drain(self) -> None:
         # Only what is there already: a flood of inputs must not keep commands from being sent.
-        for _ in range(self._queue.qsize()):
+        for _ in range(min(self._queue.qsize(), _BATCH)):
             try:
                 item = self._queue.get_nowait()
             except Empty:
                 break
             if item is not None:
                 self._take(item)
+        self._fire_clocks()
         earliest = self._calls.earliest
         if earliest is not None and earliest <= self._steady():
             for key, reason in self._calls.expired(self._steady()):
@@ -221,12 +251,15 @@ class Engine:
 
     # Inputs
 
-    def _take(self, item: Union[Tuple[_Inputs, Any, int], Callable[[], None]]) -> None:
+    def _take(self, item: Union[_Message, Callable[[], None]]) -> None:
         if not isinstance(item, tuple):
             item()
             return
         entries, message, token = item
         entry = entries[0]
+        if isinstance(token, Inbox):
+            self._arrived(entries, message, token)
+            return
         if entry.call:
             if not self._calls.is_current(entry.key, token):
                 self.recorder.counters["late"] += 1
@@ -235,19 +268,47 @@ class Engine:
                 self._calls.end(entry.key)
         self._input(entries, message)
 
+    def _arrived(self, entries: _Inputs, message: Any, inbox: Inbox) -> None:
+        arrival = inbox.take()
+        applied = self._input(entries, message)
+        self._clocks.heard((entry.key for entry in applied), arrival, self._port.now)
+
+    def _fire_clocks(self) -> None:
+        """Apply the timeouts and take the delayed transitions whose time has come."""
+        now = self._port.now()
+        for clock in self._clocks.due(now):
+            if isinstance(clock, Timer):
+                path = clock.step()
+                if path is not None:
+                    self._clocks.stop(clock)
+                    self.recorder.counters["inputs"] += 1
+                    row = clock.row
+                    self.recorder.record("after", row.component, path, tau=row.number)
+                    self._after(frozenset(row.writes), None)
+            elif isinstance(clock, Watch):
+                if any(inbox and clock.key in keys for keys, inbox in self._inboxes.items()):
+                    self._clocks.retry(clock)  # what waits may end the silence
+                else:
+                    self._clocks.stop(clock)
+                    self._input((self._inputs[clock.key, "timeout"],), None)
+
     def _end_by_deadline(self, key: str, reason: str) -> None:
         token = self._calls.end(key)
         if token is not None:
             self._port.abandon(key, token)
             self._input((self._inputs[key, "error"],), reason)
 
-    def _input(self, entries: _Inputs, message: Any) -> None:
-        """Apply one input: the events that a message means, then run to completion."""
+    def _input(self, entries: _Inputs, message: Any) -> List[_BoundInput]:
+        """Apply one input: the events that a message means, then run to completion.
+
+        Returns the events that could be applied.
+        """
+        applied = [entry for entry in entries if self._apply(entry, message)]
         writes: FrozenSet[str] = frozenset()
-        for entry in entries:
-            if self._apply(entry, message):
-                writes = writes | entry.writes if writes else entry.writes
+        for entry in applied:
+            writes = writes | entry.writes if writes else entry.writes
         self._after(writes, entries[0].ends)
+        return applied
 
     def _apply(self, entry: _BoundInput, message: Any) -> bool:
         """Apply one event; whether it could be."""
@@ -295,6 +356,7 @@ class Engine:
             if total != self._undefined:
                 self._undefined = self.recorder.counters["undefined"] = total
                 self._log("warning", "undefined", "undefined value: an array was too short")
+        self._clocks.follow(writes, self._port.now())
         self._schedule(writes, ended)
 
     def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
@@ -414,7 +476,13 @@ class Engine:
 
     def snapshot(self) -> Dict[str, Any]:
         """The state with all that goes with it, to be looked at by another thread."""
+        dropped = sum(inbox.dropped for inbox in list(self._inboxes.values()))
+        if dropped != self.recorder.counters["dropped"]:
+            self.recorder.counters["dropped"] = dropped
+            self._log("warning", "dropped", "messages come faster than they can be handled")
+        left = self._clocks.time_left(self._port.now())
         return {
+            "clocks": {self._names.get(key, key): time for key, time in left.items()},
             "controller": self.controller.copy(),
             "counters": dict(self.recorder.counters),
             "number": self.recorder.number,

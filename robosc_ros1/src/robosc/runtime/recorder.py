@@ -36,7 +36,7 @@ class EventRecorder:
         self._entries: Deque[Entry] = deque(maxlen=_CAPACITY)
         self.counters: Dict[str, int] = {
             "inputs": 0, "commands": 0, "taus": 0, "errors": 0, "mismatches": 0, "undefined": 0,
-            "failed": 0, "late": 0,
+            "failed": 0, "late": 0, "dropped": 0,
         }  # fmt: skip
         self.number = 0
 

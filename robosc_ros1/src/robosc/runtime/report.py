@@ -63,7 +63,7 @@ def dump(document: Any) -> str:
 def event_document(entry: Entry) -> Dict[str, Any]:
     """One event, spelled as everywhere in robosc's JSON, and what became of it."""
     event: Dict[str, Any] = {"kind": entry.kind, "name": entry.name}
-    if entry.kind == "tau":
+    if entry.kind in ("tau", "after"):
         event["index"] = entry.tau
     event["value"] = entry.value
     return {
@@ -126,7 +126,7 @@ def state_document(
     controller: Controller = snapshot["controller"]
     names = {c.key: c.name for c in controller.COMMUNICATIONS}
     phases = {
-        c.name: c.phases[getattr(controller, c.phase)]
+        c.name: c.phases[bool(getattr(controller, c.phase))]
         for c in controller.COMMUNICATIONS
         if c.phase is not None
     }
@@ -150,6 +150,7 @@ def state_document(
         "variables": controller.variables(),
         "communications": phases,
         "commands": commands,
+        "clocks": snapshot["clocks"],
         "stopped": snapshot["stopped"],
         "counters": snapshot["counters"],
         "faults": list(faults),
@@ -275,7 +276,7 @@ class Reporter:
         counters: Dict[str, int] = snapshot["counters"]
         news = [
             "%d new %s" % (counters[name] - self._last_counters.get(name, 0), name)
-            for name in ("mismatches", "errors", "failed", "undefined", "blocked")
+            for name in ("mismatches", "errors", "failed", "undefined", "blocked", "dropped")
             if counters.get(name, 0) > self._last_counters.get(name, 0)
         ]
         self._last_counters = dict(counters)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 from .model import Communication
 
@@ -74,6 +74,10 @@ class Settings(NamedTuple):
     def rate_of(self, key: str) -> float:
         """How often a command is repeated, in Hz."""
         return self.rates.get(key) or self.rate
+
+    def seconds(self, delay: Union[float, str]) -> float:
+        """The value of a delay, which may be the name of a parameter."""
+        return float(self.more[delay]) if isinstance(delay, str) else delay
 
     def timeout_of(self, key: str) -> float:
         return self.timeout.get(key, 5.0)
@@ -144,6 +148,10 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
         if communication.sort != "outgoing":
             meaning = "how often %s is repeated, in Hz; 0: as all others" % communication.name
             result.append(Parameter("rate/" + name, "number", 0.0, meaning, minimum=0.0))
+        if communication.sort == "outgoing" and communication.timeout is not None:
+            meaning = "silence after which %s is no longer fresh, in seconds" % communication.name
+            timeout = communication.timeout if isinstance(communication.timeout, float) else 5.0
+            result.append(Parameter("timeout/" + name, "number", timeout, meaning, minimum=1e-3))
         if communication.sort == "service":
             meaning = "deadline of a call of %s, in seconds" % communication.name
             result.append(Parameter("timeout/" + name, "number", default, meaning, minimum=1e-3))
@@ -267,7 +275,7 @@ def _settings(
         name = parameter_name(communication.name)
         if communication.sort != "outgoing":
             rates[communication.key] = values.pop("rate/" + name)
-        if communication.sort in ("service", "action"):
+        if "timeout/" + name in values:
             timeouts[communication.key] = values.pop("timeout/" + name)
         if communication.sort == "action":
             goal_timeouts[communication.key] = values.pop("goal_timeout/" + name)

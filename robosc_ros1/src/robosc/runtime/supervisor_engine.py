@@ -16,9 +16,10 @@ from __future__ import annotations
 
 import time
 from types import MethodType
-from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, FrozenSet, List, NamedTuple, Optional, Sequence, Tuple
 
 from .engine import Engine
+from .inbox import Inbox
 from .matching import CommandPattern, matching_command
 from .model import Command, Controller
 from .port import Port
@@ -32,6 +33,13 @@ Reasons = List[Dict[str, str]]
 Answer = Callable[[str, Any], None]
 """How a request went on: "blocked" with the reasons, "passed", "response" with the message, "error"
 with the reason."""
+
+
+class _Relayed(NamedTuple):
+    """A message of the robot, and how it goes on to the controller."""
+
+    message: Any
+    forward: Callable[[], None]
 
 
 class SupervisorPort(Port):
@@ -81,7 +89,7 @@ class SupervisorEngine(Engine):
 
     def follow(self, keys: Sequence[str], message: Any, forward: Callable[[], None]) -> None:
         """The robot sent a message: the state follows it, then it goes on to the controller."""
-        self.invoke(lambda: self._follow(keys, message, forward))
+        self.poster(keys)(_Relayed(message, forward))
 
     def offer(
         self, topic: str, patterns: Sequence[CommandPattern], message: Any, payload: Any
@@ -103,18 +111,14 @@ class SupervisorEngine(Engine):
 
     # The engine thread
 
-    def time_to_deadline(self) -> Optional[float]:
-        earliest = self._calls.earliest
-        return None if earliest is None else max(0.0, earliest - self._steady())
+    def _time_to_command(self, now: float) -> Optional[float]:
+        """It sends nothing of its own accord."""
+        return None
 
     def _cycle(self, item: Any) -> None:
         if item is not None:
             self._take(item)
         self._drain()
-
-    def _follow(self, keys: Sequence[str], message: Any, forward: Callable[[], None]) -> None:
-        self._input(self._responses(keys), message)
-        forward()
 
     def _offer(
         self, topic: str, patterns: Sequence[CommandPattern], message: Any, payload: Any
@@ -209,15 +213,23 @@ class SupervisorEngine(Engine):
         what = "%s of %s" % (kind, name) if name else "a message on %s" % place
         self._log("warning", place + kind, "%s was blocked: %s" % (what, texts))
 
-    def _input(self, entries: Sequence[Any], message: Any) -> None:
+    def _input(self, entries: Sequence[Any], message: Any) -> List[Any]:
         entry = entries[0]
         if entry.ends is not None:
             self._effect.pop(entry.key, None)
-        super()._input(tuple(entries), message)
+        applied = super()._input(tuple(entries), message)
         if entry.ends is not None:
             answer = self._answers.pop(entry.key, None)
             if answer is not None:
                 answer(entry.kind, message)
+        return applied
+
+    def _arrived(self, entries: Sequence[Any], message: Any, inbox: Inbox) -> None:
+        if isinstance(message, _Relayed):
+            super()._arrived(tuple(entries), message.message, inbox)
+            message.forward()
+        else:
+            super()._arrived(tuple(entries), message, inbox)
 
     def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
         """It sends nothing of its own accord."""

@@ -1,0 +1,282 @@
+"""Timeouts of messages and transitions after a delay, on a clock that the test moves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from runtime.lamp_robot import PlayedPort
+
+from robosc.runtime.engine import Engine
+from robosc.runtime.inbox import LIMIT
+from robosc.runtime.model import After, Command, Communication, Controller, Input
+from robosc.runtime.settings import read
+from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.values import Mismatch
+
+SCAN, DRIVE, HALT = "Eye.scan", "Motor.drive", "Motor.halt"
+
+
+class WatchController(Controller):
+    """It drives while the scan is fresh and free, else halts; it rests 2 s after each halt."""
+
+    ROBOT, SOURCE, STEP_BOUND = "Watch", "watch.rscd", 1
+
+    def __init__(self) -> None:
+        self.undefined = {}
+        self.scan_fresh = False
+        self.free = False
+        self.motor = "rest"
+        self.motor_entries = 0
+
+    def components(self) -> dict[str, str]:
+        return {"Motor": self.motor}
+
+    def variables(self) -> dict[str, Any]:
+        return {"Eye.free": self.free}
+
+    def read_scan(self, message: Any) -> Any:
+        return message
+
+    def on_scan(self, value: Any) -> None:
+        if value is None:
+            raise Mismatch("nothing in it")
+        self.free = value > 1
+        self.scan_fresh = True
+
+    def on_scan_timeout(self, _: Any) -> None:
+        if not self.scan_fresh:
+            raise Mismatch("scan is silent")
+        self.scan_fresh = False
+
+    def can_drive(self) -> bool:
+        return self.scan_fresh and self.free
+
+    def can_halt(self) -> bool:
+        return not self.can_drive()
+
+    def in_ready(self) -> bool:
+        return self.motor == "ready"
+
+    def do_halt(self) -> None:
+        self.motor = "rest"
+        self.motor_entries += 1
+
+    def step_after(self) -> str | None:
+        if self.motor != "rest" or not self.free:
+            return None
+        self.motor = "ready"
+        self.motor_entries += 1
+        return "rest->ready"
+
+    COMMUNICATIONS = (
+        Communication(SCAN, "scan", "outgoing", "scan_fresh", ("silent", "fresh"), 0.5),
+        Communication(DRIVE, "drive", "incoming"),
+        Communication(HALT, "halt", "incoming"),
+    )
+    INPUTS = (
+        Input(SCAN, "response", read_scan, on_scan, ("free", "scan_fresh")),
+        Input(SCAN, "timeout", None, on_scan_timeout, ("scan_fresh",)),
+    )
+    COMMANDS = (
+        Command(
+            DRIVE, "request", can_drive, in_ready, None, None, None,
+            ("free", "motor", "scan_fresh"), (), (),
+        ),
+        Command(
+            HALT, "request", can_halt, None, None, None, do_halt,
+            ("free", "scan_fresh"), ("motor", "motor_entries"), (),
+        ),
+    )  # fmt: skip
+    TAUS = ()
+    AFTERS = (
+        After(
+            "Motor", 1, "rest", 2.0, "motor", "motor_entries", step_after,
+            ("free", "motor"), ("motor", "motor_entries"),
+        ),
+    )  # fmt: skip
+    REQUIREMENTS = ()
+
+
+DEFAULTS, _ = read(WatchController.COMMUNICATIONS, {})
+
+
+class Bench:
+    """An engine whose clock goes on in steps of a millisecond."""
+
+    def __init__(self, **settings: Any) -> None:
+        self.port = PlayedPort()
+        self.port.time = 100.0
+        self.engine = Engine(WatchController(), self.port, DEFAULTS._replace(**settings))
+        self.post = self.engine.poster([SCAN])
+        self.engine.begin()
+        self.engine.cycle()
+
+    def wait(self, seconds: float) -> list[str]:
+        """What happens meanwhile, with the milliseconds at which it did."""
+        self.engine.recorder.take()
+        start = self.port.time
+        told = []
+        for step in range(1, round(seconds * 1000) + 1):
+            self.port.time = start + step / 1000
+            left = self.engine.time_to_deadline()
+            if left == 0.0:
+                self.engine.cycle()
+            told += [
+                f"{step} {e.kind} {e.name}"
+                for e in self.engine.recorder.take()
+                if e.kind in ("timeout", "after")
+            ]
+        return told
+
+    def hear(self, value: Any = 5.0) -> None:
+        self.post(value)
+        self.engine.cycle()
+
+
+def test_a_message_turns_silent_once_and_fresh_again() -> None:
+    bench = Bench()
+    assert bench.wait(3.0) == [], "it was never heard"
+    bench.hear()
+    assert bench.engine.controller.scan_fresh
+    assert bench.wait(3.0)[0] == "500 timeout scan"
+    assert bench.wait(3.0) == []
+    bench.hear()
+    bench.wait(0.4)
+    bench.hear()
+    assert "500 timeout scan" in bench.wait(0.6)
+
+
+def test_what_could_not_be_applied_is_no_sign_of_life() -> None:
+    bench = Bench()
+    bench.hear()
+    bench.wait(0.3)
+    bench.hear(None)
+    assert bench.wait(0.3) == ["200 timeout scan"]
+
+
+def test_silence_counts_from_the_arrival_of_a_message() -> None:
+    bench = Bench()
+    bench.post(5.0)
+    bench.port.time += 0.3  # the engine is busy
+    bench.engine.cycle()
+    assert bench.wait(0.3) == ["200 timeout scan"]
+
+
+def test_no_timeout_is_announced_while_a_message_waits() -> None:
+    bench = Bench()
+    bench.hear()
+    bench.port.time += 0.6
+    bench.post(5.0)
+    bench.engine.recorder.take()
+    bench.engine.cycle()
+    assert next(e.kind for e in bench.engine.recorder.take()) == "response"
+    assert bench.engine.controller.scan_fresh
+
+
+def test_what_is_due_is_done_within_the_millisecond() -> None:
+    bench = Bench()
+    bench.hear()
+    assert bench.engine.time_to_deadline() == pytest.approx(0.5)
+    bench.wait(0.499)
+    assert bench.engine.time_to_deadline() == pytest.approx(0.001)
+
+
+def test_a_transition_after_a_delay_is_taken_once_per_entry() -> None:
+    bench = Bench(rate=0.01)
+    # It is in rest since the beginning, but its guard does not hold without a scan.
+    assert bench.wait(2.5) == []
+    bench.hear()
+    assert bench.engine.controller.motor == "ready", "time had passed, now the guard holds"
+    assert [key for key, _ in bench.port.sent][-1] == DRIVE
+    told = bench.wait(4.0)
+    assert told[0] == "500 timeout scan"
+    # Silence makes it halt, so that it is in rest again from 500 ms on.
+    assert told[1:] == ["2500 after Motor"]
+    assert bench.wait(5.0) == []
+
+
+def test_entering_a_state_again_starts_its_time_anew() -> None:
+    bench = Bench(rate=1.0)  # halts every second, which enters rest again
+    bench.hear(0.5)
+    for _ in range(40):
+        bench.wait(0.2)
+        bench.hear(0.5)
+    told = []
+    for number in range(11):
+        bench.hear(5.0)
+        told += [200 * number + int(line.split()[0]) for line in bench.wait(0.2) if "after" in line]
+    assert len(told) == 1
+    assert told[0] >= 1000, "two seconds after the last halt, not after the first"
+
+
+def test_a_clock_that_jumps_back_starts_all_anew() -> None:
+    bench = Bench()
+    bench.hear()
+    bench.wait(0.4)
+    bench.port.time -= 50.0
+    assert bench.wait(1.0)[0] == "501 timeout scan"
+
+
+def test_a_clock_that_stands_still_ends_nothing() -> None:
+    bench = Bench()
+    bench.hear()
+    for _ in range(100):
+        bench.engine.cycle()
+    assert bench.engine.controller.scan_fresh
+
+
+def test_the_time_that_is_left_is_told() -> None:
+    bench = Bench()
+    bench.hear()
+    bench.wait(0.1)
+    left = bench.engine.snapshot()["clocks"]
+    assert left == {"scan": pytest.approx(0.4), "Motor.rest": pytest.approx(1.9)}
+
+
+def test_a_parameter_says_how_long() -> None:
+    settings, warnings = read(WatchController.COMMUNICATIONS, {"timeout/scan": 2})
+    assert warnings == []
+    bench = Bench(timeout=settings.timeout)
+    bench.hear()
+    assert "2000 timeout scan" in bench.wait(2.5)
+
+
+def test_a_supervisor_follows_silence_too() -> None:
+    port = PlayedPort()
+    port.blocked = lambda text: None  # type: ignore[attr-defined]
+    engine = SupervisorEngine(WatchController(), port, DEFAULTS)  # type: ignore[arg-type]
+    engine.begin()
+    passed: list[float] = []
+    engine.follow((SCAN,), 5.0, lambda: passed.append(port.time))
+    engine.cycle()
+    assert passed == [0.0]
+    assert engine.time_to_deadline() == pytest.approx(0.5)
+    port.time = 0.5
+    engine.cycle()
+    assert not engine.controller.scan_fresh  # type: ignore[attr-defined]
+
+
+def test_a_flood_is_bounded_and_its_latest_message_arrives() -> None:
+    bench = Bench()
+    for number in range(3 * LIMIT):
+        bench.post(float(number))
+    assert bench.engine.backlog == LIMIT
+    while bench.engine.backlog:
+        bench.engine.cycle()
+    assert bench.engine.controller.free
+    entries = [e.value for e in bench.engine.recorder.take() if e.kind == "response"]
+    assert entries == [*map(float, range(LIMIT)), 3 * LIMIT - 1.0]
+    assert bench.engine.snapshot()["counters"]["dropped"] == 2 * LIMIT - 1
+
+
+def test_commands_and_clocks_have_their_turn_within_a_flood() -> None:
+    bench = Bench()
+    bench.hear()
+    bench.port.take()
+    bench.port.time += 1.0
+    for _ in range(LIMIT):
+        bench.post(0.5)
+    bench.engine.cycle()
+    assert bench.port.take() == [HALT]
+    assert bench.engine.backlog > LIMIT // 2
