@@ -38,7 +38,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
     With ``--renew`` only the tests remain that compare with kept outputs.
     """
-    if config.getoption("--renew"):
+    if config.getoption("--renew", default=False):
         items[:] = [i for i in items if "kept" in getattr(i, "fixturenames", ())]
     # What takes longest begins first, so that no process is left alone with it at the end.
     items.sort(key=lambda item: item.path.parent.name not in BUILT_ONCE)
@@ -59,7 +59,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 @pytest.fixture(scope="session")
 def kept(pytestconfig: pytest.Config) -> Kept:
-    return Kept(renew=pytestconfig.getoption("--renew"))
+    return Kept(renew=pytestconfig.getoption("--renew", default=False))
 
 
 @pytest.fixture(scope="session")
