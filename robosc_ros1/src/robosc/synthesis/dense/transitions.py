@@ -12,8 +12,9 @@ holds in every state in which the event is possible.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
 from typing import Any, TypeAlias
@@ -21,11 +22,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.ir.expr import junction
 from robosc.ir.finite.classes import Classes
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
-from robosc.model.expr import Expr, Unary, VariableRef
+from robosc.model.expr import Expr, TestRef, Unary, ValueRef, VariableRef, walk
 from robosc.model.types import BooleanType, EnumType
 from robosc.synthesis.dense.stages import stages_of
 from robosc.synthesis.parameters import choices, weight
@@ -262,6 +263,11 @@ class Compiler:
         merger: _Merger,
     ) -> Iterator[Condition]:
         """Add the rules of one choice of edges to ``merger``; yield where a range is left."""
+        free = self._free_writes(event, options)
+        options = [
+            replace(o, updates=tuple(u for u in o.updates if u[0] not in free)) for o in options
+        ]
+        writes = {**writes, **free}
         read = [expr for option in options for expr in option.expressions()]
         for chosen in choices(event, read):
             guards = [(holds(g, chosen), False) for o in options for g in o.fails]
@@ -283,14 +289,38 @@ class Compiler:
                 for condition in _conjoin(conditions, (case,)):
                     merger.add(condition, {**writes, **write})
 
+    def _free_writes(self, event: Event, options: Sequence[_Option]) -> dict[int, Writes]:
+        """Writes of what comes in and nothing else reads: any value, so none is looked at.
+
+        Without that, all values of such parameters would be combined with each other.
+        """
+        expressions = [expr for option in options for expr in option.expressions()]
+        read = Counter(
+            path
+            for expr in expressions
+            for path in {part.path for part in walk(expr) if isinstance(part, ValueRef)}
+        )
+        updates = [update for option in options for update in option.updates]
+        written = Counter(axis for axis, _ in updates)
+        parameters = {parameter.path: parameter.values for parameter in event.parameters}
+        found: dict[int, Writes] = {}
+        for axis, expr in updates:
+            if not isinstance(expr, ValueRef) or read[expr.path] > 1 or written[axis] > 1:
+                continue
+            values, incoming = self.plant.variables[axis].values, parameters[expr.path]
+            if any(value is None or value not in values for value in incoming):
+                continue
+            targets = tuple(sorted({values.index(value) for value in incoming}))
+            found[axis] = ((tuple(range(len(values))), targets),)
+        return found
+
     def _updates(
         self, options: Sequence[_Option], chosen: PartValues
     ) -> Iterator[tuple[int, Expr]]:
         for option in options:
             before: dict[int, Expr] = {}
             for axis, expr in option.updates:
-                component, _, variable = self.plant.variables[axis].name.partition(".")
-                old = before.get(axis) or VariableRef(component, variable, expr.type)
+                old = before.get(axis) or _reference(self.plant.variables[axis], expr)
                 update = assigned(expr, chosen, old)
                 if update is not None:
                     before[axis] = update
@@ -361,6 +391,14 @@ class Compiler:
             return np.asarray(indexes(columns) == value, dtype=np.bool_)
 
         return self._test((expr, axis, value), support(self.plant, expr), test)
+
+
+def _reference(variable: StateVariable, assigned: Expr) -> VariableRef | TestRef:
+    """What reads a variable of the type of what it is assigned."""
+    if variable.test is not None:
+        return variable.test
+    component, _, name = variable.name.partition(".")
+    return VariableRef(component, name, assigned.type)
 
 
 def _conjoin(conditions: Iterable[Condition], cases: tuple[Condition, ...]) -> list[Condition]:
