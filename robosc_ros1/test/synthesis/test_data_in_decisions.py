@@ -131,3 +131,87 @@ def test_guards_of_synthesis_are_told_in_comparisons(
         engine,
     )
     assert guard_text(supervisor, "go.request") == (guard, "restricted")
+
+
+@ENGINES
+def test_transitions_that_are_taken_together_store_the_same_number(engine: str) -> None:
+    supervisor = supervisor_of(
+        """
+        component Sensor {
+            outgoing message sensor with type: double
+            incoming message go with type: none
+            behaviour {
+                variable x: double
+                variable y: double
+                on response from sensor do y := value
+                initial marked state s { on response from sensor do x := value }
+            }
+        }
+        requirement go needs Sensor.x > 0.5 and Sensor.y > 0.5
+        """,
+        engine,
+    )
+    assert supervisor.controlled_states == 2
+
+
+COUNTING = """
+component Counter {
+    incoming message up with type: none
+    incoming message clear with type: none
+    behaviour {
+        variable n: integer
+        initial marked state s {
+            on request to up do n := n + 1
+            on request to clear do n := 0
+        }
+    }
+}
+"""
+
+
+@ENGINES
+def test_a_command_is_allowed_only_if_all_that_may_come_of_it_is_good(engine: str) -> None:
+    supervisor = supervisor_of(COUNTING + "requirement never Counter.n > 5", engine)
+    assert guard_text(supervisor, "up.request") == ("false", "never")
+    trace = trace_text(explanation_of(supervisor, "up.request").trace)
+    assert trace == "up.request(Counter.n + 1 > 5)"
+    assert supervisor.controlled_states == 1
+
+
+@ENGINES
+def test_what_a_command_computes_may_come_to_anything(engine: str) -> None:
+    supervisor = supervisor_of(COUNTING + "requirement clear needs Counter.n > 5", engine)
+    assert guard_text(supervisor, "up.request") == ("true", "as required")
+    assert supervisor.controlled_states == 2
+    transitions = explore_document(explore(supervisor))["transitions"]
+    assert len(transitions) == supervisor.controlled_transitions == 5
+
+
+@ENGINES
+def test_two_numbers_that_are_compared_have_one_order(engine: str) -> None:
+    """What excludes each other in the data does so in the plant, however it is written."""
+    supervisor = supervisor_of(
+        """
+        component Arm {
+            outgoing message left with type: double
+            outgoing message right with type: double
+            incoming message close with type: none
+            incoming message open with type: none
+            behaviour {
+                variable x: double
+                variable y: double
+                initial marked state s {
+                    on response from left if value > y do x := value
+                    on response from left if value <= y do x := y
+                    on response from right do y := value
+                }
+            }
+        }
+        requirement close needs Arm.x > Arm.y
+        requirement open needs Arm.y >= Arm.x
+        requirement never Arm.x > Arm.y and Arm.x < Arm.y
+        """,
+        engine,
+    )
+    assert {d.code for d in supervisor.diagnostics} == {"requirement-always-true"}
+    assert supervisor.controlled_states == 4  # less, equal, greater, not a number

@@ -111,7 +111,7 @@ def exact(expr: Expr) -> Expr:
         return node if test is None else test.subject
 
     def operation(node: Operation, operands: tuple[Expr, ...]) -> Expr:
-        test = _test(node.operands[0])
+        test = _test(node.left) if isinstance(node, Binary) else None
         if test is None or test.other is None:
             return with_operands(node, operands)
         return Binary(node.operator, test.subject, test.other, node.type, node.span)

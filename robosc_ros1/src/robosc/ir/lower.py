@@ -224,7 +224,7 @@ class _Context:
             variable = self.variable_index.get((VariableKind.DATA, key))
             if variable is not None and key not in self.view.variables:
                 yield variable, self.view.expression(assignment.value)
-        for term, update in self.view.updates(transition):
+        for term, update in self.view.updates(component.name, transition):
             yield self.variable_index[_index_of(term)], update
 
     def _target(self, component: Component, location: int, goto: str | None) -> int:

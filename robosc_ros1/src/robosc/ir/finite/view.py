@@ -23,7 +23,14 @@ from robosc.ir.finite.terms import (
     is_constant,
     value_of,
 )
-from robosc.model.entities import Component, EventKind, ResultTransition, Robot, Variable
+from robosc.model.entities import (
+    Assignment,
+    Component,
+    EventKind,
+    ResultTransition,
+    Robot,
+    Variable,
+)
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
@@ -49,6 +56,8 @@ Scope: TypeAlias = tuple[EventKind, str] | None
 """Where ``value`` means something: an event, by its communication's key."""
 _Node: TypeAlias = tuple[Scope, Term]
 _StateTerm: TypeAlias = VariableRef | TestRef
+_Key: TypeAlias = tuple[str, EventKind, str, tuple[Assignment, ...]]
+"""Assignments that are made at once, with their component, event and communication."""
 
 _EXACT_IN_DOUBLE = 2**53
 
@@ -66,15 +75,17 @@ class FiniteView:
     variables: Mapping[str, Classes]
     _terms: Terms
     _classes: Mapping[_Node, Classes]
-    _updates: Mapping[int, tuple[tuple[_StateTerm, Expr], ...]]
+    _updates: Mapping[_Key, tuple[tuple[_StateTerm, Expr], ...]]
 
     def expression(self, expr: Expr) -> Expr:
         """A deciding expression as the plant has it."""
         return self._terms.finite(expr)
 
-    def updates(self, transition: ResultTransition) -> tuple[tuple[_StateTerm, Expr], ...]:
+    def updates(
+        self, component: str, transition: ResultTransition
+    ) -> tuple[tuple[_StateTerm, Expr], ...]:
         """What terms of the state become when a transition is taken; others stay as they are."""
-        return self._updates.get(id(transition), ())
+        return self._updates.get(_key(component, transition), ())
 
     def values(self, scope: Scope, term: Term) -> Classes | None:
         """The classes of a term that is a number or a string without bounds."""
@@ -104,6 +115,10 @@ def reference_to(variable: Variable) -> VariableRef:
     return VariableRef(variable.component, variable.name, variable.type)
 
 
+def _key(component: str, transition: ResultTransition) -> _Key:
+    return component, transition.event, transition.communication, transition.assignments
+
+
 class _Builder:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -117,7 +132,7 @@ class _Builder:
         self.leader: dict[_Node, _Node] = {}
         self.turned: list[_Node] = []
         """Terms that become one another's opposite."""
-        self.updates: dict[int, tuple[tuple[_StateTerm, Expr], ...]] = {}
+        self.updates: dict[_Key, dict[_StateTerm, Expr]] = {}
         self.small = True
 
     def build(self) -> FiniteView:
@@ -136,8 +151,8 @@ class _Builder:
             for component, transition in self._transitions():
                 update = self._update(term, component, transition)
                 if update is not None:
-                    earlier = self.updates.get(id(transition), ())
-                    self.updates[id(transition)] = (*earlier, (term, update))
+                    key = _key(component.name, transition)
+                    self.updates.setdefault(key, {})[term] = update
                     self._join(term, (transition.event, transition.communication), update)
         classes = self._classes()
         return FiniteView(
@@ -150,7 +165,7 @@ class _Builder:
             },
             _terms=self.terms,
             _classes=classes,
-            _updates=self.updates,
+            _updates={key: tuple(found.items()) for key, found in self.updates.items()},
         )
 
     # --- what decides
