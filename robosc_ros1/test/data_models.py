@@ -49,14 +49,14 @@ class _Builder:
     def data(self, *leaves: str) -> str:
         """A number or a string; computed from others if that is allowed."""
         leaf = self.pick(*leaves)
-        if self.computed and self.type != "string" and self.rng.random() < 0.3:
+        if self.computed and self.type != "string" and self.rng.random() < 0.15:
             return f"{leaf} {self.pick('+', '-', '*')} {self.pick(*leaves, self.constant())}"
         return leaf
 
     def comparison(self, *leaves: str) -> str:
         operators = ("=", "!=") if self.type == "string" else ("=", "!=", "<", "<=", ">", ">=")
         sides = [self.data(*leaves), self.constant()]
-        if self.computed and self.rng.random() < 0.4:
+        if self.computed and self.rng.random() < 0.25:
             sides[1] = self.data(*leaves)
         self.rng.shuffle(sides)
         return f"{sides[0]} {self.pick(*operators)} {sides[1]}"

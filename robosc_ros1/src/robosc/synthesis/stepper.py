@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
@@ -62,7 +63,7 @@ class Stepper:
                 self._namespace[f"V{number}"] = tuple(axis.values)
                 self._namespace[f"I{number}"] = {v: i for i, v in enumerate(axis.values)}
             if isinstance(axis.values, Classes):
-                self._namespace[f"class{number}"] = axis.values.index
+                self._namespace[f"class{number}"] = cache(axis.values.index)
         self._steps: dict[int, StepFunction] = {}
         self._tests: dict[Expr, Test] = {}
 

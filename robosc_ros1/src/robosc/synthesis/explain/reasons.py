@@ -9,7 +9,7 @@ does not depend on the engine.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from robosc.errors import Diagnostic, Note, Severity
@@ -23,7 +23,7 @@ from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.explain.blocking import why_blocked
 from robosc.synthesis.explain.range_violation import leaving_remedy
 from robosc.synthesis.formatting import event_text, listing, trace_text
-from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
 
 __all__ = ["explain_empty", "explain_guards"]
@@ -61,6 +61,8 @@ class _Explainer:
             for number, event in enumerate(self.plant.events)
             if not event.controllable
         ]
+        self.leaving = [e for e in self.uncontrollable if _may_leave(self.plant, e.number)]
+        """Uncontrollable events that may take a variable out of its range."""
         self.invariants = [
             (self.stepper.test(condition), self.plant.robot.requirements[index])
             for condition, index in self.plant.invariants
@@ -164,20 +166,24 @@ class _Explainer:
     def _unpreventable(self, start: PlantState) -> Iterator[tuple[PlantState, ...]]:
         """Paths of uncontrollable events over states to be avoided, shortest first."""
         seen = {start}
+        looked = 0
         paths: list[tuple[PlantState, ...]] = [(start,)]
         for path in paths:  # grows while it is walked
             yield path
-            for _, target in self._uncontrollable(path[-1]):
+            for _, target in self._uncontrollable(path[-1], self.uncontrollable):
+                looked += 1
                 if isinstance(target, Verdict) or target in seen:
                     continue
                 if not self.system.is_good(target):
                     seen.add(target)
                     paths.append((*path, target))
-            if len(paths) > _MOST_PATHS:
+            if len(paths) > _MOST_PATHS or looked > _MOST_STEPS:
                 return
 
-    def _uncontrollable(self, state: PlantState) -> Iterator[tuple[Step, Outcome]]:
-        for event in self.uncontrollable:
+    def _uncontrollable(
+        self, state: PlantState, events: Iterable[CompiledEvent]
+    ) -> Iterator[tuple[Step, Outcome]]:
+        for event in events:
             for values in event.values:
                 target = event.step(state, values)
                 if target is not Verdict.IMPOSSIBLE:
@@ -191,14 +197,24 @@ class _Explainer:
                 steps = (*before, *steps_of(self.stepper, path))
                 remedy = _avoiding(requirement, steps[-1].event if steps else None)
                 return _BadState(path, None, reason, remedy, requirement.span)
-        for step, target in self._uncontrollable(state):
+        for step, target in self._uncontrollable(state, self.leaving):
             if target is Verdict.OUT_OF_RANGE:
                 found = leaving_remedy(self.stepper, step, state)
                 return _BadState(path, step, found.reason, found.remedy, found.span)
         return None
 
 
+def _may_leave(plant: Plant, number: int) -> bool:
+    return any(
+        isinstance(plant.variables[variable].values, range)
+        for automaton in plant.events[number].automata
+        for edge in automaton.edges
+        for variable, _ in edge.updates
+    )
+
+
 _MOST_PATHS = 20_000
+_MOST_STEPS = 1_000_000
 
 
 def _avoiding(requirement: Requirement, event: Event | None) -> str:
