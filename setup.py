@@ -41,12 +41,12 @@ setup(
         "jinja2>=3.1",
         "networkx>=2.8",
         "numpy>=1.24",
+        "oxidd>=0.13",
         "pyparsing>=3.0.9",
         "pyyaml>=5",
         "rospkg>=1.4",
     ],
     extras_require={
-        "bdd": ["oxidd>=0.13"],
         "lsp": ["pygls>=2,<3"],
     },
     packages=find_packages(str(ROOT / SOURCES)),

@@ -1,4 +1,4 @@
-"""Synthesis: both engines against libFAUDES on the same systems, and at sizes of their own.
+"""Synthesis: both engines against libFAUDES on the same systems, at sizes of their own, and ``auto``.
 
 Each measurement is a process of its own, bound to one core. Counts must be equal: a difference is
 an error, not a figure. libFAUDES (``pip install faudes``) gets the components, services and
@@ -66,6 +66,36 @@ ALONE = (
     Alone("bdd", "action_robot", (30,), 30, 2048),
     Alone("bdd", "philosophers", (40,), 30, 2048),
 )
+CHOICES: tuple[tuple[str, tuple[int, ...]], ...] = (
+    ("allocation", (6,)),
+    ("allocation", (9,)),
+    ("broad", (300,)),
+    ("budget", (7, 10)),
+    ("budget", (14, 20)),
+    ("cat_and_mouse", (7, 3)),
+    ("chain", (16,)),
+    ("chain", (80,)),
+    ("crew", (8,)),
+    ("crew", (13,)),
+    ("gauges", (200,)),
+    ("gauges", (2000,)),
+    ("not_all_busy", (10,)),
+    ("not_all_busy", (17,)),
+    ("readings", (40,)),
+    ("restless", (18,)),
+    ("token", (23,)),
+    ("unrelated", (5,)),
+    ("unrelated", (60,)),
+    ("hands", (8,)),
+    ("services_hands", (6,)),
+    ("transfer_line", (6, 4)),
+    ("action_robot", (3,)),
+    ("philosophers", (8,)),
+)
+"""Models on which ``auto`` may take twice the processor time of the better engine."""
+_WORST_RATIO = 2.0
+_SHORT = 0.5
+"""Seconds below which it does not matter what is chosen: loading the library takes about as long."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -86,7 +116,8 @@ def main(arguments: list[str] | None = None) -> int:
     ]
     print("\n".join(missing) + "\n" if missing else "", end="")
     missed = _compare(options.quick) if importlib.util.find_spec("faudes") else 0
-    return int(bool(missed + _alone()))
+    missed += _choices(options.quick) if len(_engines()) > 1 else 0
+    return int(bool(missed + (0 if options.quick else _alone())))
 
 
 def _compare(quick: bool) -> int:
@@ -140,6 +171,48 @@ def _alone() -> int:
     return missed
 
 
+def _choices(quick: bool) -> int:
+    """What ``auto`` takes, against each engine by itself."""
+    print(
+        f"{'system':<24}{'dense':>9}{'bdd':>9}{'auto':>9}{'ratio':>7}   processor seconds, guards"
+    )
+    missed = 0
+    for family, size in CHOICES[::4] if quick else CHOICES:
+        case = Alone("auto", family, size, 0, 0)
+        symbolic = _measure("bdd", family, size)
+        auto = _measure("auto", family, size)
+        dense = _measure_within(4 * symbolic["cpu"] + 5, "dense", family, size)
+        if dense is not None and dense["states"] != symbolic["states"]:
+            raise SystemExit(f"{_name(case)}: {dense['states']} states, {symbolic['states']}")
+        best = min(one["cpu"] for one in (dense, symbolic) if one is not None)
+        ratio = auto["cpu"] / best
+        late = ratio > _WORST_RATIO and auto["cpu"] > _SHORT
+        missed += late
+        shown = "       -" if dense is None else f"{dense['cpu']:>8.2f}"
+        print(
+            f"{_name(case):<24}{shown}s{symbolic['cpu']:>8.2f}s{auto['cpu']:>8.2f}s{ratio:>6.1f}x"
+            f" {auto['letters']:>8} letters{' (target 2x)' if late else ''}",
+            flush=True,
+        )
+    return missed
+
+
+def _measure_within(seconds: float, *run: Any) -> Any:
+    """The same within some seconds of processor time and 3 GB; None if that is too little."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 1))
+        resource.setrlimit(resource.RLIMIT_AS, (3 * 2**30,) * 2)
+
+    done = subprocess.run(_command(*run), capture_output=True, text=True, preexec_fn=limit)
+    return None if done.returncode else json.loads(done.stdout)
+
+
+def _command(engine: str, family: str, size: tuple[int, ...]) -> list[str]:
+    script = str(HERE / "synthesis_bench.py")
+    return [sys.executable, script, "--run", engine, family, ",".join(map(str, size))]
+
+
 def _name(case: Comparison | Alone) -> str:
     return f"{case.family}({', '.join(map(str, case.size))})"
 
@@ -150,8 +223,7 @@ def _engines() -> list[str]:
 
 def _measure(engine: str, family: str, size: tuple[int, ...]) -> Any:
     """One run in a process of its own."""
-    command = [sys.executable, str(HERE / "synthesis_bench.py")]
-    command += ["--run", engine, family, ",".join(map(str, size))]
+    command = _command(engine, family, size)
     run = subprocess.run(command, capture_output=True, text=True, timeout=1200)
     if run.returncode:
         raise SystemExit(f"{' '.join(command)} failed:\n{run.stderr}")
@@ -165,12 +237,14 @@ def _run(engine: str, family: str, size: tuple[int, ...]) -> dict[str, float]:
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     import families
+    import steep_families
 
     from robosc.ir.lower import lower
     from robosc.model.resolve import load
     from robosc.source import Source
 
-    robot, _ = load(Source(f"{family}.rscd", getattr(families, family)(*size)))
+    text = getattr(families, family, None) or getattr(steep_families, family)
+    robot, _ = load(Source(f"{family}.rscd", text(*size)))
     assert robot is not None
     plant = lower(robot)
     found = synthesize_with_faudes(plant) if engine == "faudes" else _robosc(plant, engine)
@@ -179,10 +253,15 @@ def _run(engine: str, family: str, size: tuple[int, ...]) -> dict[str, float]:
 
 
 def _robosc(plant: Any, engine: str) -> dict[str, float]:
+    from robosc.ir.expr import to_dsl
     from robosc.synthesis import synthesize
 
+    start = time.process_time()
     supervisor = synthesize(plant, engine)
+    cpu = time.process_time() - start
     return {
+        "cpu": cpu,
+        "letters": sum(len(to_dsl(guard.expr, plant.robot)) for guard in supervisor.guards),
         "seconds": supervisor.seconds,
         "states": supervisor.controlled_states,
         "transitions": supervisor.controlled_transitions,
