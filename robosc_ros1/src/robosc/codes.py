@@ -469,12 +469,11 @@ _ALL = (
     _warning(
         _BEHAVIOUR,
         "hidden-transition",
-        "A transition of a state wins over one for the same event that exists for every state,"
-        " so in"
-        " this state the other is never taken.",
-        "on response from distance do current := value\nstate sensing { on response from distance"
-        " goto idle }",
-        "If both are meant, repeat the other's assignments here.",
+        "A transition of a state stands before those for the same event that exist for every state."
+        " Their assignments are made together, but here something is lost: a goto, an assignment of"
+        " the same variable, or a request.",
+        "on response from distance goto far\nstate sensing { on response from distance goto idle }",
+        "If both are meant, say here what the other one does as well.",
     ),
     _error(
         _BEHAVIOUR,
@@ -504,6 +503,20 @@ _ALL = (
         "A requirement restricts what the controller does. It cannot forbid what the robot sends.",
         "requirement distance needs Motor.stopped",
         "Put the requirement on the command that should wait.",
+    ),
+    _error(
+        _STATEMENTS,
+        "preference-on-outgoing",
+        "A preference orders the commands that the controller sends, not what the robot sends.",
+        "outgoing message distance with type: integer(0..9)\nprefer distance over drive",
+        "Prefer a command; or let a requirement on the other one read what the robot sent.",
+    ),
+    _error(
+        _STATEMENTS,
+        "preference-cycle",
+        "Commands are preferred to each other in a circle, so that none of them comes first.",
+        "prefer drive over halt\nprefer halt over drive",
+        "Remove one of the preferences.",
     ),
     _error(
         _STATEMENTS,

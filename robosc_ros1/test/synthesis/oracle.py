@@ -245,6 +245,7 @@ class Oracle:
             written = list(behaviour.transitions)
             for state in behaviour.states:
                 written.extend(state.transitions)
+                written.extend(waiting.transition for waiting in state.afters)
             found.extend((component.name, transition) for transition in written)
         return found
 
@@ -287,6 +288,9 @@ class Oracle:
                     taus.extend(state.taus)
                 for tau in sorted(taus, key=lambda tau: tau.index):
                     events.append(Event(EventKind.TAU, component.name, tau.index))
+                waiting = [a for state in component.behaviour.states for a in state.afters]
+                for after in sorted(waiting, key=lambda after: after.index):
+                    events.append(Event(EventKind.AFTER, component.name, after.index))
         return events
 
     def occurrences(self, event: Event) -> list[Occurrence]:
@@ -408,6 +412,8 @@ class Oracle:
         event = occurrence.event
         if event.kind is EventKind.TAU:
             self._step_tau(state, event, after)
+        elif event.kind is EventKind.AFTER:
+            self._step_after(state, occurrence, after)
         else:
             self._step_phase(state, event, after)
             for component in self.automata:
@@ -423,6 +429,23 @@ class Oracle:
             if tau.index == event.index and (tau.guard is None or self.holds(tau.guard, state)):
                 if tau.goto is not None:
                     after["at", event.key] = tau.goto
+                return
+        raise Impossible
+
+    def _step_after(
+        self, state: OracleState, occurrence: Occurrence, after: dict[Any, Any]
+    ) -> None:
+        """Time passes whenever it is waited for: the component must be there, the guard hold."""
+        component = self.robot.component(occurrence.event.key)
+        assert component.behaviour is not None
+        here = self.get(state, "at", component.name)
+        present = next(s for s in component.behaviour.states if s.name == here)
+        for waiting in present.afters:
+            transition = waiting.transition
+            if waiting.index != occurrence.event.index:
+                continue
+            if transition.guard is None or self.holds(transition.guard, state):
+                self._assign(component, [transition], state, occurrence, after)
                 return
         raise Impossible
 
@@ -465,6 +488,16 @@ class Oracle:
                 raise Impossible
             return
         assert len(taken) <= 2  # guards on one level exclude each other
+        self._assign(component, taken, state, occurrence, after)
+
+    def _assign(
+        self,
+        component: Component,
+        taken: list[ResultTransition],
+        state: OracleState,
+        occurrence: Occurrence,
+        after: dict[Any, Any],
+    ) -> None:
         if taken[-1].goto is not None:
             after["at", component.name] = taken[-1].goto
         deciding = {a.variable: a for transition in taken for a in transition.assignments}
@@ -764,12 +797,12 @@ class Oracle:
 
     def event_document(self, state: OracleState, occurrence: Occurrence) -> dict[str, Any]:
         event = occurrence.event
-        if event.kind is EventKind.TAU:
+        if event.kind in (EventKind.TAU, EventKind.AFTER):
             here = self.get(state, "at", event.key)
             after = dict(zip(self.slots, self.step(state, occurrence), strict=True))
             there = after["at", event.key]
             return {
-                "kind": "tau",
+                "kind": event.kind.value,
                 "name": event.key,
                 "value": f"{here}->{there}",
                 "index": event.index,
@@ -784,7 +817,7 @@ class Oracle:
 
     def name(self, event: Event) -> str:
         """The bare name of a communication, qualified only where several have it."""
-        if event.kind is EventKind.TAU:
+        if event.kind in (EventKind.TAU, EventKind.AFTER):
             return event.key
         communications: list[Communication] = list(self.robot.communications.values())
         bare = event.key.split(".")[1]

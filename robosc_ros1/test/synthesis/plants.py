@@ -38,7 +38,7 @@ def supervisor_of(body: str, engine: str = "dense", max_states: int = 2**28) -> 
 def event_of(plant: Plant, name: str) -> Event:
     """``grab.request``; ``Comp.tau1`` for a tau."""
     for event in plant.events:
-        kind = f"tau{event.index}" if event.kind is EventKind.TAU else event.kind.value
+        kind = f"{event.kind.value}{event.index or ''}"
         if f"{event.name}.{kind}" == name:
             return event
     raise AssertionError(f"no event {name}")
@@ -69,7 +69,7 @@ def replay(plant: Plant, steps: Sequence[Step]) -> PlantState | Verdict:
     state: PlantState | Verdict = plant.initial
     for step in steps:
         assert not isinstance(state, Verdict), f"{step} behind the end"
-        values = () if step.event.kind is EventKind.TAU else step.values
+        values = () if step.event.kind in (EventKind.TAU, EventKind.AFTER) else step.values
         state = outcome(plant, step.event, values, state)
         assert state is not Verdict.IMPOSSIBLE, f"{step} is impossible"
     return state

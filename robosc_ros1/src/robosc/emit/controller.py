@@ -25,6 +25,7 @@ from robosc.emit.python import (
 )
 from robosc.emit.reactions import Reactions, alike, attributes_read
 from robosc.emit.views import (
+    AfterView,
     AttributeView,
     CommandView,
     ComponentView,
@@ -53,8 +54,8 @@ _PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
 
 # What the module imports or defines, and what the base class has.
 _RESERVED = """
-    Command Communication Controller Input Mismatch Requirement Tau Undefined annotations
-    ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS REQUIREMENTS STEP_BOUND
+    After Command Communication Controller Input Mismatch Requirement Tau Undefined annotations
+    ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS REQUIREMENTS STEP_BOUND
     assigned components copy count_undefined given holds in_range kept message only_field
     optional self undefined value variables
 """
@@ -71,6 +72,7 @@ def _tables(context: ControllerContext) -> tuple[str, ...]:
         "Communication": context.communications,
         "Input": context.inputs,
         "Requirement": context.requirements,
+        "After": context.afters,
         "Tau": context.taus,
     }
     return tuple(sorted(["Controller", *(name for name, entries in used.items() if entries)]))
@@ -113,12 +115,17 @@ class _Builder:
             for variable in component.behaviour.variables:
                 wish = f"{snake_case(component.name)}_{snake_case(variable.name)}"
                 variables[variable.key] = self.names.take(wish)
+        entries = {
+            c.name: self.names.take(f"{snake_case(c.name)}_entries")
+            for c in self.robot.components
+            if c.behaviour is not None and any(s.afters for s in c.behaviour.states)
+        }
         phases = {
             c.key: self.names.take(f"{self._word(c.key)}_{c.phases.active}")
             for c in self.robot.communications.values()
             if c.phases is not None
         }
-        self.attributes = Attributes(locations, variables, phases, functions)
+        self.attributes = Attributes(locations, variables, phases, functions, entries)
         self.spelling = Spelling(self.attributes)
         self.reactions = Reactions(self.plant, self.spelling)
         self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
@@ -135,10 +142,13 @@ class _Builder:
         inputs = []
         commands = []
         taus = []
+        afters = []
         for event in self.plant.events:
             guard = guards.get(id(event)) or by_event.get(event)
             if event.kind is EventKind.TAU:
                 taus.append(self._tau(event, guard))
+            elif event.kind is EventKind.AFTER:
+                afters.append(self._after(event))
             elif event.controllable:
                 commands.append(self._command(event, guard))
             else:
@@ -156,8 +166,9 @@ class _Builder:
             communications=tuple(map(self._row, self.robot.communications.values())),
             requirements=self.requirements,
             inputs=tuple(inputs),
-            commands=tuple(commands),
+            commands=self._with_preferences(commands),
             taus=tuple(t for t in taus if t.moves),
+            afters=tuple(afters),
         )
         return context
 
@@ -206,6 +217,9 @@ class _Builder:
                     "state: " + ", ".join(s.name for s in states),
                 )
             ]
+            if component.name in self.attributes.entries:
+                entries = self.attributes.entries[component.name]
+                attributes.append(AttributeView(entries, "0", "how often it entered a state"))
             for variable in component.behaviour.variables:
                 what = "" if variable.in_state else ", only for data that is sent"
                 attributes.append(
@@ -307,6 +321,42 @@ class _Builder:
         ]
         return tuple(sorted(attributes_read([*texts, *called])))
 
+    def _with_preferences(self, commands: list[CommandView]) -> tuple[CommandView, ...]:
+        at = {c.key: n for n, c in enumerate(commands) if c.kind == EventKind.REQUEST.value}
+        preferred = self.robot.yields_to
+        return tuple(
+            replace(c, yields_to=tuple(sorted(at[key] for key in preferred[c.key])))
+            if c.key in preferred and c.kind == EventKind.REQUEST.value
+            else c
+            for c in commands
+        )
+
+    def _after(self, event: Event) -> AfterView:
+        component = self.robot.component(event.key)
+        assert component.behaviour is not None
+        state, after = next(
+            (state, after)
+            for state in component.behaviour.states
+            for after in state.afters
+            if after.index == event.index
+        )
+        (automaton,) = event.automata
+        condition = self.reactions.condition(automaton)
+        location = self.attributes.locations[event.key]
+        return AfterView(
+            event.name,
+            event.index,
+            self.names.take(f"after_{event.index}_of_{snake_case(event.key)}"),
+            place(event.span),
+            state.name,
+            duration(after.delay),
+            location,
+            self.attributes.entries[event.key],
+            condition,
+            self.reactions.reaction(event),
+            self._reads(condition),
+        )
+
     def _tau(self, event: Event, guard: Guard | None) -> TauView:
         automaton = event.automata[0]
         variable = self.plant.variables[automaton.variable]
@@ -328,6 +378,7 @@ class _Builder:
             self.names.take(f"step_{event.index}_of_{snake_case(event.key)}"),
             place(event.span),
             self.attributes.locations[event.key],
+            self.attributes.entries.get(event.key),
             tuple(moves),
             self._reads(*(text for text, _ in moves)),
         )

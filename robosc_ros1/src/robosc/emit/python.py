@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from robosc.emit.naming import field_attribute
 from robosc.ir.expr import exact, to_python
@@ -39,12 +39,16 @@ _LOCATION = "\0location"  # no variable can be called so
 
 @dataclass(frozen=True)
 class Attributes:
-    """The controller's attributes: component to its state, ``Component.variable``, key to phase."""
+    """The controller's attributes: component to its state, ``Component.variable``, key to phase.
+
+    ``entries`` are those that count how often a component entered a state.
+    """
 
     locations: Mapping[str, str]
     variables: Mapping[str, str]
     phases: Mapping[str, str]
     enums: Mapping[EnumType, str]
+    entries: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -100,6 +100,9 @@ class Reactions:
         if any(e.source != e.target for e in edges):
             target = literal(location.values[edge.target])
             effects.append((self.spelling.attributes.locations[automaton.component], target))
+        entries = self.spelling.attributes.entries.get(automaton.component)
+        if edge.enters and entries is not None:
+            effects.append((entries, f"self.{entries} + 1"))
         return _Branch(
             self._edge_condition(location, edges, automaton), place(edge.span), tuple(effects)
         )
@@ -117,6 +120,11 @@ class Reactions:
             else:
                 parts.append(operand(guard, text))
         return " and ".join(part for part in parts if part)
+
+    def condition(self, automaton: LocalAutomaton) -> str:
+        """Where an automaton with one edge takes part; empty: always."""
+        location = self.plant.variables[automaton.variable]
+        return self._edge_condition(location, list(automaton.edges), automaton)
 
     def location_test(self, location: StateVariable, sources: Iterable[int]) -> str:
         """Whether the component is in one of the states; empty if it always is."""

@@ -105,6 +105,8 @@ class CommandView:
     reason: str
     """Python source: a string, or None."""
     partners: tuple[str, ...]
+    yields_to: tuple[int, ...] = ()
+    """Indexes of the commands that are preferred to it."""
 
 
 @dataclass(frozen=True)
@@ -114,8 +116,26 @@ class TauView:
     step: str
     place: str
     attribute: str
+    entries: str | None
     moves: tuple[tuple[str, str], ...]
     """(condition, target) per way to take it."""
+    reads: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class AfterView:
+    """A transition that waits; ``reaction`` is what it does where ``condition`` holds."""
+
+    component: str
+    number: int
+    step: str
+    place: str
+    state: str
+    delay: float
+    location: str
+    entries: str
+    condition: str
+    reaction: ReactionView
     reads: tuple[str, ...]
 
 
@@ -150,5 +170,6 @@ class ControllerContext:
     inputs: tuple[InputView, ...]
     commands: tuple[CommandView, ...]
     taus: tuple[TauView, ...]
+    afters: tuple[AfterView, ...]
     imports: tuple[tuple[str, tuple[str, ...]], ...] = ()
     """What the module imports of the modules of ``_runtime``."""

@@ -52,9 +52,7 @@ def taken_in(behaviour: Behaviour, state: State, event: EventKind, key: str) -> 
 
 def result_transitions(behaviour: Behaviour) -> Iterator[ResultTransition]:
     """All transitions, and with ``guard`` None the assignments of those taken together."""
-    yield from behaviour.transitions
-    for state in behaviour.states:
-        yield from state.transitions
+    yield from behaviour.all_transitions
     for state in behaviour.states:
         for own in state.transitions:
             for other in behaviour.transitions:

@@ -145,6 +145,7 @@ class _Context:
                 yield self._communication_event(communication, sort)
         if component.behaviour is not None:
             yield from self._tau_events(component, component.behaviour)
+            yield from self._after_events(component, component.behaviour)
 
     def _communication_event(self, communication: Communication, sort: EventSort) -> Event:
         key, kind = communication.key, sort.kind
@@ -257,6 +258,27 @@ class _Context:
         if may_be_missing(reference):
             return Parameter(reference.path, reference.type, (*values, None), None, test)
         return Parameter(reference.path, reference.type, values, None, test)
+
+    def _after_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
+        variable = self.variable_index[VariableKind.LOCATION, component.name]
+        afters = [(a, n) for n, state in enumerate(behaviour.states) for a in state.afters]
+        for after, location in sorted(afters, key=lambda item: item[0].index):
+            guard = after.transition.guard
+            taken = Taken(after.transition, () if guard is None else (guard,), "state")
+            edge = self._edge(component, location, taken)
+            yield Event(
+                kind=EventKind.AFTER,
+                name=component.name,
+                key=component.name,
+                index=after.index,
+                controllable=EventKind.AFTER.controllable,
+                parameters=(),
+                phase=None,
+                automata=(LocalAutomaton(component.name, variable, (edge,), True),),
+                requirement=None,
+                requirements=(),
+                span=after.span,
+            )
 
     def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         everywhere = range(len(behaviour.states))

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Sequence
 
 from robosc.errors import Note
 from robosc.model.communications import resolve_communication
+from robosc.model.durations import resolve_duration
 from robosc.model.entities import (
+    After,
     Assignment,
     Behaviour,
     EventKind,
@@ -51,6 +53,7 @@ class BehaviourResolver:
         self._symbols = symbols
         self._report = report
         self._taus = 0
+        self._afters = 0
         self._event_spans: dict[int, Span] = {}
         self.whole = True
 
@@ -150,11 +153,15 @@ class BehaviourResolver:
         nodes: list[ResultTransitionNode] = []
         results: list[ResultTransition] = []
         taus: list[Tau] = []
+        afters: list[After] = []
         for item in node.transitions:
             if isinstance(item, TauNode):
                 taus.append(self._tau(item))
                 continue
             if isinstance(item, AfterNode):
+                after = self._after(item)
+                if after is not None:
+                    afters.append(after)
                 continue
             nodes.append(item)
             result = self._result(item)
@@ -167,6 +174,7 @@ class BehaviourResolver:
             node.marked,
             tuple(results),
             tuple(taus),
+            tuple(afters),
             span=node.name.span,
         )
 
@@ -175,6 +183,22 @@ class BehaviourResolver:
         incoming = no_value("nothing comes in when a component moves by itself")
         guard = self._guard(node.guard, incoming)
         return Tau(self._taus, guard, self._goto(node.goto), span=node.span)
+
+    def _after(self, node: AfterNode) -> After | None:
+        self._afters += 1
+        incoming = no_value("nothing comes in when time passes")
+        delay = resolve_duration(node.duration, self._report)
+        guard = self._guard(node.guard, incoming)
+        assignments = self._assignments(node.assignments, incoming)
+        goto = self._goto(node.goto)
+        if delay is None:
+            self.whole = False
+            return None
+        name = self._instance.name
+        happening = ResultTransition(
+            EventKind.AFTER, name, guard, assignments, goto, span=node.span
+        )
+        return After(self._afters, delay, happening, span=node.span)
 
     def _result(self, node: ResultTransitionNode) -> ResultTransition | None:
         self._event_spans[node.span.start] = node.event_span
@@ -342,12 +366,15 @@ class BehaviourResolver:
             )
 
     def _check_hiding(self, behaviour: Behaviour) -> None:
-        common = {(t.event, t.communication): t for t in behaviour.transitions}
+        common: dict[tuple[EventKind, str], list[ResultTransition]] = {}
+        for transition in behaviour.transitions:
+            common.setdefault((transition.event, transition.communication), []).append(transition)
         for state in behaviour.states:
             seen = set()
             for transition in state.transitions:
                 key = (transition.event, transition.communication)
-                if key not in common or key in seen:
+                hidden = [t for t in common.get(key, ()) if _hides(transition, t)]
+                if not hidden or key in seen:
                     continue
                 seen.add(key)
                 name = transition.communication.rpartition(".")[2]
@@ -358,8 +385,18 @@ class BehaviourResolver:
                     f" '{transition.event.value}'"
                     f" of '{name}' that exists for every state",
                     None,
-                    [Note("the hidden one is here", self._event_spans[common[key].span.start])],
+                    [Note("the hidden one is here", self._event_spans[hidden[0].span.start])],
                 )
+
+
+def _hides(own: ResultTransition, common: ResultTransition) -> bool:
+    """Whether something of a transition of the whole automaton is lost in the state."""
+    assigned = {a.variable for a in own.assignments}
+    return (
+        own.event.synchronised
+        or common.goto is not None
+        or any(a.variable in assigned for a in common.assignments)
+    )
 
 
 def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:

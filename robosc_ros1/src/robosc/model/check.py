@@ -14,9 +14,9 @@ from robosc.model.entities import (
     Data,
     DataObject,
     Kind,
+    Preference,
     Provide,
     Requirement,
-    ResultTransition,
 )
 from robosc.model.expr import Binary, Expr, Literal, Operation, ValueRef, VariableRef, walk
 from robosc.model.report import Report
@@ -37,6 +37,7 @@ class Model:
     components: tuple[Component, ...]
     requirements: tuple[Requirement, ...]
     provides: tuple[Provide, ...]
+    preferences: tuple[Preference, ...]
 
 
 # --- which variables belong to the state ---------------------------------------------------------
@@ -101,23 +102,16 @@ def _deciding(model: Model) -> Iterator[Expr]:
 
 
 def _guards(behaviour: Behaviour) -> Iterator[Expr]:
-    for transition in _results(behaviour):
+    for transition in behaviour.all_transitions:
         if transition.guard is not None:
             yield transition.guard
-    for taus in (behaviour.taus, *(s.taus for s in behaviour.states)):
-        yield from (t.guard for t in taus if t.guard is not None)
-
-
-def _results(behaviour: Behaviour) -> Iterator[ResultTransition]:
-    yield from behaviour.transitions
-    for state in behaviour.states:
-        yield from state.transitions
+    yield from (t.guard for t in behaviour.all_taus if t.guard is not None)
 
 
 def _assignments(model: Model) -> Iterator[tuple[Component, Assignment]]:
     for component in model.components:
         if component.behaviour is not None:
-            for transition in _results(component.behaviour):
+            for transition in component.behaviour.all_transitions:
                 for assignment in transition.assignments:
                     yield component, assignment
 

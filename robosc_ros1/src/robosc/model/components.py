@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from robosc.errors import Note
 from robosc.model.datatypes import TypeDeclarations
+from robosc.model.durations import resolve_duration
 from robosc.model.entities import Communication, Kind
 from robosc.model.report import Report
 from robosc.model.ros.links import Binder, Part
@@ -237,6 +238,8 @@ def check_local_names(component_table: ComponentTable, report: Report) -> None:
 def bind(info: CommunicationInfo, binder: Binder, report: Report) -> None:
     """Resolve identifier and interface of a communication and make it an entity."""
     identifier = _identifier(info, report)
+    written = info.node.timeout
+    timeout = None if written is None else resolve_duration(written, report)
     interface, known = _interface(info, report)
     if info.request is None or info.response is None or info.feedback is None or not known:
         return
@@ -252,6 +255,7 @@ def bind(info: CommunicationInfo, binder: Binder, report: Report) -> None:
         info.response,
         info.feedback,
         binding,
+        timeout,
         span=info.node.name.span,
     )
 

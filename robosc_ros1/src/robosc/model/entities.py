@@ -7,6 +7,7 @@ has a name is the name; of all else, what was written.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeAlias
@@ -17,9 +18,9 @@ from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
 
 __all__ = [
-    "Assignment", "Behaviour", "Binding", "Communication", "Component", "Data", "DataObject",
-    "EventKind", "Kind", "Provide", "Requirement", "ResultTransition", "Robot", "State", "Tau",
-    "Variable",
+    "After", "Assignment", "Behaviour", "Binding", "Communication", "Component", "Data",
+    "DataObject", "EventKind", "Kind", "Preference", "Provide", "Requirement", "ResultTransition",
+    "Robot", "State", "Tau", "Variable",
 ]  # fmt: skip
 
 
@@ -139,12 +140,27 @@ class Tau:
 
 
 @dataclass(frozen=True, slots=True)
+class After:
+    """A transition that is taken once its component has been in its state for ``delay`` seconds.
+
+    ``index`` counts those of the component from 1 in source order. ``transition`` is what happens;
+    its event is ``after``, and its communication the component's name.
+    """
+
+    index: int
+    delay: Expr
+    transition: ResultTransition
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
 class State:
     name: str
     initial: bool
     marked: bool
     transitions: tuple[ResultTransition, ...]
     taus: tuple[Tau, ...]
+    afters: tuple[After, ...] = ()
     span: Span = _span()
 
 
@@ -157,6 +173,21 @@ class Behaviour:
     transitions: tuple[ResultTransition, ...]
     taus: tuple[Tau, ...]
     span: Span = _span()
+
+    @property
+    def all_transitions(self) -> Iterator[ResultTransition]:
+        """All but internal transitions: of the whole automaton, then state by state."""
+        yield from self.transitions
+        for state in self.states:
+            yield from state.transitions
+            yield from (after.transition for after in state.afters)
+
+    @property
+    def all_taus(self) -> Iterator[Tau]:
+        """The internal transitions: of the whole automaton, then state by state."""
+        yield from self.taus
+        for state in self.states:
+            yield from state.taus
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,6 +228,15 @@ class Provide:
     span: Span = _span()
 
 
+@dataclass(frozen=True, slots=True)
+class Preference:
+    """While a ``preferred`` command is enabled, none of those in ``over`` is sent."""
+
+    preferred: tuple[str, ...]
+    over: tuple[str, ...]
+    span: Span = _span()
+
+
 @dataclass(frozen=True)
 class Robot:
     """The whole model; everything in source order, components of imports at their import."""
@@ -205,12 +245,22 @@ class Robot:
     components: tuple[Component, ...]
     requirements: tuple[Requirement, ...]
     provides: tuple[Provide, ...]
+    preferences: tuple[Preference, ...] = ()
     span: Span = _span()
 
     @cached_property
     def communications(self) -> dict[str, Communication]:
         """All communications by key, in model order."""
         return {c.key: c for component in self.components for c in component.communications}
+
+    @cached_property
+    def yields_to(self) -> dict[str, tuple[str, ...]]:
+        """By communication, those that are preferred to it."""
+        found: dict[str, dict[str, None]] = {}
+        for preference in self.preferences:
+            for key in preference.over:
+                found.setdefault(key, {}).update(dict.fromkeys(preference.preferred))
+        return {key: tuple(preferred) for key, preferred in found.items()}
 
     @cached_property
     def display_names(self) -> dict[str, str]:

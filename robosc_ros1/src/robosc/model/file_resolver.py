@@ -17,7 +17,7 @@ from robosc.model.components import (
     join,
 )
 from robosc.model.datatypes import TypeDeclarations, TypeTable
-from robosc.model.entities import Component, Provide, Requirement
+from robosc.model.entities import Component, Preference, Provide, Requirement
 from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr
 from robosc.model.expressions import RULE, Incoming, Typer
@@ -28,7 +28,7 @@ from robosc.model.report import Muted, Report
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.links import Binder
 from robosc.model.scope import FileScope
-from robosc.model.statements import StatementResolver
+from robosc.model.statements import StatementResolver, check_preferences
 from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
 from robosc.model.types import EnumType, Type
 from robosc.model.value_scope import ValueScope
@@ -37,6 +37,7 @@ from robosc.syntax.nodes import (
     ComponentNode,
     ExprNode,
     ImportNode,
+    PreferNode,
     PropertyNode,
     ProvideNode,
     RequirementNode,
@@ -103,9 +104,9 @@ class FileResolver:
         self._check_duplicates()
         self._binder.check_unlinked(self._scope.interfaces.values())
         self.types.values.resolve()
-        requirements, provides = self._statements()
+        requirements, provides, preferences = self._statements()
         self._binder.report_unknown_fields(self._is_used)
-        model = Model(components, requirements, provides)
+        model = Model(components, requirements, provides, preferences)
         model = select_state_variables(model, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
         lengths = {**self._type_declarations.ros.lengths, **self._binder.lengths}
@@ -246,12 +247,15 @@ class FileResolver:
 
     # --- statements ------------------------------------------------------------------------------
 
-    def _statements(self) -> tuple[tuple[Requirement, ...], tuple[Provide, ...]]:
+    def _statements(
+        self,
+    ) -> tuple[tuple[Requirement, ...], tuple[Provide, ...], tuple[Preference, ...]]:
         resolver = StatementResolver(
             SymbolTable(self.component_table), self.types, self._binder, self._report
         )
         requirements: list[Requirement] = []
         provides: list[Provide] = []
+        preferences: list[Preference] = []
         for node in self._scope.node.declarations:
             match node:
                 case RequirementNode():
@@ -262,4 +266,9 @@ class FileResolver:
                     provide = resolver.provide(node)
                     if provide is not None:
                         provides.append(provide)
-        return tuple(requirements), tuple(provides)
+                case PreferNode():
+                    preference = resolver.preference(node)
+                    if preference is not None:
+                        preferences.append(preference)
+        check_preferences(preferences, self._report)
+        return tuple(requirements), tuple(provides), tuple(preferences)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from robosc.model.entities import Behaviour, Component, ResultTransition
+from robosc.model.entities import Component
 from robosc.model.expr import Expr, ValueRef, walk
 from robosc.model.report import Report
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
@@ -24,19 +24,13 @@ def check_indexes(
     for component in components:
         if component.behaviour is None or component.library is not None:
             continue
-        for transition in _transitions(component.behaviour):
+        for transition in component.behaviour.all_transitions:
             if transition.communication in carried:
                 type_ = carried[transition.communication].value_type(transition.event)
                 guard = [] if transition.guard is None else [transition.guard]
                 read += [(e, type_) for e in (*guard, *(a.value for a in transition.assignments))]
     for expr, type_ in read:
         _check(expr, type_, lengths, report)
-
-
-def _transitions(behaviour: Behaviour) -> Iterator[ResultTransition]:
-    yield from behaviour.transitions
-    for state in behaviour.states:
-        yield from state.transitions
 
 
 def _check(expr: Expr, type_: Type, lengths: Lengths, report: Report) -> None:

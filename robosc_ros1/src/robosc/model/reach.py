@@ -51,10 +51,15 @@ def check_reach(
 
 
 def _successors(state: State, behaviour: Behaviour) -> set[str]:
-    own = {(t.event, t.communication) for t in state.transitions}
-    common = (t for t in behaviour.transitions if (t.event, t.communication) not in own)
+    hiding = {
+        (t.event, t.communication)
+        for t in state.transitions
+        if t.guard is None or t.event.synchronised
+    }
+    common = (t for t in behaviour.transitions if (t.event, t.communication) not in hiding)
     targets = [t.goto for t in (*state.transitions, *common)]
     targets += [t.goto for t in (*state.taus, *behaviour.taus)]
+    targets += [after.transition.goto for after in state.afters]
     return {t for t in targets if t is not None}
 
 

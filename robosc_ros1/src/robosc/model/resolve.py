@@ -143,6 +143,7 @@ class _Loader:
             model.components,
             model.requirements,
             model.provides,
+            model.preferences,
             span=node.name.span,
         )
         return robot, ordered

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from graphlib import CycleError, TopologicalSorter
+from itertools import product
 
 from robosc.errors import Note
 from robosc.model.communications import resolve_communication
 from robosc.model.datatypes import TypeTable
-from robosc.model.entities import Data, DataObject, Kind, Provide, Requirement
+from robosc.model.entities import Data, DataObject, Kind, Preference, Provide, Requirement
 from robosc.model.expected import BOOLEAN, expected_type
 from robosc.model.expressions import Typer, no_value
 from robosc.model.report import Report
@@ -17,9 +20,16 @@ from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.types import ArrayType, NoneType, ObjectType, Type
 from robosc.model.values import check_range, coerce, describe
 from robosc.source import Span
-from robosc.syntax.nodes import Access, DataNode, DataObjectNode, ProvideNode, RequirementNode
+from robosc.syntax.nodes import (
+    Access,
+    DataNode,
+    DataObjectNode,
+    PreferNode,
+    ProvideNode,
+    RequirementNode,
+)
 
-__all__ = ["StatementResolver"]
+__all__ = ["StatementResolver", "check_preferences"]
 
 _COMMENT_OR_STRING = re.compile(
     r"""//[^\n]*|/\*.*?\*/|("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')""", re.DOTALL
@@ -65,6 +75,16 @@ class StatementResolver:
             return None
         text = fold_text(node.span.text) + (f" ({node.place})" if node.place else "")
         return Requirement(node.kind, tuple(keys), condition, text, span=node.span)
+
+    def preference(self, node: PreferNode) -> Preference | None:
+        """The preference; None after an error."""
+        preferred, over = self._commands(node.preferred), self._commands(node.over)
+        if None in preferred or None in over:
+            return None
+        return Preference(_keys(preferred), _keys(over), span=node.span)
+
+    def _commands(self, accesses: Sequence[Access]) -> list[CommunicationInfo | None]:
+        return [self._command(a, "preference-on-outgoing", _CANNOT_PREFER) for a in accesses]
 
     def provide(self, node: ProvideNode) -> Provide | None:
         """The provide statement; None after an error."""
@@ -186,4 +206,28 @@ def fold_text(text: str) -> str:
 
 
 _CANNOT_FORBID = "the controller cannot forbid what the robot sends"
+_CANNOT_PREFER = "the controller has no say in when the robot sends it"
 _CANNOT_PROVIDE = "the robot sends its data, not the controller"
+
+
+def _keys(found: Sequence[CommunicationInfo | None]) -> tuple[str, ...]:
+    return tuple(info.key for info in found if info is not None)
+
+
+def check_preferences(preferences: Sequence[Preference], report: Report) -> None:
+    """Report commands of which each is preferred to the next, round to the first."""
+    below: dict[str, dict[str, Span]] = {}
+    for preference in preferences:
+        for first, second in product(preference.preferred, preference.over):
+            below.setdefault(first, {}).setdefault(second, preference.span)
+    try:
+        TopologicalSorter(below).prepare()
+    except CycleError as error:
+        *_, before, last = cycle = error.args[1][::-1]
+        names = " over ".join(key.rpartition(".")[2] for key in cycle)
+        report.add(
+            "preference-cycle",
+            below[before][last],
+            f"each of these is preferred to the next: {names}",
+            "remove one of the preferences",
+        )

@@ -50,7 +50,7 @@ class CommunicationInfo:
 
     @property
     def has_timeout(self) -> bool:
-        return False
+        return self.node.timeout is not None
 
     @property
     def phases(self) -> Phases | None:

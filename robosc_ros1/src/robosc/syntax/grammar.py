@@ -181,8 +181,6 @@ def _communication(word: str) -> Rule:
         if "type" in given and "type" not in types:
             definition = replace(given.pop("type"), folder=_FOLDERS[word])
             given |= {type_: replace(definition, part=n) for n, type_ in enumerate(types)}
-        if "timeout" in given:
-            reading.pending.append(("'timeout:'", given["timeout"].span))
         node: CommunicationNode = kind(name=name, **given, span=reading.span(start, end))
         return node
 
@@ -309,8 +307,6 @@ def _build_event(reading: Reading, start: int, end: int, parts: list[Any]) -> An
 
 def _build_result(reading: Reading, start: int, end: int, parts: list[Any]) -> ResultTransitionNode:
     (event, event_span), communication, guard, assignments, goto = parts
-    if event == "timeout":
-        reading.pending.append(("'timeout'", event_span))
     span = reading.span(start, end)
     return ResultTransitionNode(
         event, event_span, communication, guard, assignments, goto, span=span

@@ -18,15 +18,12 @@ from robosc.language.keywords import UNITS
 from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
 from robosc.source import Span
 from robosc.syntax.nodes import (
-    AfterNode,
     AggregateNode,
     ArgumentNode,
     ArrayNode,
-    DurationNode,
     ElementNode,
     MemberNode,
     ParameterNode,
-    PreferNode,
     SliceNode,
 )
 
@@ -53,15 +50,12 @@ _LOOKAHEAD = 8
 
 
 PENDING: dict[type, str] = {
-    AfterNode: "'after'",
     AggregateNode: "going through an array",
     ArgumentNode: "arguments of an import",
     ArrayNode: "arrays of values",
-    DurationNode: "durations",
     ElementNode: "computed indexes",
     MemberNode: "computed indexes",
     ParameterNode: "parameters",
-    PreferNode: "preferences",
     SliceNode: "slices",
 }
 """Nodes whose meaning is not there yet; whoever gives them one removes them here."""

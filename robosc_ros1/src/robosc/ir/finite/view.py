@@ -179,8 +179,7 @@ class _Builder:
     def _deciding(self) -> Iterator[tuple[Scope, Expr]]:
         for component in self.robot.components:
             if component.behaviour is not None:
-                taus = [t for s in component.behaviour.states for t in s.taus]
-                for tau in (*component.behaviour.taus, *taus):
+                for tau in component.behaviour.all_taus:
                     yield from ((None, e) for e in (tau.guard,) if e is not None)
         for component, transition in self._transitions():
             scope = transition.event, transition.communication

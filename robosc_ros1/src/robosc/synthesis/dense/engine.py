@@ -341,8 +341,10 @@ class DenseEngine:
         return found
 
     def occurrences(self, step: _EventOperations, states: Bitset) -> int:
-        """State-event-value triples of an uncontrollable event, which is never blocked."""
+        """State-event-value triples of an uncontrollable event; only time is ever waited for."""
         phase = step.event.phase
+        if step.event.kind.synchronised:
+            return self.possible(step, states) * step.rules.weight
         if phase is None:
             return count(states) * step.rules.weight
         values = np.zeros(self.plant.variables[phase.variable].size, np.bool_)

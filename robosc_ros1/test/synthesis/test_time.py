@@ -1,0 +1,178 @@
+"""Silence and waiting in the plant: messages with a timeout, and ``after``."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import pytest
+from random_models import random_model
+from synthesis.differential import differences
+from synthesis.oracle import Oracle
+from synthesis.subject import SUBJECTS, Subject, robot_of, steps
+from synthesis.test_oracle_differential import engines
+
+from robosc.model.entities import (
+    After,
+    Behaviour,
+    Component,
+    EventKind,
+    Kind,
+    ResultTransition,
+    Robot,
+    State,
+)
+from robosc.model.expr import Literal
+from robosc.model.types import DoubleType
+
+subjects = pytest.mark.parametrize("subject", SUBJECTS, ids=lambda s: s.__name__)
+SECOND = Literal(1.0, DoubleType())
+
+
+def plant(subject: type[Subject], text: str) -> list[str]:
+    return steps(subject("robot R {" + text + "}").explore(plant=True))
+
+
+def same(found: list[str], expected: str) -> None:
+    assert found == sorted(line.strip() for line in expected.strip().splitlines())
+
+
+@subjects
+def test_a_message_is_silent_until_it_comes_and_after_its_timeout(subject: type[Subject]) -> None:
+    same(
+        plant(subject, "component A { outgoing message m with timeout: 500 ms, type: none }"),
+        """
+        silent --m.response--> fresh
+        fresh --m.response--> fresh
+        fresh --m.timeout--> silent
+        """,
+    )
+
+
+@subjects
+def test_components_react_to_silence_and_requirements_read_it(subject: type[Subject]) -> None:
+    text = """
+        component A {
+            outgoing message m with timeout: 0.5 s, type: none
+            incoming message go with type: none
+            behaviour {
+                initial marked state seeing { on timeout from m goto blind }
+                marked state blind { on response from m goto seeing }
+            }
+        }
+        requirement go needs m.fresh
+    """
+    found = steps(subject("robot R {" + text + "}").explore(plant=False))
+    same(
+        found,
+        """
+        seeing silent --m.response--> seeing fresh
+        seeing fresh --m.response--> seeing fresh
+        seeing fresh --m.timeout--> blind silent
+        seeing fresh --go.request--> seeing fresh
+        blind silent --m.response--> seeing fresh
+        """,
+    )
+
+
+@subjects
+def test_time_passes_wherever_it_is_waited_for(subject: type[Subject]) -> None:
+    text = """
+        component A {
+            outgoing message m with type: boolean
+            behaviour {
+                variable ready: boolean
+                variable rounds: integer(0..1)
+                on response from m do ready := value
+                initial marked state one {
+                    after 2 s if ready do rounds := 1 - rounds goto two
+                    after 1 min goto one
+                }
+                marked state two { on response from m goto one }
+            }
+        }
+        requirement never A.rounds = 1 and A.one and false
+    """
+    found = [line for line in plant(subject, text) if "A.after" in line or "A: " in line]
+    same(
+        found,
+        """
+        one false 0 --A.after2(one->one)--> one false 0
+        one true 0 --A.after1(one->two)--> two true 1
+        one true 0 --A.after2(one->one)--> one true 0
+        one false 1 --A.after2(one->one)--> one false 1
+        one true 1 --A.after1(one->two)--> two true 0
+        one true 1 --A.after2(one->one)--> one true 1
+        """,
+    )
+
+
+def with_time(robot: Robot, rng: random.Random) -> Robot:
+    """The robot with timeouts, reactions to them and states that are left after some time."""
+    watched = [
+        c.key
+        for c in robot.communications.values()
+        if c.kind is Kind.OUTGOING and rng.random() < 0.7
+    ]
+    return replace(
+        robot,
+        components=tuple(_component(c, watched, rng) for c in robot.components),
+    )
+
+
+def _component(component: Component, watched: list[str], rng: random.Random) -> Component:
+    communications = tuple(
+        replace(c, timeout=SECOND) if c.key in watched else c for c in component.communications
+    )
+    behaviour = component.behaviour
+    if behaviour is not None:
+        behaviour = _behaviour(component.name, behaviour, watched, rng)
+    return replace(component, communications=communications, behaviour=behaviour)
+
+
+def _behaviour(
+    name: str, behaviour: Behaviour, watched: list[str], rng: random.Random
+) -> Behaviour:
+    targets: list[str | None] = [None, *(s.name for s in behaviour.states)]
+    index = 0
+
+    def reaction(event: EventKind, key: str) -> ResultTransition:
+        guard = None
+        if event is EventKind.AFTER and rng.random() < 0.4:
+            guards = [t.guard for t in behaviour.all_taus if t.guard is not None]
+            guard = rng.choice(guards) if guards else None
+        return ResultTransition(event, key, guard, (), rng.choice(targets), span=behaviour.span)
+
+    def state(old: State) -> State:
+        nonlocal index
+        more = tuple(reaction(EventKind.TIMEOUT, k) for k in watched if rng.random() < 0.3)
+        afters = []
+        while rng.random() < 0.3:
+            index += 1
+            transition = reaction(EventKind.AFTER, name)
+            afters.append(After(index, SECOND, transition, span=old.span))
+        return replace(old, transitions=(*old.transitions, *more), afters=tuple(afters))
+
+    everywhere = tuple(reaction(EventKind.TIMEOUT, k) for k in watched if rng.random() < 0.2)
+    return replace(
+        behaviour,
+        states=tuple(map(state, behaviour.states)),
+        transitions=(*behaviour.transitions, *everywhere),
+    )
+
+
+@pytest.mark.timeout(0)
+@pytest.mark.slow
+@engines
+def test_random_robots_with_time(engine: str, pytestconfig: pytest.Config) -> None:
+    count = pytestconfig.getoption("--models", default=None)
+    first = pytestconfig.getoption("--first-model", default=0)
+    seen = set()
+    for seed in range(first, first + (12 if count is None else count)):
+        rng = random.Random(seed)
+        robot = with_time(robot_of(random_model(rng, 1 + seed % 2)), rng)
+        oracle = Oracle(robot)
+        found = differences(robot, oracle, engine)
+        assert not found, "\n".join([f"seed {seed}, engine {engine}", *found[:20]])
+        seen |= {event.kind for event in oracle.events}
+    assert {EventKind.TIMEOUT, EventKind.AFTER} <= seen
