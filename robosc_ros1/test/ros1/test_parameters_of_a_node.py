@@ -15,6 +15,8 @@ INT = "std_msgs/Int16"
 PROBE = (
     Communication("Oracle.ask", "ask", "service"),
     Communication("Runner.run", "run", "action"),
+    Communication("Horn.blow", "blow", "incoming"),
+    Communication("Horn.halt", "halt", "incoming"),
 )
 """The communications of the robot that have parameters of their own."""
 
@@ -119,12 +121,16 @@ def test_two_controllers_in_namespaces_one_of_them_remapped(
 def test_the_launch_file_gives_each_parameter_its_type(generated_workspace: Workspace) -> None:
     yaml = pytest.importorskip("yaml")
     given = {
-        "rate": 3, "order": "random", "seed": 4, "on_mismatch": "stop", "stop_command": "halt",
+        "rate/default": 3, "order": "random", "seed": 4, "on_mismatch": "stop", "stop_command": "halt",
         "exit_on_stop": True, "server_lost_after": 2.5, "state_rate": 7, "publish_events": False,
         "event_log": "123", "event_log_size": 1, "event_log_files": 0, "legacy_state_topic": "on",
-        "timeout/ask": 1, "timeout/run": 2.0, "goal_timeout/run": 3,
+        "timeout/ask": 1, "timeout/run": 2.0, "goal_timeout/run": 3, "refuse_not_finite": False,
+        "rate/ask": 4, "rate/run": 5, "rate/blow": 6, "rate/halt": 7,
     }  # fmt: skip
-    arguments = [f"{name.replace('/', '_')}:={value}" for name, value in given.items()]
+    arguments = [
+        f"{name.removesuffix('/default').replace('/', '_')}:={value}"
+        for name, value in given.items()
+    ]
     launch = ("probe_controller", "probe_controller.launch")
     for more in ([], ["ns:=far"], ["ns:=/far"]):
         done = generated_workspace.run("roslaunch", "--dump-params", *launch, *arguments, *more)
@@ -132,4 +138,5 @@ def test_the_launch_file_gives_each_parameter_its_type(generated_workspace: Work
         assert yaml.safe_load(done.stdout) == {above + k: v for k, v in given.items()}
     done = generated_workspace.run("roslaunch", "--dump-params", *launch)
     defaults = {"/probe_controller/" + p.name: p.default for p in declared(PROBE)}
+    defaults["/probe_controller/rate/default"] = defaults.pop("/probe_controller/rate")
     assert yaml.safe_load(done.stdout) == defaults

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 
 import pytest
@@ -377,3 +378,17 @@ def test_a_deadline_in_a_thousand_centuries_is_waited_for() -> None:
     thread.join(20)
     assert not thread.is_alive()
     assert played.engine.time_to_deadline() <= threading.TIMEOUT_MAX  # type: ignore[operator]
+
+
+@pytest.mark.parametrize(("refuse", "sent"), [(True, 0), (False, 1)])
+def test_a_number_that_is_not_finite_is_not_sent(refuse: bool, sent: int) -> None:
+    played = Played()
+    endless = LampController.COMMANDS[0]._replace(data=lambda _: {"x": {"y": [1.0, math.inf]}})
+    played.controller.COMMANDS = (endless, *LampController.COMMANDS[1:])
+    settings = Settings(refuse_not_finite=refuse)
+    played.engine = Engine(played.controller, played.port, settings)
+    played.begin()
+    assert played.see(50).count(GO) == sent
+    assert played.counter("failed") == 1 - sent
+    failed = [e.detail for e in played.engine.recorder.take() if e.outcome == "failed"]
+    assert failed == (["ValueError: x.y[1] is inf"] if refuse else [])

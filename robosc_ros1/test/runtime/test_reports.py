@@ -225,6 +225,20 @@ def test_two_nodes_do_not_write_one_log(tmp_path: Path) -> None:
     assert (tmp_path / "events.jsonl").read_text() == "first\n"
 
 
+@pytest.mark.parametrize("moved", [True, False])
+def test_a_log_that_was_moved_or_deleted_is_opened_anew(tmp_path: Path, moved: bool) -> None:
+    path = tmp_path / "events.jsonl"
+    log = EventLog(str(path), limit=10**6, keep=1)
+    log.write(["first"])
+    if moved:
+        path.rename(tmp_path / "events.jsonl.old")
+    else:
+        path.unlink()
+    log.write(["second"])
+    log.write(["third"])
+    assert path.read_text() == "second\nthird\n"
+
+
 def test_a_line_that_was_cut_off_does_not_spoil_the_next(tmp_path: Path) -> None:
     path = tmp_path / "events.jsonl"
     path.write_text('whole\n{"vers')
@@ -251,4 +265,6 @@ def test_the_reporter_writes_the_log_and_tells_when_it_cannot(tmp_path: Path) ->
 
     heard = Heard()
     (tmp_path / "file").write_text("")
-    run_reporter(Settings(event_log=str(tmp_path / "file" / "log")), heard, play_longer)
+    engine = run_reporter(Settings(event_log=str(tmp_path / "file" / "log")), heard, play_longer)
+    logs = [text for _, text in engine._port.logs if "event log" in text]  # type: ignore[attr-defined]
+    assert len(logs) == 1

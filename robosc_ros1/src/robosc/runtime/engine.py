@@ -28,7 +28,7 @@ from .port import Port
 from .recorder import STOP_COMMAND, EventRecorder, Throttle
 from .scheduler import CommandScheduler, ScheduledCommand
 from .settings import Settings
-from .values import Mismatch
+from .values import Mismatch, demand_finite
 
 __all__ = ["Engine"]
 
@@ -155,6 +155,10 @@ class Engine:
     def wake(self) -> None:
         """Have the engine look at its clock again: simulated time went on."""
         self._queue.put(None)
+
+    def tell(self, level: str, text: str) -> None:
+        """Write to the log."""
+        self._queue.put(lambda: self._port.log(level, text))
 
     def stop(self, reason: str) -> None:
         """Make a safe stop."""
@@ -383,6 +387,8 @@ class Engine:
         try:
             if command.data is not None:
                 data = command.data()
+                if self.settings.refuse_not_finite:
+                    demand_finite(data)
             self._dispatch(command, data)
         except Exception as error:
             reason = "%s: %s" % (type(error).__name__, error)

@@ -30,6 +30,9 @@ class EventLog:
         Raises:
             OSError: the file cannot be written, or is that of another node.
         """
+        if self._file is not None and self._was_moved(self._file):
+            self._file.close()
+            self._file = None
         for line in lines:
             if self._file is None:
                 self._file = self._open()
@@ -38,6 +41,13 @@ class EventLog:
                 self._rotate()
         if self._file is not None:
             self._file.flush()
+
+    def _was_moved(self, file: IO[bytes]) -> bool:
+        """Whether somebody moved or deleted the file, as logrotate does."""
+        try:
+            return not os.path.samestat(os.fstat(file.fileno()), self._path.stat())
+        except FileNotFoundError:
+            return True
 
     def _open(self) -> IO[bytes]:
         self._path.parent.mkdir(parents=True, exist_ok=True)

@@ -268,6 +268,8 @@ class Reporter:
                 self._log.write(lines)
                 self._log_fault = None
             except OSError as error:
+                if self._log_fault is None:
+                    self._engine.tell("error", "event log: %s" % error)
                 self._log_fault = "event log: %s" % error
 
     def _diagnosis(

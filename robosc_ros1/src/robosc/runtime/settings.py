@@ -58,6 +58,7 @@ class Settings(NamedTuple):
     on_mismatch: str = "ignore"
     stop_command: str = ""
     exit_on_stop: bool = False
+    refuse_not_finite: bool = True
     server_lost_after: float = 5.0
     state_rate: float = 20.0
     publish_events: bool = True
@@ -106,6 +107,10 @@ _GENERAL = (
         "communication that is requested once at a safe stop and at shutdown, guard or not",
     ),
     Parameter("exit_on_stop", "boolean", False, "end the node after a safe stop"),
+    Parameter(
+        "refuse_not_finite", "boolean", True,
+        "do not send a command with a number that is infinite or not a number",
+    ),
     Parameter(
         "server_lost_after", "number", 5.0,
         "seconds of wall time without status after which an action's server counts as lost",

@@ -7,8 +7,8 @@ import math
 from typing import Any, Callable, Dict, Optional
 
 __all__ = [
-    "Mismatch", "Undefined", "Value", "divide", "given", "in_range", "jsonable", "only_field",
-    "optional", "remainder", "widen",
+    "Mismatch", "Undefined", "Value", "demand_finite", "divide", "given", "in_range", "jsonable",
+    "only_field", "optional", "remainder", "widen",
 ]  # fmt: skip
 
 Value = Any
@@ -74,6 +74,23 @@ def in_range(value: Any, low: int, high: int, what: str) -> Any:
     if low <= value <= high:
         return value
     raise Mismatch("%s is %r, outside %d..%d" % (what, value, low, high))
+
+
+def demand_finite(data: Value, path: str = "") -> None:
+    """Check the numbers of data that are to be sent.
+
+    Raises:
+        ValueError: one is infinite or not a number.
+    """
+    if isinstance(data, float):
+        if not math.isfinite(data):
+            raise ValueError("%s is %s" % (path or "it", data))
+    elif isinstance(data, dict):
+        for name, part in data.items():
+            demand_finite(part, "%s.%s" % (path, name) if path else name)
+    elif isinstance(data, (list, tuple)):
+        for index, part in enumerate(data):
+            demand_finite(part, "%s[%d]" % (path, index))
 
 
 _NOT_FINITE = {"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"}

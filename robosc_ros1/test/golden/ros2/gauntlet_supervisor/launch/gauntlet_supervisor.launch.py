@@ -29,6 +29,11 @@ PARAMETERS = (
     ),
     ("exit_on_stop", "exit_on_stop", "end the node after a safe stop"),
     (
+        "refuse_not_finite",
+        "refuse_not_finite",
+        "do not send a command with a number that is infinite or not a number",
+    ),
+    (
         "server_lost_after",
         "server_lost_after",
         "seconds of wall time without status after which an action's server counts as lost (at "

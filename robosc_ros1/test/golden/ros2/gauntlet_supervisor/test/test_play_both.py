@@ -230,6 +230,7 @@ def test_only_what_is_allowed_passes():
     rclpy.init()
     node = rclpy.create_node("play_both")
     robot = Robot(node, seed)
+    robot.serve(node)
     judge = GuardJudge(robot, PUBLICATIONS, RESTRICTED)
     controller = Controller(node, seed, robot, judge)
     profile = qos_profile("reliable", 10000)

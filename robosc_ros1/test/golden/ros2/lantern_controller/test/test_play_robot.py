@@ -95,6 +95,13 @@ class Robot:
         ]
         for topic, type_, _ in PUBLICATIONS:
             self._listen(node, topic, type_, profile)
+
+    def serve(self, node):
+        """Begin to answer requests.
+
+        What the robot says before the judge is in step with the controller would be judged as if it
+        had come later.
+        """
         for name, type_, key in SERVICES:
             self._service(node, resolved(name), type_, key)
         self._servers = [self._action(node, resolved(n), type_, key) for n, type_, key in ACTIONS]
@@ -209,6 +216,7 @@ def test_every_command_is_allowed():
         time.sleep(1.0)  # the other sides of these matches
         node.create_subscription(String, CONTROLLER + "/state", judge.on_state, latched)
         judge.wait(lambda: judge.number is not None, "the controller's state")
+        robot.serve(node)
         play(robot, judge, float(os.environ.get("ROBOSC_SECONDS", "10")))
     finally:
         controller.terminate()
