@@ -121,6 +121,58 @@ FUNCTIONS = {
     "has": lambda bits, mask: ~bits & mask == 0,
     "string": as_text,
     "length": len,
+    "element": lambda array, index: element(array, index),
+    "section": lambda array, first, last: section(array, first, last),
+}
+
+
+def element(array, index):
+    place = index + len(array) if index < 0 else index
+    if not 0 <= place < len(array):
+        raise Undefined
+    return array[place]
+
+
+def section(array, first, last):
+    """What lies from one place to another, over the end of the array if need be."""
+    count = len(array)
+    places = [place + count if place < 0 else place for place in (first, last)]
+    if places[0] < 0:
+        places[0] = 0
+    if places[0] <= places[1]:
+        return [array[i] for i in range(count) if places[0] <= i <= places[1]]
+    behind = [array[i] for i in range(count) if i >= places[0]]
+    return behind + [array[i] for i in range(count) if i <= places[1]]
+
+
+def add_up(numbers):
+    result = 0
+    for number in numbers:
+        result = OPERATORS["+"](result, number)
+    return result
+
+
+def best_of(function):
+    """The best of several numbers; of none there is no best."""
+
+    def apply(numbers):
+        if not numbers:
+            raise Undefined
+        result = numbers[0]
+        for number in numbers[1:]:
+            result = function(result, number)
+        return result
+
+    return apply
+
+
+AGGREGATES = {
+    "any": lambda results: True in results,
+    "all": lambda results: False not in results,
+    "count": lambda results: len([result for result in results if result]),
+    "sum": add_up,
+    "min": best_of(FUNCTIONS["min"]),
+    "max": best_of(FUNCTIONS["max"]),
 }
 
 
@@ -133,6 +185,7 @@ class Shadow:
 
     def __init__(self, plant):
         self.plant = plant
+        self.bound = {}
         self.enums = plant["enums"]
         self.communications = {c["key"]: c for c in plant["communications"]}
         self.keys = {c["name"]: c["key"] for c in plant["communications"]}
@@ -173,6 +226,10 @@ class Shadow:
             return not self.evaluate(arguments[0], message)
         if operator == "negative":
             return -self.evaluate(arguments[0], message)
+        if operator == "bound":
+            return self.value(arguments[1], arguments[2], self.bound[arguments[0]])
+        if operator == "each":
+            return self.aggregate(arguments, message)
         if operator in FUNCTIONS:
             return FUNCTIONS[operator](*[self.evaluate(a, message) for a in arguments])
         left = self.evaluate(arguments[0], message)
@@ -183,6 +240,19 @@ class Shadow:
         if operator == "=>":
             return (not left) or self.evaluate(arguments[1], message)
         return OPERATORS[operator](left, self.evaluate(arguments[1], message))
+
+    def aggregate(self, arguments, message):
+        """What goes through an array; where an element leaves it undefined, that does not count."""
+        kind, name, array, body = arguments[:4]
+        results = []
+        for item in self.evaluate(array, message):
+            self.bound[name] = item
+            try:
+                if all(self.evaluate(condition, message) for condition in arguments[4:]):
+                    results.append(self.evaluate(body, message))
+            except Undefined:
+                pass
+        return AGGREGATES[kind](results)
 
     def value(self, path, type_, message):
         """A part of a message, as a value of the language."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import product
 from types import ModuleType
 
 import pytest
 
 from robosc.emit.engine import verbatim
-from robosc.language.functions import FUNCTIONS
+from robosc.language.functions import AGGREGATES, CALLS
 from robosc.language.operators import BINARY, UNARY, Operand, Operator
 from robosc.model.evaluation import evaluate
 from robosc.model.expr import Binary, Literal, Unary
@@ -57,22 +58,45 @@ def test_unary_operators_mean_the_same(shadow: ModuleType, operator: Operator) -
         assert same(interpreter.evaluate([operator.key, ["literal", value]]), expected), value
 
 
+def outcome(function: Callable[[], object]) -> object:
+    """A result, or the text that there is none."""
+    try:
+        return function()
+    except Exception as fault:
+        assert type(fault).__name__ == "Undefined"
+        return "undefined"
+
+
 ARGUMENTS = {
     Operand.NUMBER: NUMBERS,
     Operand.INTEGER: [0, 1, -1, 2, 3, 6, 255, -(2**70)],
     Operand.BASIC: [True, False, "some text", 3, -0.5],
-    Operand.ARRAY: [(), (1, 2.5)],
+    Operand.ARRAY: [(), (1, 2.5), tuple(range(7))],
 }
 
 
-@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+@pytest.mark.parametrize("function", CALLS.values(), ids=CALLS)
 def test_functions_mean_the_same(shadow: ModuleType, function: Operator) -> None:
     interpreter = shadow.Shadow.__new__(shadow.Shadow)
     for values in product(*(ARGUMENTS[kind] for kind in function.arguments)):
-        found = interpreter.evaluate([function.key, *(["literal", value] for value in values)])
-        assert same(found, function.scalar(*values)), values
+        tree = [function.key, *(["literal", value] for value in values)]
+        expected = outcome(lambda values=values: function.scalar(*values))
+        assert same(outcome(lambda tree=tree: interpreter.evaluate(tree)), expected), values
+
+
+RESULTS = ([], [False], [True, False, True], [True, True])
+LISTS = ([], [1], [3, -2, 5.5], [0.0, -0.0], [1, math.nan, 0], [10**400, 0.5], [2, 2.0])
+
+
+@pytest.mark.parametrize("aggregate", AGGREGATES.values(), ids=AGGREGATES)
+def test_aggregates_mean_the_same(shadow: ModuleType, aggregate: Operator) -> None:
+    for results in RESULTS if aggregate.operands is Operand.BOOLEAN else LISTS:
+        expected = outcome(lambda results=results: aggregate.scalar(results))
+        found = outcome(lambda results=results: shadow.AGGREGATES[aggregate.spelling](results))
+        assert same(found, expected), results
 
 
 def test_the_table_of_the_reference_interpreter_holds_nothing_else(shadow: ModuleType) -> None:
-    assert set(shadow.FUNCTIONS) == set(FUNCTIONS)
+    assert set(shadow.FUNCTIONS) == set(CALLS)
+    assert set(shadow.AGGREGATES) == set(AGGREGATES)
     assert set(shadow.OPERATORS) == {o.key for o in BINARY.values() if not o.is_lazy}

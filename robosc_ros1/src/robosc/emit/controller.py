@@ -21,7 +21,6 @@ from robosc.emit.python import (
     duration,
     in_enum_rule,
     literal,
-    reads_array,
 )
 from robosc.emit.reactions import Reactions, alike, attributes_read
 from robosc.emit.views import (
@@ -38,7 +37,7 @@ from robosc.emit.views import (
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.language.functions import HELPERS
 from robosc.model.entities import Communication, EventKind, Kind
-from robosc.model.expr import TRUE
+from robosc.model.expr import TRUE, may_be_undefined
 from robosc.model.types import (
     EnumType,
 )
@@ -191,7 +190,7 @@ class _Builder:
                 in_enum_rule(rule.condition, self.attributes.enums),
                 literal(rule.value),
                 "" if rule.condition.span is None else place(rule.condition.span),
-                reads_array(rule.condition),
+                may_be_undefined(rule.condition),
             )
             for rule in enum.rules
         )

@@ -21,6 +21,8 @@ from robosc.model.entities import (
     Tau,
 )
 from robosc.model.expr import (
+    Aggregate,
+    ElementRef,
     Expr,
     Leaf,
     Literal,
@@ -282,10 +284,14 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
                 return ["state", component, state]
             case ValueRef(path=path, type=type_):
                 return ["value", list(path), _type(type_, enums)]
+            case ElementRef(variable=name, path=path, type=type_):
+                return ["bound", name, list(path), _type(type_, enums)]
             case PhaseRef(communication=key):
                 return ["busy", key]
 
     def operation(node: Operation, operands: tuple[Json, ...]) -> Json:
+        if isinstance(node, Aggregate):
+            return ["each", node.operator, node.variable, *operands]
         return [node.operation.key, *operands]
 
     return fold(expr, leaf, operation)

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from robosc.emit.naming import field_attribute
-from robosc.ir.expr import exact, to_python
+from robosc.ir.expr import element_name, exact, to_python
 from robosc.model.expr import (
     Binary,
+    ElementRef,
     Expr,
     Leaf,
     Literal,
@@ -29,7 +30,7 @@ from robosc.model.types import BooleanType, EnumType, IntegerType, StringType, T
 __all__ = [
     "Attributes", "Spelling", "access", "converted", "converter_counts", "duration",
     "in_controller",
-    "in_enum_rule", "literal", "operand", "reads_array", "within",
+    "in_enum_rule", "literal", "operand", "within",
 ]  # fmt: skip
 
 Path = tuple[str | int, ...]
@@ -81,14 +82,6 @@ def _literal(node: Literal) -> str:
     return literal(node.value)
 
 
-def reads_array(expr: Expr) -> bool:
-    """Whether the expression can be undefined."""
-    return any(
-        isinstance(part, ValueRef) and any(isinstance(p, int) for p in part.path)
-        for part in walk(exact(expr))
-    )
-
-
 def in_controller(expr: Expr, attributes: Attributes) -> str:
     """An expression over the controller's state and an event's ``value``.
 
@@ -108,6 +101,9 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
                 return f"self.{attributes.phases[key]}"
             case ValueRef(path=()):
                 return "value"
+            case ElementRef(variable=name, path=path):
+                text = access(element_name(name), path)
+                return converted(node.type, text, attributes.enums, "self.count_undefined")
             case ValueRef(path=path):
                 part = f"value[{literal(path_text(path))}]"
                 return f"given({part})" if any(isinstance(p, int) for p in path) else part
@@ -140,9 +136,12 @@ def in_enum_rule(expr: Expr, enums: Mapping[EnumType, str]) -> str:
     """An expression over the raw ``value`` that an enum converts."""
 
     def leaf(node: Leaf) -> str:
-        if not isinstance(node, ValueRef):
-            raise TypeError(f"{node} in the rule of an enum")
-        return converted(node.type, access("value", node.path), enums)
+        match node:
+            case ValueRef(path=path):
+                return converted(node.type, access("value", path), enums)
+            case ElementRef(variable=name, path=path):
+                return converted(node.type, access(element_name(name), path), enums)
+        raise TypeError(f"{node} in the rule of an enum")
 
     return to_python(expr, leaf, _literal)
 

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 from robosc.emit.line_breaks import unparenthesised
 from robosc.emit.naming import place
-from robosc.emit.python import Spelling, literal, operand, reads_array, within
+from robosc.emit.python import Spelling, literal, operand, within
 from robosc.emit.views import ReactionView
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
-from robosc.ir.expr import may_be_huge
+from robosc.ir.expr import exact, may_be_huge
 from robosc.language.events import EventKind
 from robosc.model.entities import Variable
-from robosc.model.expr import Expr
+from robosc.model.expr import Expr, may_be_undefined
 from robosc.model.types import DoubleType, IntegerType
 
 __all__ = ["Reactions", "alike", "attributes_read"]
@@ -114,7 +114,7 @@ class Reactions:
         parts = [self.location_test(location, [e.source for e in edges])]
         if guard is not None:
             text = self.spelling.text(guard)
-            if reads_array(guard):
+            if may_be_undefined(exact(guard)):
                 text = f"self.holds(lambda: {text}, {literal(place(edges[0].span))})"
                 parts.append(text)
             else:
@@ -150,7 +150,7 @@ class Reactions:
                 text = f"self.kept({text}, {low}, {high}, self.{attribute}, {where})"
             elif not event.controllable:
                 text = f"in_range({text}, {low}, {high}, {literal(variable.key)})"
-        if reads_array(expr):
+        if may_be_undefined(exact(expr)):
             text = f"self.assigned(lambda: {text}, self.{attribute}, {where})"
         return attribute, text
 

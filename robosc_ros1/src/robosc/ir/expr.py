@@ -13,8 +13,10 @@ from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import (
     FALSE,
     TRUE,
+    Aggregate,
     Binary,
     ChoiceRef,
+    ElementRef,
     Expr,
     Leaf,
     Literal,
@@ -26,14 +28,15 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
     fold,
+    may_be_undefined,
     walk,
     with_operands,
 )
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
 
 __all__ = [
-    "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "evaluate", "exact",
-    "junction", "may_be_huge", "negation", "to_dsl", "to_python",
+    "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "element_name", "evaluate",
+    "exact", "junction", "may_be_huge", "negation", "to_dsl", "to_python",
 ]  # fmt: skip
 
 _BOOLEAN = BooleanType()
@@ -159,9 +162,9 @@ def to_dsl(
                 name = key if name in component_names else name
                 return ".".join(escape(part) for part in name.split(".")) + f".{phase}"
             case ValueRef(path=path):
-                return "value" + "".join(
-                    f"[{part}]" if isinstance(part, int) else f".{escape(part)}" for part in path
-                )
+                return "value" + _parts(path)
+            case ElementRef(variable=name, path=path):
+                return escape(name) + _parts(path)
 
     def of_leaf(node: Literal | Leaf) -> Spelled:
         if not isinstance(node, Literal):
@@ -172,7 +175,16 @@ def to_dsl(
     def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
         return node.operation.text.of(operands)
 
-    return fold(exact(expr), of_leaf, of_operation).text
+    def of_aggregate(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
+        through = f"{visit(node.element).text} for {node.variable} in {array.text}"
+        condition = "" if node.condition is None else f" if {visit(node.condition).text}"
+        return Spelled(f"{node.operator}({through}{condition})", _ATOM)
+
+    return fold(exact(expr), of_leaf, of_operation, bound=of_aggregate).text
+
+
+def _parts(path: tuple[str | int, ...]) -> str:
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{escape(part)}" for part in path)
 
 
 def _literal(node: Literal) -> str:
@@ -236,4 +248,27 @@ def to_python(
             )
         return operation.python.of(operands)
 
-    return fold(expr, of_leaf, of_operation).text
+    return fold(expr, of_leaf, of_operation, bound=_through_array).text
+
+
+def _through_array(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
+    """An aggregate over a list comprehension; elements that are undefined are left out."""
+    name, items = element_name(node.variable), array.text
+    element = visit(node.element)
+    condition = None if node.condition is None else visit(node.condition).text
+    if condition is not None and node.condition is not None and may_be_undefined(node.condition):
+        items, condition = f"where(lambda {name}: {condition}, {items})", None
+    kept = "" if condition is None else f" if {condition}"
+    if may_be_undefined(node.element):
+        chosen = f"[{name} for {name} in {items}{kept}]" if kept else items
+        results = f"defined(lambda {name}: {element.text}, {chosen})"
+    elif element.text == name and not kept:
+        results = items
+    else:
+        results = f"[{element.text} for {name} in {items}{kept}]"
+    return node.operation.python.of([Spelled(results, PYTHON_ATOM)])
+
+
+def element_name(variable: str) -> str:
+    """The Python name of what goes through an array: no keyword and no name of the runtime."""
+    return f"{variable}_"

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
-from robosc.model.expr import Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
+from robosc.model.expr import ElementRef, Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.model.types import Value
 
 __all__ = ["Outcome", "Values", "Verdict", "holds", "missing_together", "outcome", "valuations"]
@@ -144,5 +144,7 @@ def _lookup(
                 return state[index[VariableKind.PHASE, key]] == 1
             case ValueRef(path=path):
                 return taken[path]
+            case ElementRef():
+                raise AssertionError("it belongs to its aggregate")
 
     return look

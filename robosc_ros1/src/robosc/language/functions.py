@@ -12,7 +12,7 @@ from robosc.language.operators import BINARY, PYTHON_ATOM, Operand, Operator, Ra
 from robosc.runtime import functions as runtime
 from robosc.runtime.values import widen
 
-__all__ = ["FUNCTIONS", "HELPERS"]
+__all__ = ["AGGREGATES", "CALLS", "FUNCTIONS", "HELPERS"]
 
 _ATOM = 9
 
@@ -34,6 +34,7 @@ def _function(
     *,
     python: str = "",
     variadic: bool = False,
+    written: Text | None = None,
 ) -> Operator:
     """A function; ``array`` is named where numpy has exactly the same one for integers, too."""
     name = python or scalar.__name__
@@ -48,6 +49,7 @@ def _function(
         python=Text(f"{name}({{*}})", PYTHON_ATOM),
         arguments=arguments,
         variadic=variadic,
+        written=written,
     )
 
 
@@ -76,12 +78,40 @@ FUNCTIONS: Mapping[str, Operator] = {
 }
 """The functions by spelling."""
 
-HELPERS: Mapping[str, Callable[..., Any]] = {
-    function.__name__: function
-    for function in (
-        widen,
-        *(o.scalar for o in (*BINARY.values(), *FUNCTIONS.values())
-          if o.python.level == PYTHON_ATOM and o.scalar.__module__.startswith("robosc.")),
+_PARTS = (
+    _function(
+        "element", (Operand.ARRAY, _INTEGER), Result.ELEMENT, runtime.element,
+        written=Text("{0:9}[{1:0}]", _ATOM),
+    ),
+    _function(
+        "section", (Operand.ARRAY, _INTEGER, _INTEGER), Result.ARRAY, runtime.section,
+        written=Text("{0:9}[{1:0}..{2:0}]", _ATOM),
+    ),
+)  # fmt: skip
+
+CALLS: Mapping[str, Operator] = {**FUNCTIONS, **{part.spelling: part for part in _PARTS}}
+"""The functions, and what else takes arguments as they do: parts of arrays."""
+
+AGGREGATES: Mapping[str, Operator] = {
+    a.spelling: a
+    for a in (
+        _function("any", (Operand.BOOLEAN,), Result.BOOLEAN, any),
+        _function("all", (Operand.BOOLEAN,), Result.BOOLEAN, all),
+        _function("count", (Operand.BOOLEAN,), Result.INTEGER, runtime.number_of),
+        _function("sum", (_NUMBER,), Result.NUMBER, runtime.total),
+        _function("min", (_NUMBER,), Result.NUMBER, runtime.least_of),
+        _function("max", (_NUMBER,), Result.NUMBER, runtime.greatest_of),
     )
-}  # fmt: skip
+}
+"""What goes through an array: functions of the list of what each element gives."""
+
+HELPERS: Mapping[str, Callable[..., Any]] = {
+    **{function.__name__: function for function in (widen, runtime.defined, runtime.where)},
+    **{
+        operation.scalar.__name__: operation.scalar
+        for operation in (*BINARY.values(), *CALLS.values(), *AGGREGATES.values())
+        if operation.python.level == PYTHON_ATOM
+        and operation.scalar.__module__.startswith("robosc.")
+    },
+}
 """The functions of the runtime that Python texts may call, by name."""

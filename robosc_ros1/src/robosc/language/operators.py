@@ -41,6 +41,8 @@ class Result(Enum):
     DOUBLE = "double"
     INTEGER = "integer"
     STRING = "string"
+    ELEMENT = "an element of the array"
+    ARRAY = "an array like that"
     SUM = "string if the operands are strings, else as a number"
 
 
@@ -102,7 +104,8 @@ class Operator:
     gives the same on integers of 64 bits from these ranges (the same range twice for a unary one).
     A lazy operator looks at its right side only if the left is not ``decider``; if it is, the
     result is ``decided``. ``negation`` is the operator that gives the opposite. A function that is
-    ``variadic`` takes any number of arguments like its last one.
+    ``variadic`` takes any number of arguments like its last one. ``written`` is how it is written
+    if that is no call.
     """
 
     spelling: str
@@ -122,6 +125,7 @@ class Operator:
     name: str = ""
     arguments: tuple[Operand, ...] = ()
     variadic: bool = False
+    written: Text | None = None
 
     @property
     def is_lazy(self) -> bool:
@@ -144,6 +148,8 @@ class Operator:
     @property
     def text(self) -> Text:
         """How it is written in the language itself."""
+        if self.written is not None:
+            return self.written
         if self.arguments:
             return Text(f"{self.spelling}({{*}})", self.level)
         if self.is_unary:

@@ -1,4 +1,4 @@
-"""Typing of calls, and of ``in``."""
+"""Typing of calls, of ``in``, and of parts of arrays."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from collections.abc import Callable, Sequence
 from functools import reduce
 
 from robosc.language.functions import FUNCTIONS
-from robosc.language.operators import Operator
+from robosc.language.operators import Operand, Operator
 from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
 from robosc.model.expr import Binary, Call, Expr
 from robosc.model.report import Report
-from robosc.model.types import BooleanType
+from robosc.model.types import ArrayType, BooleanType
 from robosc.model.values import comparable, describe, result_type
 from robosc.source import Span
-from robosc.syntax.nodes import CallNode, ExprNode, InNode
+from robosc.syntax.nodes import CallNode, ElementNode, ExprNode, InNode, SliceNode
 
-__all__ = ["Check", "typed_call", "typed_membership"]
+__all__ = ["Check", "typed_call", "typed_element", "typed_membership", "typed_section"]
 
 Check = Callable[[ExprNode, ExpectedType, str], Expr | None]
 """What types an expression at a place that has needs."""
@@ -94,3 +94,23 @@ def _any_of(parts: Sequence[Expr], span: Span) -> Expr:
     return Binary(
         "or", _any_of(parts[:half], span), _any_of(parts[half:], span), BooleanType(), span
     )
+
+
+def typed_element(node: ElementNode, check: Check) -> Expr | None:
+    """``array[index]`` with a computed index; None after an error."""
+    array = check(node.array, needs_of(Operand.ARRAY), "'[…]'")
+    index = check(node.index, needs_of(Operand.INTEGER), "an index")
+    if array is None or index is None:
+        return None
+    assert isinstance(array.type, ArrayType)
+    return Call("element", (array, index), array.type.element, node.span)
+
+
+def typed_section(node: SliceNode, check: Check) -> Expr | None:
+    """``array[first..last]``; None after an error."""
+    array = check(node.array, needs_of(Operand.ARRAY), "'[…]'")
+    ends = [check(end, needs_of(Operand.INTEGER), "an index") for end in (node.first, node.last)]
+    known = [end for end in ends if end is not None]
+    if array is None or len(known) < len(ends):
+        return None
+    return Call("section", (array, *known), array.type, node.span)

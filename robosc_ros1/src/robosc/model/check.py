@@ -18,11 +18,20 @@ from robosc.model.entities import (
     Provide,
     Requirement,
 )
-from robosc.model.expr import Binary, Expr, Literal, Operation, ValueRef, VariableRef, walk
+from robosc.model.expr import (
+    Aggregate,
+    Binary,
+    Expr,
+    Literal,
+    Operation,
+    ValueRef,
+    VariableRef,
+    walk,
+)
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, ComponentTable
-from robosc.model.types import EnumType, domain
+from robosc.model.types import BooleanType, EnumType, domain
 from robosc.model.values import describe
 from robosc.source import Span
 from robosc.syntax.nodes import Name
@@ -131,8 +140,10 @@ def _check_finite(assignment: Assignment, report: Report) -> None:
 
 
 def _taken(expr: Expr) -> Iterator[Expr]:
-    """The parts of an expression that do not merely stand in a comparison."""
+    """The parts of an expression that do not merely stand in a comparison or a question."""
     yield expr
+    if isinstance(expr, Aggregate) and isinstance(expr.type, BooleanType):
+        return
     if isinstance(expr, Operation) and not expr.operation.is_comparison:
         for operand in expr.operands:
             yield from _taken(operand)

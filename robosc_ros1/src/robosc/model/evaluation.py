@@ -8,10 +8,22 @@ any other makes the whole expression undefined.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, cast
 
-from robosc.model.expr import Binary, Expr, Leaf, Literal, Operation, fold, walk
+from robosc.model.expr import (
+    Aggregate,
+    Binary,
+    ElementRef,
+    Expr,
+    Leaf,
+    Literal,
+    Operation,
+    fold,
+    walk,
+)
 from robosc.model.types import Value
+from robosc.runtime.functions import element
 from robosc.runtime.values import Undefined
 
 __all__ = ["Undefined", "constant", "evaluate"]
@@ -24,15 +36,42 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
         Undefined: a leaf that is needed was looked up as None.
     """
 
+    bound: dict[str, Value] = {}
+
     def leaf(node: Literal | Leaf) -> Value:
         if isinstance(node, Literal):
             return node.value
+        if isinstance(node, ElementRef):
+            return _part(bound[node.variable], node.path)
         found = lookup(node)
         if found is None:
             raise Undefined
         return found
 
-    return fold(expr, leaf, _apply, _lazily)
+    def aggregate(node: Aggregate, array: Value, visit: Callable[[Expr], Value]) -> Value:
+        results: list[Value] = []
+        for item in cast(Iterable[Value], array):
+            bound[node.variable] = item
+            try:
+                if node.condition is None or visit(node.condition):
+                    results.append(visit(node.element))
+            except Undefined:
+                continue  # it does not count
+        result: Value = node.operation.scalar(results)
+        return result
+
+    return fold(expr, leaf, _apply, _lazily, bound=aggregate)
+
+
+def _part(value: Any, path: tuple[str | int, ...]) -> Value:
+    """A part of an object that came in, of a message or as a mapping."""
+    for part in path:
+        if isinstance(part, str):
+            value = value[part] if isinstance(value, Mapping) else getattr(value, part)
+        else:
+            value = element(value, part)
+    found: Value = value
+    return found
 
 
 def _apply(node: Operation, operands: tuple[Value, ...]) -> Value:

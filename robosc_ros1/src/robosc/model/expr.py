@@ -13,15 +13,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias, TypeVar
 
-from robosc.language.functions import FUNCTIONS
+from robosc.language.functions import AGGREGATES, CALLS
 from robosc.language.operators import BINARY, UNARY, Operator
 from robosc.model.types import BooleanType, Type, Value
 from robosc.source import Span
 
 __all__ = [
-    "FALSE", "TRUE", "Binary", "Call", "ChoiceRef", "Expr", "Leaf", "Literal", "Operation",
-    "PhaseRef", "StateRef", "TestRef", "Unary", "ValueRef", "VariableRef", "fold", "path_text",
-    "rewritten", "walk", "with_operands",
+    "FALSE", "TRUE", "Aggregate", "Binary", "Call", "ChoiceRef", "ElementRef", "Expr", "Leaf",
+    "Literal", "Operation", "PhaseRef", "StateRef", "TestRef", "Unary", "ValueRef", "VariableRef",
+    "all_names", "fold", "may_be_undefined", "path_text", "rewritten", "walk", "with_operands",
 ]  # fmt: skip
 
 
@@ -156,7 +156,7 @@ class Binary:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A function of the table ``FUNCTIONS``, applied to arguments."""
+    """A function of the table ``CALLS``, applied to arguments."""
 
     operator: str
     operands: tuple[Expr, ...]
@@ -165,12 +165,43 @@ class Call:
 
     @property
     def operation(self) -> Operator:
-        return FUNCTIONS[self.operator]
+        return CALLS[self.operator]
 
 
-Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef | TestRef
+@dataclass(frozen=True, slots=True)
+class ElementRef:
+    """What goes through an array, or a part of it, inside of its aggregate."""
+
+    variable: str
+    path: tuple[str | int, ...]
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Aggregate:
+    """``any(element for variable in array if condition)``; the operator is of ``AGGREGATES``."""
+
+    operator: str
+    variable: str
+    array: Expr
+    element: Expr
+    condition: Expr | None
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def operation(self) -> Operator:
+        return AGGREGATES[self.operator]
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.array, self.element, *(() if self.condition is None else (self.condition,)))
+
+
+Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef | TestRef | ElementRef
 """What an expression reads."""
-Operation: TypeAlias = Unary | Binary | Call
+Operation: TypeAlias = Unary | Binary | Call | Aggregate
 Expr: TypeAlias = Literal | Leaf | Operation
 
 TRUE = Literal(True, BooleanType())
@@ -185,13 +216,16 @@ def fold(
     strict: Callable[[Operation, tuple[T, ...]], T],
     lazy: Callable[[Binary, T, Callable[[], T]], T] | None = None,
     known: Callable[[Expr], T | None] | None = None,
+    bound: Callable[[Aggregate, T, Callable[[Expr], T]], T] | None = None,
 ) -> T:
     """What is made of an expression from what is made of its parts, from the leaves up.
 
     ``strict`` is given the results for all operands, in order. ``lazy`` is called for operators
     that may leave their right side alone, with the result of the left and a function that makes
     that of the right; without it they count as strict. ``known`` may give the result for a part as
-    a whole, so that nothing below it is looked at.
+    a whole, so that nothing below it is looked at. ``bound`` is given the result for the array of
+    an aggregate, and a function that makes those of its element and condition, once or for each
+    element of the array; without it these are operands like others.
     """
 
     def visit(node: Expr) -> T:
@@ -204,6 +238,8 @@ def fold(
             if lazy is not None and node.operation.decider is not None:
                 return lazy(node, left, lambda: visit(node.right))
             return strict(node, (left, visit(node.right)))
+        if bound is not None and isinstance(node, Aggregate):
+            return bound(node, visit(node.array), visit)
         if isinstance(node, Operation):
             return strict(node, tuple(visit(operand) for operand in node.operands))
         return leaf(node)
@@ -225,6 +261,27 @@ def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
             return replace(node, left=operands[0], right=operands[1])
         case Call():
             return replace(node, operands=operands)
+        case Aggregate():
+            array, element, *condition = operands
+            return replace(
+                node, array=array, element=element, condition=condition[0] if condition else None
+            )
+
+
+def may_be_undefined(expr: Expr) -> bool:
+    """Whether an expression can be undefined, as what reads an element of an array is."""
+    for part in walk(expr):
+        match part:
+            case ValueRef(path=path) | ElementRef(path=path) if not all_names(path):
+                return True
+            case Call(operator="element") | Aggregate(operator="min" | "max"):
+                return True
+    return False
+
+
+def all_names(path: tuple[str | int, ...]) -> bool:
+    """Whether a path goes through no array."""
+    return all(isinstance(part, str) for part in path)
 
 
 def walk(expr: Expr) -> Iterator[Expr]:

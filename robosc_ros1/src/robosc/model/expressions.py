@@ -20,11 +20,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from robosc.language.functions import AGGREGATES
 from robosc.language.operators import BINARY, UNARY, Operand
-from robosc.model.calls import typed_call, typed_membership
+from robosc.model.calls import typed_call, typed_element, typed_membership, typed_section
 from robosc.model.datatypes import TypeTable
-from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
-from robosc.model.expr import Binary, Expr, Literal, StateRef, Unary, ValueRef
+from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, needs_of
+from robosc.model.expr import (
+    Aggregate,
+    Binary,
+    ElementRef,
+    Expr,
+    Literal,
+    StateRef,
+    Unary,
+    ValueRef,
+)
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.report import Report
@@ -44,12 +54,15 @@ from robosc.model.unknown import NameFaults, last_name
 from robosc.model.values import comparable, describe, result_type, type_of
 from robosc.syntax.nodes import (
     Access,
+    AggregateNode,
     BinaryNode,
     CallNode,
+    ElementNode,
     ExprNode,
     InNode,
     LiteralNode,
     Name,
+    SliceNode,
     UnaryNode,
 )
 
@@ -93,10 +106,13 @@ class Typer:
         self._incoming = incoming
         self._faults = NameFaults(report, types, symbols)
         self._meanings = Meanings(report, types, symbols)
+        self._bound: dict[str, Type] = {}
 
     def check(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
         """The expression at a place (in words, for messages) that has needs."""
         match node:
+            case Access() if node.root.text in self._bound and not is_escaped(node.root):
+                found = self._element(node)
             case Access() if not is_value(node):
                 return self._choose(node, expected, place)
             case Access():
@@ -111,6 +127,12 @@ class Typer:
                 found = typed_call(node, self.check, self._report)
             case InNode():
                 found = typed_membership(node, self.check, self._report)
+            case ElementNode():
+                found = typed_element(node, self.check)
+            case SliceNode():
+                found = typed_section(node, self.check)
+            case AggregateNode():
+                found = self._aggregate(node)
             case _:
                 raise AssertionError(f"{type(node).__name__} has no meaning yet")
         if found is not None and not expected.accepts(found.type):
@@ -281,6 +303,42 @@ class Typer:
             return replace(meaning, type=self._types.full(meaning.type))
         return meaning
 
+    # --- arrays ----------------------------------------------------------------------------------
+
+    def _aggregate(self, node: AggregateNode) -> Expr | None:
+        name, variable = node.function.text, node.variable.text
+        operation = AGGREGATES.get(name)
+        if operation is None:
+            hint = self._report.suggest(name, AGGREGATES)
+            self._report.add(
+                "unknown-name", node.function.span, f"'{name}' goes through no array", hint
+            )
+            return None
+        if variable in self._bound or variable == "value":
+            message = f"'{variable}' means something else here"
+            self._report.add("duplicate-name", node.variable.span, message, "give it another name")
+            return None
+        array = self.check(node.array, needs_of(Operand.ARRAY), f"'{name}'")
+        if array is None:
+            return None
+        assert isinstance(array.type, ArrayType)
+        self._bound[variable] = array.type.element
+        element = self.check(node.element, needs_of(operation.operands), f"'{name}'")
+        condition = None
+        if node.condition is not None:
+            condition = self.check(node.condition, BOOLEAN, "the 'if' of an array")
+        del self._bound[variable]
+        if element is None or (condition is None) != (node.condition is None):
+            return None
+        type_ = result_type(operation.result, (element.type,))
+        return Aggregate(name, variable, array, element, condition, type_, node.span)
+
+    def _element(self, access: Access) -> Expr | None:
+        """What goes through an array, or a part of it."""
+        name = access.root.text
+        type_ = self._part_of(access, self._bound[name])
+        return None if type_ is None else ElementRef(name, _path(access), type_, access.span)
+
     # --- value -----------------------------------------------------------------------------------
 
     def _value(self, access: Access) -> Expr | None:
@@ -298,15 +356,18 @@ class Typer:
                 "value-not-allowed", access.root.span, "what comes in here carries no value"
             )
             return None
-        type_: Type | None = incoming.type
+        type_ = self._part_of(access, incoming.type)
+        return None if type_ is None else ValueRef(_path(access), type_, access.span)
+
+    def _part_of(self, access: Access, whole: Type) -> Type | None:
+        """The type of a part; None after a reported error."""
+        type_: Type | None = whole
         for part in access.path:
             assert type_ is not None
             type_ = self._part(access, type_, part)
             if type_ is None:
                 return None
-        assert type_ is not None
-        path = tuple(p.text if isinstance(p, Name) else p for p in access.path)
-        return ValueRef(path, type_, access.span)
+        return type_
 
     def _part(self, access: Access, type_: Type, part: Name | int) -> Type | None:
         if isinstance(part, int):
@@ -337,6 +398,10 @@ class Typer:
             hint,
         )
         return None
+
+
+def _path(access: Access) -> tuple[str | int, ...]:
+    return tuple(p.text if isinstance(p, Name) else p for p in access.path)
 
 
 _VALUE_PLACES = "'value' may stand in enum rules and after 'on response' and 'on feedback'"

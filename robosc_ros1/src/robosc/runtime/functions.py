@@ -4,10 +4,13 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
+from typing import Callable, Iterable, List, Sequence
 
-from .values import Value, widen
+from .values import Undefined, Value, widen
 
 __all__ = [
+    "defined", "element", "greatest_of", "least_of", "number_of", "section", "total", "where",
     "arc_tangent", "as_text", "cosine", "greatest", "has_bits", "hypotenuse", "is_infinite",
     "is_not_a_number", "least", "rounded", "rounded_down", "rounded_up", "sine", "square_root",
 ]  # fmt: skip
@@ -93,3 +96,88 @@ def has_bits(bits: int, mask: int) -> bool:
 def as_text(value: Value) -> str:
     """A basic value or an enum's as text, spelled as in a model."""
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+# --- arrays ---
+
+
+def element(array: Sequence[Value], index: int) -> Value:
+    """An element of an array; a negative index counts from the end.
+
+    Raises:
+        Undefined: the array has none there.
+    """
+    if -len(array) <= index < len(array):
+        return array[index]
+    raise Undefined
+
+
+def section(array: Sequence[Value], first: int, last: int) -> List[Value]:
+    """The elements from ``first`` to ``last``, both included, as far as there are any.
+
+    Negative numbers count from the end. Where the first lies behind the last, the section goes on
+    over the end of the array to its beginning.
+    """
+    count = len(array)
+    first = max(first + count, 0) if first < 0 else first
+    last = last + count if last < 0 else last
+    if first <= last:
+        return list(array[first : last + 1])
+    return list(array[first:]) + list(array[: max(last + 1, 0)])
+
+
+def defined(function: Callable[[Value], Value], array: Iterable[Value]) -> List[Value]:
+    """What a function makes of the elements, without those for which it is undefined."""
+    results = []
+    for item in array:
+        with suppress(IndexError):  # as Undefined is
+            results.append(function(item))
+    return results
+
+
+def where(condition: Callable[[Value], bool], array: Iterable[Value]) -> List[Value]:
+    """The elements for which a condition holds; where it is undefined it does not."""
+    found = []
+    for item in array:
+        with suppress(IndexError):
+            if condition(item):
+                found.append(item)
+    return found
+
+
+def number_of(conditions: Iterable[Value]) -> int:
+    """How many of the conditions hold."""
+    return sum(1 for condition in conditions if condition)
+
+
+def total(numbers: Iterable[Value]) -> Value:
+    """The sum in the order of the array; 0 of no numbers."""
+    result: Value = 0
+    for number in numbers:
+        try:
+            result = result + number
+        except OverflowError:  # a double, and an integer beyond the doubles
+            result = widen(result) + widen(number)
+    return result
+
+
+def least_of(numbers: Sequence[Value]) -> Value:
+    """The least of several numbers; "not a number" if one of them is that.
+
+    Raises:
+        Undefined: there are none.
+    """
+    if len(numbers) == 0:
+        raise Undefined
+    return least(*numbers)
+
+
+def greatest_of(numbers: Sequence[Value]) -> Value:
+    """The greatest of several numbers; "not a number" if one of them is that.
+
+    Raises:
+        Undefined: there are none.
+    """
+    if len(numbers) == 0:
+        raise Undefined
+    return greatest(*numbers)

@@ -19,7 +19,7 @@ class Mismatch(Exception):
     """The robot reports what the model says cannot happen now; nothing of it was applied."""
 
 
-class Undefined(Exception):
+class Undefined(IndexError):
     """An expression reads an array element that did not come."""
 
 

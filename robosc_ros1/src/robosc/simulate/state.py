@@ -9,7 +9,7 @@ from typing import Any
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.model.entities import Data, DataObject, Robot
-from robosc.model.expr import Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
+from robosc.model.expr import ElementRef, Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.model.types import DoubleType, IntegerType, ObjectType, Type, Value
 from robosc.runtime.values import widen
 
@@ -38,6 +38,8 @@ class State:
                 return self.phases[key] == phase
             case ValueRef():
                 return None
+            case ElementRef():
+                raise AssertionError("it belongs to its aggregate")
 
     def holds(self, condition: Expr) -> bool:
         return is_true(condition, self.look)

@@ -18,13 +18,10 @@ from robosc.language.keywords import UNITS
 from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
 from robosc.source import Span
 from robosc.syntax.nodes import (
-    AggregateNode,
     ArgumentNode,
     ArrayNode,
-    ElementNode,
     MemberNode,
     ParameterNode,
-    SliceNode,
 )
 
 __all__ = ["Build", "Fault", "Form", "Reading", "Stop"]
@@ -50,13 +47,10 @@ _LOOKAHEAD = 8
 
 
 PENDING: dict[type, str] = {
-    AggregateNode: "going through an array",
     ArgumentNode: "arguments of an import",
     ArrayNode: "arrays of values",
-    ElementNode: "computed indexes",
     MemberNode: "computed indexes",
     ParameterNode: "parameters",
-    SliceNode: "slices",
 }
 """Nodes whose meaning is not there yet; whoever gives them one removes them here."""
 

@@ -16,7 +16,17 @@ from robosc.ir.expr import Leaf, Undefined, to_python
 from robosc.ir.finite.classes import Classes
 from robosc.ir.step import Outcome, Values, Verdict, valuations
 from robosc.language.functions import HELPERS
-from robosc.model.expr import TRUE, Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef, walk
+from robosc.model.expr import (
+    TRUE,
+    ElementRef,
+    Expr,
+    PhaseRef,
+    StateRef,
+    TestRef,
+    ValueRef,
+    VariableRef,
+    walk,
+)
 from robosc.synthesis.vectorised import axis_of
 
 __all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]
@@ -189,6 +199,8 @@ class Stepper:
                 if isinstance(values, range):
                     return f"(s[{axis}] + {values[0]})" if values[0] else f"s[{axis}]"
                 return f"V{axis}[s[{axis}]]"
+            case ElementRef():
+                raise AssertionError("it belongs to its aggregate")
 
 
 def _need(value: Any) -> Any:

@@ -17,6 +17,7 @@ from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState, 
 from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.model.expr import (
     Binary,
+    ElementRef,
     Expr,
     PhaseRef,
     StateRef,
@@ -272,6 +273,7 @@ def _lookup(
     def look(leaf: Leaf) -> Value | None:
         if isinstance(leaf, ValueRef):
             return parameters[leaf.path]
+        assert not isinstance(leaf, ElementRef)
         axis = _axis_of(plant, leaf)
         value = plant.variables[axis].values[state[axis]]
         if isinstance(leaf, StateRef):
