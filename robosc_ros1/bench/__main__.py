@@ -15,6 +15,9 @@ TESTS = Path(__file__).resolve().parents[1] / "test"
 
 
 def main(arguments: list[str]) -> int:
+    if {"-h", "--help"} & {*arguments}:
+        print(f"usage: ./dev bench [NAME]... [-- ARGUMENT...]\n\n{__doc__}")
+        return 0
     sys.path[:0] = [str(TESTS.parent / "src"), str(TESTS)]
     names = sorted(p.stem.removesuffix("_bench") for p in (TESTS / "bench").glob("*_bench.py"))
     own: list[str] = []

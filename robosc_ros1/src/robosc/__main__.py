@@ -1,6 +1,6 @@
 """``python3 -m robosc VERB …``."""
 
-from robosc.cli import main
+from robosc.start import run
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(run())

@@ -123,7 +123,12 @@ def export(parser: argparse.ArgumentParser) -> None:
 
 
 def format(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", metavar="FILE", nargs="+", help="a .rscd file")
+    parser.add_argument(
+        "files",
+        metavar="FILE",
+        nargs="+",
+        help="a .rscd file, or - for a pipe",
+    )
     parser.add_argument(
         "--check", action="store_true", help="change nothing; exit 1 if a file would be changed"
     )

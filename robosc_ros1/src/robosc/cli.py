@@ -34,7 +34,7 @@ from robosc.progress import ProgressLine
 if TYPE_CHECKING:
     from robosc.pipeline import Options
 
-__all__ = ["main", "run"]
+__all__ = ["main"]
 
 _INTERRUPTED = 130
 
@@ -169,7 +169,14 @@ def _format(args: Arguments) -> int:
     worst = 0
     for path in args.files:
         try:
-            changed = pipeline.format_file(path, check=args.check)
+            if path == "-" or Path(path).is_fifo():
+                before, text = pipeline.formatted(path)
+                changed = before != text
+                if not args.check:
+                    sys.stdout.buffer.write(text)
+                    continue
+            else:
+                changed = pipeline.format_file(path, check=args.check)
         except ModelError as error:
             _report(error.diagnostics)
             worst = error.exit_code
@@ -345,11 +352,6 @@ VERBS = (
 
 
 # --- around them ---------------------------------------------------------------------------------
-
-
-def run(verb: str) -> int:
-    """A verb as an executable of its own (``rosrun robosc check …``)."""
-    return main([verb, *sys.argv[1:]])
 
 
 def main(words: Sequence[str] | None = None) -> int:

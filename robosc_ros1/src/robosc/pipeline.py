@@ -251,26 +251,41 @@ def format_file(path: str | Path, *, check: bool = False) -> bool:
         UsageError: the file cannot be read or written.
         ModelError: it has errors of syntax. It is left as it is.
     """
-    from robosc.syntax.format import format_text
-    from robosc.syntax.parser import read_source
+    before, text = formatted(path)
+    if before != text and not check:
+        write_text(Path(path), text.decode())
+    return before != text
 
-    source, unreadable = read_source(str(path))
+
+def formatted(path: str | Path) -> tuple[bytes, bytes]:
+    """The content of a model file (``-``: standard input), and the same in canonical layout.
+
+    Line ends are ``\\r\\n`` if all of them were.
+
+    Raises:
+        UsageError: the file cannot be read.
+        ModelError: it has errors of syntax.
+    """
+    from robosc.syntax.format import format_text
+    from robosc.syntax.parser import read_bytes, source_of
+
+    data = read_bytes(str(path))
+    source, unreadable = source_of(str(path), data)
     if source is None:
         raise ModelError(unreadable)
     text = format_text(source).encode()
-    changed = Path(path).read_bytes() != text
-    if changed and not check:
-        write_text(Path(path), text.decode())
-    return changed
+    if 0 < data.count(b"\n") == data.count(b"\r\n"):
+        text = text.replace(b"\n", b"\r\n")
+    return data, text
 
 
 def write_text(path: Path, text: str) -> None:
-    """Writes a result where the user wants it.
+    """Writes a result, line ends as they are, where the user wants it.
 
     Raises UsageError if that cannot be done.
     """
     try:
-        path.write_text(text, encoding="utf-8")
+        path.write_text(text, encoding="utf-8", newline="")
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror}") from error
 

@@ -231,6 +231,25 @@ def test_interrupt_ends_quietly(tmp_path: Path) -> None:
     assert "Traceback" not in errors
 
 
+@pytest.mark.parametrize("module", ["robosc.cli", "argparse", "robosc.errors"])
+def test_interrupt_while_modules_are_loaded_is_quiet(tmp_path: Path, module: str) -> None:
+    """Python runs ``sitecustomize`` before everything else; here it waits for an import."""
+    (tmp_path / "sitecustomize.py").write_text(
+        "import os, signal, sys\n"
+        "class Watch:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        f"        if name == {module!r}:\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Watch())\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "robosc", "check", "model.rscd"],
+        env=os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{SOURCES}"},
+        capture_output=True,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"")
+
+
 def test_reader_that_has_seen_enough_is_no_error(
     tmp_path: Path, model: Callable[[str], str]
 ) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import models
 import pytest
-from ros_support import Completed
+from ros_support import SOURCES, Completed
 
 Robosc = Callable[..., Completed]
 
@@ -40,13 +43,37 @@ def test_check_changes_nothing_and_tells(file: Path, robosc: Robosc) -> None:
     assert robosc("format", "--check", "model.rscd").returncode == 0
 
 
-def test_line_ends_and_byte_order_mark_are_made_canonical(file: Path, robosc: Robosc) -> None:
+def test_line_ends_are_kept_and_a_byte_order_mark_is_not(file: Path, robosc: Robosc) -> None:
     robosc("format", "model.rscd")
     tidy = file.read_bytes()
-    file.write_bytes(b"\xef\xbb\xbf" + tidy.replace(b"\n", b"\r\n"))
-    assert robosc("format", "--check", "model.rscd").returncode == 1
+    for kept in (tidy, tidy.replace(b"\n", b"\r\n")):
+        file.write_bytes(b"\xef\xbb\xbf" + kept)
+        assert robosc("format", "--check", "model.rscd").returncode == 1
+        robosc("format", "model.rscd")
+        assert file.read_bytes() == kept
+        assert robosc("format", "--check", "model.rscd").returncode == 0
+
+
+def test_mixed_line_ends_are_made_one(file: Path, robosc: Robosc) -> None:
+    robosc("format", "model.rscd")
+    tidy = file.read_bytes()
+    file.write_bytes(tidy.replace(b"\n", b"\r\n", 1))
     robosc("format", "model.rscd")
     assert file.read_bytes() == tidy
+
+
+@pytest.mark.parametrize("name", ["-", "/dev/stdin"])
+def test_a_pipe_is_read_once_and_written_to_standard_output(file: Path, name: str) -> None:
+    command = [sys.executable, "-m", "robosc", "format", name]
+    env = os.environ | {"PYTHONPATH": str(SOURCES)}
+    done = subprocess.run(command, input=UNTIDY.encode(), capture_output=True, env=env)
+    assert (done.returncode, done.stderr) == (0, b"")
+    subprocess.run([*command[:-1], str(file)], env=env, check=True, capture_output=True)
+    assert done.stdout == file.read_bytes()
+    done = subprocess.run(
+        [*command, "--check"], input=UNTIDY.encode(), capture_output=True, env=env
+    )
+    assert (done.returncode, done.stdout.decode()) == (1, f"{name}: would be changed\n")
 
 
 def test_errors_of_syntax_leave_the_file_and_do_not_stop_the_others(

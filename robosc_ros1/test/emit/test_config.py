@@ -119,9 +119,9 @@ def test_what_the_original_does_not_know_is_a_warning(tmp_path: Path) -> None:
             "supervisor.controller.run must be an object, not []",
         ),
         ("controller-config.json", "[]", "must hold keys and values"),
-        ("controller-config.json", "[" * 100000, "nested too deeply"),
+        pytest.param("controller-config.json", "[" * 100000, "nested too deeply", id="deep JSON"),
         ("controller-config.json", "", "controller-config.json:1:1: Expecting value"),
-        ("robosc.yaml", "[" * 5000, "nested too deeply"),
+        pytest.param("robosc.yaml", "[" * 5000, "nested too deeply", id="deep YAML"),
         ("robosc.yaml", "parameters: [rate]", "parameters must be names of parameters"),
         ("robosc.yaml", "1: x", "unknown key 1; there are"),
         (

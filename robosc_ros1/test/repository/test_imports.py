@@ -17,7 +17,7 @@ from ros_support import EXAMPLES, SOURCES
 ORDER = (
     "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "model",
     "ir", "supervisor", "synthesis", "emit", "simulate", "view", "pipeline", "report", "lsp",
-    "arguments", "cli", "__main__",
+    "arguments", "cli", "start", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
 

@@ -192,6 +192,7 @@ def test_events_that_are_missing(robosc: Robosc, tmp_path: Path, log: list[str])
     ("content", "message"),
     [
         (b"", "holds no events"),
+        pytest.param(b" " * (2**24 + 1), "no event has more than 16 MB", id="no lines"),
         (b"\n\n", "holds no events"),
         (b"no json", "events.log:1: this is no event of a log"),
         (b'{"version": 1}', "this is no event of a log"),

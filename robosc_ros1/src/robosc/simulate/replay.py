@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from robosc.errors import UsageError
 from robosc.ir.automaton import value_parts
@@ -300,13 +300,25 @@ def read_log(log: str) -> Iterator[LogEntry]:
     for path in _files(Path(log)):
         try:
             with path.open("rb") as file:
-                for number, line in enumerate(file, 1):
+                for number, line in enumerate(_lines(file), 1):
                     document = _document(line)
                     if line.strip() and (document is not None or not found):
                         yield _entry(str(path), number, document)
                         found = True
         except (OSError, ValueError) as error:
             raise UsageError(f"cannot read {path}: {_reason(error)}") from error
+
+
+_LONGEST_LINE = 2**24
+"""Bytes; a device such as /dev/zero has no lines at all."""
+
+
+def _lines(file: BinaryIO) -> Iterator[bytes]:
+    """Raises ValueError at a line that is longer than any event."""
+    while line := file.readline(_LONGEST_LINE + 1):
+        if len(line) > _LONGEST_LINE:
+            raise ValueError(f"no event has more than {_LONGEST_LINE >> 20} MB")
+        yield line
 
 
 def _document(line: bytes) -> Any:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from contextlib import nullcontext
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -25,17 +27,32 @@ _LARGEST = 2**26
 def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
     """The model file at ``path``; None and the reason if it is no UTF-8 text.
 
-    A byte order mark is dropped, and line ends become ``\\n``. Raises UsageError if the file cannot
-    be read at all.
+    Raises UsageError if the file cannot be read at all.
+    """
+    return source_of(path, read_bytes(path))
+
+
+def read_bytes(path: str) -> bytes:
+    """The content of a file; ``-`` is standard input.
+
+    Raises UsageError if it cannot be read, or is too large to be a model.
     """
     try:
-        with Path(path).open("rb") as file:
+        with nullcontext(sys.stdin.buffer) if path == "-" else Path(path).open("rb") as file:
             data = file.read(_LARGEST + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise UsageError(f"cannot read {path}: {reason or error}") from error
     if len(data) > _LARGEST:
         raise UsageError(f"cannot read {path}: no model has more than {_LARGEST >> 20} MB")
+    return data
+
+
+def source_of(path: str, data: bytes) -> tuple[Source | None, tuple[Diagnostic, ...]]:
+    """The text of a model file; None and the reason if it is no UTF-8 text.
+
+    A byte order mark is dropped, and line ends become ``\\n``.
+    """
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
