@@ -58,6 +58,10 @@ def _supervisor_lines(result: Supervisor) -> Iterator[str]:
         yield from _guard_lines(guard, width, result)
     for explanation in result.explanations:
         yield from _explanation_lines(explanation)
+    if result.plant.view.free:
+        yield ""
+        yield f"taken as free: {', '.join(result.plant.view.free)}"
+        yield "    any outcome of these is reckoned with, so more may be forbidden than needed"
     if result.properties:
         yield ""
         for name, holds in result.properties:

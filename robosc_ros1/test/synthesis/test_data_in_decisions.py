@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-import pytest
-from plants import explanation_of, guard_text, supervisor_of
+import json
 
+import pytest
+from plants import explanation_of, guard_text, plant_of, supervisor_of
+
+from robosc.emit.export import exported
+from robosc.errors import UsageError
+from robosc.report import supervisor_text
 from robosc.synthesis import explore
-from robosc.synthesis.documents import explore_document
+from robosc.synthesis.documents import explore_document, synthesize_document
 from robosc.synthesis.formatting import trace_text
 
 BATTERY = """
@@ -215,3 +220,38 @@ def test_two_numbers_that_are_compared_have_one_order(engine: str) -> None:
     )
     assert {d.code for d in supervisor.diagnostics} == {"requirement-always-true"}
     assert supervisor.controlled_states == 4  # less, equal, greater, not a number
+
+
+def test_what_is_taken_as_free_is_told() -> None:
+    supervisor = supervisor_of(
+        COUNTING + BATTERY + "requirement clear needs Counter.n > 5"
+        " and Battery.charge > 0.2 requirement up needs Counter.n < 7 and"
+        " Battery.charge < Battery.charge * 2"
+    )
+    assert synthesize_document(supervisor)["free_tests"] == [
+        "Battery.charge < Battery.charge * 2",
+        "Counter.n + 1",
+    ]
+    assert "taken as free: Battery.charge < Battery.charge * 2, Counter.n + 1" in supervisor_text(
+        supervisor
+    )
+
+
+def test_nothing_is_free_where_constants_decide() -> None:
+    supervisor = supervisor_of(BATTERY + "requirement drive needs Battery.charge > 0.2")
+    assert synthesize_document(supervisor)["free_tests"] == []
+    assert "free" not in supervisor_text(supervisor)
+
+
+def test_cif_says_what_it_cannot_tell() -> None:
+    plant = plant_of(BATTERY + "requirement drive needs Battery.charge > 0.2")
+    with pytest.raises(UsageError, match="convert what comes in by an enum"):
+        exported(plant, "cif")
+
+
+def test_json_names_classes_by_what_they_have_in_common() -> None:
+    plant = plant_of(BATTERY + "requirement drive needs Battery.charge > 0.2")
+    document = json.loads(exported(plant, "json"))["plant"]
+    labels = ["!(Battery.charge > 0.2)", "Battery.charge > 0.2"]
+    (battery,) = [v for v in document["variables"] if v["name"] == "Battery.charge"]
+    assert (battery["values"], battery["initial"]) == (labels, labels[1])

@@ -43,9 +43,9 @@ def _variable(variable: StateVariable, plant: Plant) -> dict[str, Any]:
     return {
         "kind": variable.kind.value,
         "name": _name(variable, plant),
-        "values": list(variable.values),
-        "initial": variable.values[variable.initial],
-        "marked": [variable.values[index] for index in marked],
+        "values": [variable.shown(index) for index in range(variable.size)],
+        "initial": variable.shown(variable.initial),
+        "marked": [variable.shown(index) for index in marked],
     }
 
 
@@ -70,7 +70,8 @@ def _event(event: Event, plant: Plant) -> dict[str, Any]:
         "index": event.index,
         "controllable": event.controllable,
         "parameters": [
-            {"path": path_text(p.path), "values": list(p.values)} for p in event.parameters
+            {"path": path_text(p.path), "values": [p.shown(value) for value in p.values]}
+            for p in event.parameters
         ],
         "phase": phase,
         "automata": [_automaton(p, plant) for p in event.automata],

@@ -165,7 +165,7 @@ class Execution:
             if not self.can(event, None):
                 continue
             data_only = set(value_parts(event)) - {p.path for p in event.parameters}
-            if not few_values(event) or data_only:
+            if not few_values(event) or data_only or any(p.test for p in event.parameters):
                 found.append(Choice(event, None, label(event), hint(robot, event)))
                 continue
             for values in valuations(event):

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from robosc.emit.naming import place
 from robosc.ir.automaton import Event, LocalAutomaton, PlantState
 from robosc.ir.expr import negation
-from robosc.ir.step import Verdict, holds, outcome
+from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.entities import EventKind
 from robosc.simulate.machine import Reason
 from robosc.supervisor import Guard, Supervisor
@@ -50,7 +50,8 @@ def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iter
         phase = plant.variables[event.phase.variable].values[state[event.phase.variable]]
         yield Reason("phase", f"it is {phase}")
         return
-    after = outcome(plant, event, (), state)
+    # Whether the plant can do it does not hang on what the environment makes of it.
+    after = outcome(plant, event, next(valuations(event)), state)
     if after is Verdict.OUT_OF_RANGE:
         yield Reason("range", "a variable would leave its range")
     elif after is Verdict.IMPOSSIBLE:
@@ -74,7 +75,7 @@ def _violated(supervisor: Supervisor, event: Event, state: PlantState) -> Iterat
     plant = supervisor.plant
     for index in event.requirements:
         requirement = plant.robot.requirements[index]
-        needed = requirement.condition
+        needed = plant.view.expression(requirement.condition)
         if requirement.kind == "disables":
             needed = negation(needed)
         if requirement.kind in ("needs", "disables") and not holds(plant, needed, state):

@@ -10,8 +10,9 @@ import random
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from robosc.ir.automaton import Edge, Event, Plant, PlantState, value_parts
+from robosc.ir.automaton import Edge, Event, Parameter, Plant, PlantState, value_parts
 from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.finite.terms import value_of
 from robosc.ir.step import Values, Verdict, valuations
 from robosc.model.entities import EventKind, Variable
 from robosc.model.expr import Expr, ValueRef, VariableRef, path_text, walk
@@ -34,10 +35,10 @@ from robosc.simulate.values import (
     given_json,
     given_text,
     hint,
-    parameter_values,
     random_raw,
 )
-from robosc.supervisor import Guard, Supervisor
+from robosc.supervisor import Guard, Step, Supervisor
+from robosc.synthesis.formatting import step_text
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import tau_values
 
@@ -110,7 +111,7 @@ class SingleEvents:
 
     def can(self, event: Event, given: Given | None) -> bool:
         if given is not None:
-            values = parameter_values(event, given)
+            values = self._values(event, given)
             return _known(event, values) and self._target(event, values, self._now[0]) is not None
         return any(self._target(event, v, self._now[0]) is not None for v in valuations(event))
 
@@ -134,6 +135,8 @@ class SingleEvents:
         if event.kind.of_component:
             (path,) = tau_values(self.plant, event, self._now[0], after)
             return Choice(event, {}, f"{label(event)} ({path})")
+        if any(p.labels is not None or p.test is not None for p in event.parameters):
+            return Choice(event, given, step_text(Step(event, values)))
         text = given_text(given)
         return Choice(event, given, f"{label(event)}({text})" if text else label(event))
 
@@ -151,10 +154,27 @@ class SingleEvents:
             if (guard := self._guards.get(id(event))) is not None
         ]
 
+    def _values(self, event: Event, given: Given) -> Values:
+        """The value of each parameter; tests come to what the data say, unless they are given."""
+        state = self.state
+
+        def look(leaf: Leaf) -> Value | None:
+            return given.get(leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
+
+        def value(parameter: Parameter) -> Value | None:
+            if parameter.path in given or parameter.test is None:
+                return given.get(parameter.path, parameter.values[0])
+            try:
+                return value_of(parameter.test, look)
+            except Undefined:
+                return None
+
+        return tuple(value(parameter) for parameter in event.parameters)
+
     # --- what happens ----------------------------------------------------------------------------
 
     def fire(self, event: Event, given: Given) -> list[Happening]:
-        values = parameter_values(event, given)
+        values = self._values(event, given)
         before, data = self._now
         if not _known(event, values):
             raise Refused(f"{label(event)} cannot carry {given_text(given)}: outside its range")
@@ -166,7 +186,8 @@ class SingleEvents:
             (value,) = tau_values(self.plant, event, before, after)
         elif event.kind is EventKind.REQUEST:
             value = sent_data(self.plant.robot, event.key, self.state)
-        assigned = list(self._assigned(event, given))
+        decided = zip((p.path for p in event.parameters), values, strict=True)
+        assigned = list(self._assigned(event, {**dict(decided), **given}))
         self._past.append(self._now)
         self._now = after, {**data, **dict(assigned)}
         happening = Happening(

@@ -66,7 +66,8 @@ def value_type(robot: Robot, event: Event) -> Type:
 
 
 def parameter_values(event: Event, given: Given) -> Values:
-    return tuple(given[parameter.path] for parameter in event.parameters)
+    """The parts that decide; None for those that are missing, and for tests, which are no parts."""
+    return tuple(given.get(parameter.path) for parameter in event.parameters)
 
 
 # --- reading -------------------------------------------------------------------------------------

@@ -72,6 +72,7 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
             for found in supervisor.explanations
         ],
         "properties": dict(supervisor.properties),
+        "free_tests": list(plant.view.free),
     }
 
 

@@ -44,6 +44,7 @@ from robosc.model.expr import (
     walk,
 )
 from robosc.model.types import (
+    BooleanType,
     DoubleType,
     IntegerType,
     Value,
@@ -67,12 +68,14 @@ class FiniteView:
     """What the plant knows of the data of a robot.
 
     ``variables`` are the classes of variables that are compared, by key; ``tests`` those terms of
-    the state that no variable is. ``classes`` has what is not a boolean or an enum.
+    the state that no variable is. ``free`` are those tests and computed values, as text, of which
+    the plant reckons with every outcome.
     """
 
     robot: Robot
     tests: tuple[TestRef, ...]
     variables: Mapping[str, Classes]
+    free: tuple[str, ...]
     _terms: Terms
     _classes: Mapping[_Node, Classes]
     _updates: Mapping[_Key, tuple[tuple[_StateTerm, Expr], ...]]
@@ -134,6 +137,7 @@ class _Builder:
         """Terms that become one another's opposite."""
         self.updates: dict[_Key, dict[_StateTerm, Expr]] = {}
         self.small = True
+        self.free: dict[str, None] = {}
 
     def build(self) -> FiniteView:
         for scope, expr in self._deciding():
@@ -163,6 +167,7 @@ class _Builder:
                 for t in self.states
                 if isinstance(t, VariableRef)
             },
+            free=tuple(self.free),
             _terms=self.terms,
             _classes=classes,
             _updates={key: tuple(found.items()) for key, found in self.updates.items()},
@@ -199,6 +204,9 @@ class _Builder:
         for part in walk(expr):
             if isinstance(part, TestRef):
                 self.states.setdefault(part)
+            compared = part.operands if isinstance(part, Binary) else (part,)
+            if isinstance(part.type, BooleanType) and any(_is_free(side) for side in compared):
+                self.free.setdefault(to_dsl(part, self.robot))
             match part:
                 case Binary(operator=operator, left=left, right=right) if operator in FLIPPED:
                     if _is_term(left) and is_constant(right):
@@ -295,6 +303,9 @@ class _Builder:
         return node
 
     def _join(self, term: Term, scope: Scope, update: Expr) -> None:
+        if isinstance(term, VariableRef) and isinstance(update, ChoiceRef):
+            computed = update.test.name if update.test is not None else None
+            self.free.setdefault(computed or f"{term.component}.{term.variable}")
         if isinstance(update, Unary):
             self.turned.append((None, term))
             update = update.operand
@@ -321,6 +332,10 @@ class _Builder:
             )
             for node in self.comparisons
         }
+
+
+def _is_free(expr: Expr) -> bool:
+    return isinstance(expr, TestRef | ChoiceRef)
 
 
 def _is_term(expr: Expr) -> bool:
