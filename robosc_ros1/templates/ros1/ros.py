@@ -194,6 +194,9 @@ class RosOutlet(Outlet):
     def faults(self):
         return list(self._watch.faults)
 
+    def unconnected(self):
+        return list(self._watch.unconnected)
+
     def legacy(self, text):
         self._legacy.publish(text)
 

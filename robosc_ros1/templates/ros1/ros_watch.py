@@ -15,6 +15,7 @@ import rospy
 from rospy.impl.registration import Registration, get_registration_listeners
 
 from ._runtime.recorder import Throttle
+from ._runtime.traffic import Traffic
 
 PERIOD = 1.0
 """Seconds from one look at the master to the next."""
@@ -51,9 +52,14 @@ class Watch:
     master's end, so the controller goes on working meanwhile.
     """
 
-    def __init__(self):
+    def __init__(self, heard, commanded, guarded, allowed):
+        """The tables of topics, and the parameter ``allowed_publishers``; see :class:`Traffic`."""
         self.faults = ()
         """What is wrong with the neighbours now, as texts."""
+        self.unconnected = ()
+        """Which topics have nobody at the other end."""
+        topics = (tuple(map(rospy.resolve_name, names)) for names in (heard, commanded, guarded))
+        self._traffic = Traffic(rospy.get_name(), *topics, allowed=tuple(allowed.split()))
         self._master = rosgraph.get_master_uri()
         self._gone = False
         self._suspects = set()
@@ -100,24 +106,27 @@ class Watch:
 
     def _look_around(self):
         """Who is still not connected since the last look is suspect, and asked."""
-        suspects = self._strangers()
+        publishers, subscribers, _ = ask(self._master, "getSystemState")
+        publishers, subscribers = dict(publishers), dict(subscribers)
+        suspects = self._strangers(publishers, subscribers)
         found = [self._fault(*suspect) for suspect in sorted(suspects & self._suspects)]
         self._suspects = suspects
+        found += self._traffic.second_publishers(publishers)
         self.faults = tuple(fault for fault in found if fault is not None)
-        for fault in self.faults:
+        self.unconnected = tuple(self._traffic.unconnected(publishers, subscribers))
+        for fault in (*self.faults, *self.unconnected):
             text = self._throttle(fault, fault, time.monotonic())
             if text is not None:
                 rospy.logwarn("%s", text)
 
-    def _strangers(self):
+    def _strangers(self, publishers, subscribers):
         """Neighbours that are not connected: (topic, type, name, uri, what to ask them)."""
-        publishers, subscribers, _ = ask(self._master, "getSystemState")
         manager = rospy.topics.get_topic_manager()
         connected = {(info[4], info[1]) for info in manager.get_pub_sub_info()}
         strangers = set()
         for own, others, question in (
-            (manager.get_subscriptions(), dict(publishers), "getPublications"),
-            (manager.get_publications(), dict(subscribers), "getSubscriptions"),
+            (manager.get_subscriptions(), publishers, "getPublications"),
+            (manager.get_publications(), subscribers, "getSubscriptions"),
         ):
             for topic, message_type in own:
                 for name in others.get(topic, ()):

@@ -21,7 +21,6 @@ from ._runtime.report import Outlet
 from .ros_executor import ExecutorThread
 from .ros_messages import fill, has_oddities, plain
 from .ros_parameters import qos_profile
-from .ros_watch import Watch
 
 try:
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -400,10 +399,10 @@ class Goal:
 class RosOutlet(Outlet):
     """The node's own topics."""
 
-    def __init__(self, node, model, publish_events, legacy_topic):
+    def __init__(self, node, model, publish_events, legacy_topic, watch):
         latched = qos_profile("reliable", 1, "transient_local")
         self._node = node
-        self._watch = Watch(node)
+        self._watch = watch
         self._state = node.create_publisher(String, "~/state", latched)
         self._model = node.create_publisher(String, "~/model", latched)
         self._events = None
@@ -431,6 +430,9 @@ class RosOutlet(Outlet):
 
     def faults(self):
         return self._watch.faults()
+
+    def unconnected(self):
+        return self._watch.unconnected
 
     def legacy(self, text):
         self._legacy.publish(String(data=text))

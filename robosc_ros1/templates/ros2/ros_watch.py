@@ -11,6 +11,7 @@ import time
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from ._runtime.recorder import Throttle
+from ._runtime.traffic import Traffic
 
 PERIOD = 3.0
 """Seconds from one look at the graph to the next."""
@@ -20,8 +21,16 @@ _EVERYBODYS = ("/rosout", "/parameter_events")
 class Watch:
     """Looks around when it is asked, but not too often."""
 
-    def __init__(self, node):
+    def __init__(self, node, heard, commanded, guarded, allowed):
+        """The tables of topics, and the parameter ``allowed_publishers``; see :class:`Traffic`."""
+        self.unconnected = []
+        """Which topics have nobody at the other end."""
         self._node = node
+        topics = (
+            tuple(map(node.resolve_topic_name, names)) for names in (heard, commanded, guarded)
+        )
+        own = node.get_fully_qualified_name()
+        self._traffic = Traffic(own, *topics, allowed=tuple(allowed.split()))
         self._due = 0.0
         self._faults = []
         self._throttle = Throttle(60.0)
@@ -30,12 +39,28 @@ class Watch:
         """What is wrong with the neighbours now, as texts."""
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + PERIOD
-            self._faults = sorted({*self._namesakes(), *self._topics(), *self._services()})
-            for fault in self._faults:
+            publishers, subscribers = self._nodes()
+            self._faults = sorted(
+                {
+                    *self._namesakes(),
+                    *self._topics(),
+                    *self._services(),
+                    *self._traffic.second_publishers(publishers),
+                }
+            )
+            self.unconnected = list(self._traffic.unconnected(publishers, subscribers))
+            for fault in (*self._faults, *self.unconnected):
                 text = self._throttle(fault, fault, time.monotonic())
                 if text is not None:
                     self._node.get_logger().warning(text)
         return list(self._faults)
+
+    def _nodes(self):
+        """The nodes that publish and that subscribe to the model's topics."""
+        topics = {*self._traffic.heard, *self._traffic.commanded, *self._traffic.guarded}
+        graph = self._node
+        publishers = {t: _names(graph.get_publishers_info_by_topic(t)) for t in topics}
+        return publishers, {t: _names(graph.get_subscriptions_info_by_topic(t)) for t in topics}
 
     def _namesakes(self):
         own = (self._node.get_name(), self._node.get_namespace())
@@ -66,6 +91,10 @@ class Watch:
             if others and not client.service_is_ready():
                 text = "the service %s is a %s, but this node has %s there, so no call gets through"
                 yield text % (name, others, own)
+
+
+def _names(ends):
+    return [end.node_namespace.rstrip("/") + "/" + end.node_name for end in ends]
 
 
 def _faults(own, other, verb, qualities):

@@ -125,7 +125,7 @@ def test_the_launch_file_gives_each_parameter_its_type(generated_workspace: Work
         "exit_on_stop": True, "server_lost_after": 2.5, "state_rate": 7, "publish_events": False,
         "event_log": "123", "event_log_size": 1, "event_log_files": 0, "legacy_state_topic": "on",
         "timeout/ask": 1, "timeout/run": 2.0, "goal_timeout/run": 3, "refuse_not_finite": False,
-        "rate/ask": 4, "rate/run": 5, "rate/blow": 6, "rate/halt": 7,
+        "allowed_publishers": "/teleop /joy", "rate/ask": 4, "rate/run": 5, "rate/blow": 6, "rate/halt": 7,
     }  # fmt: skip
     arguments = [
         f"{name.removesuffix('/default').replace('/', '_')}:={value}"

@@ -127,6 +127,16 @@ def test_neighbours_of_other_types_are_not_heard_but_told(
         node.shows(lambda s: s["faults"] == [], since=mark)
 
 
+def test_a_second_publisher_of_a_command_is_told(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    with stage.controller(ear) as node:
+        with stage.puppet() as stranger:
+            stranger.publish("/blow", INT, 1, connected=False)
+            node.shows(lambda s: any("publishes /blow, too" in f for f in s["faults"]))
+            mark = ear.mark
+        state = node.shows(lambda s: s["faults"] == [], since=mark)
+        assert "nobody publishes /reading" in state["unconnected"]
+
+
 def test_two_thousand_messages_are_all_taken_in_order(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:

@@ -15,6 +15,7 @@ DEFAULTS = {
     "rate": 10.0, "order": "rotate", "seed": 0, "on_mismatch": "ignore", "stop_command": "",
     "exit_on_stop": False, "refuse_not_finite": True, "server_lost_after": 5.0, "state_rate": 20.0, "publish_events": True,
     "event_log": "", "event_log_size": 10.0, "event_log_files": 5, "legacy_state_topic": "",
+    "allowed_publishers": "",
     "rate/go": 0.0, "rate/halt": 0.0, "rate/light": 0.0, "rate/reach": 0.0,
     "timeout/light": 5.0, "timeout/reach": 5.0, "goal_timeout/reach": 0.0,
 }  # fmt: skip

@@ -50,6 +50,10 @@ class Outlet:
         """What is wrong around the node and the engine does not see, as long as it lasts."""
         return []
 
+    def unconnected(self) -> List[str]:
+        """Which topics have nobody at the other end, which may be no fault."""
+        return []
+
     def legacy(self, text: str) -> None:
         """The state in the layout of the original tool, if that was asked for."""
 
@@ -120,7 +124,10 @@ def violated(controller: Controller, command: Command) -> List[Dict[str, str]]:
 
 
 def state_document(
-    snapshot: Dict[str, Any], latest: List[Dict[str, Any]], faults: Sequence[str] = ()
+    snapshot: Dict[str, Any],
+    latest: List[Dict[str, Any]],
+    faults: Sequence[str] = (),
+    unconnected: Sequence[str] = (),
 ) -> Dict[str, Any]:
     """The document of ``~state``."""
     controller: Controller = snapshot["controller"]
@@ -154,6 +161,7 @@ def state_document(
         "stopped": snapshot["stopped"],
         "counters": snapshot["counters"],
         "faults": list(faults),
+        "unconnected": list(unconnected),
         "latest": latest,
     }
 
@@ -218,12 +226,13 @@ class Reporter:
             faults = self._outlet.faults()
             if self._log_fault:
                 faults.append(self._log_fault)
-            document = state_document(snapshot, latest, faults)
+            unconnected = self._outlet.unconnected()
+            document = state_document(snapshot, latest, faults, unconnected)
             self._outlet.state(dump(document))
             if self._original is not None:
                 self._outlet.legacy(dump(self._original.document(document)))
             if periodic:
-                self._outlet.diagnostics(*self._diagnosis(snapshot, faults))
+                self._outlet.diagnostics(*self._diagnosis(snapshot, faults, unconnected))
         except Exception as error:  # a report that fails must not end all others
             if periodic:
                 self._cannot_report("%s: %s" % (type(error).__name__, error))
@@ -273,7 +282,7 @@ class Reporter:
                 self._log_fault = "event log: %s" % error
 
     def _diagnosis(
-        self, snapshot: Dict[str, Any], faults: List[str]
+        self, snapshot: Dict[str, Any], faults: List[str], unconnected: List[str]
     ) -> Tuple[int, str, List[Tuple[str, str]]]:
         counters: Dict[str, int] = snapshot["counters"]
         news = [
@@ -286,6 +295,7 @@ class Reporter:
         controller: Controller = snapshot["controller"]
         values = [(name, str(value)) for name, value in counters.items()]
         values.append(("backlog", str(snapshot["backlog"])))
+        values.extend(("unconnected", text) for text in unconnected)
         values.extend(controller.components().items())
         values.extend((k, str(v)) for k, v in controller.variables().items())
         if snapshot["stopped"] is not None:

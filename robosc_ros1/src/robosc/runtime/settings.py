@@ -66,6 +66,7 @@ class Settings(NamedTuple):
     event_log_size: float = 10.0
     event_log_files: int = 5
     legacy_state_topic: str = ""
+    allowed_publishers: str = ""
     timeout: Mapping[str, float] = {}
     goal_timeout: Mapping[str, float] = {}
     rates: Mapping[str, float] = {}
@@ -127,6 +128,10 @@ _GENERAL = (
     Parameter(
         "legacy_state_topic", "string", "",
         "topic that gets the state in the layout of the original tool's /state",
+    ),
+    Parameter(
+        "allowed_publishers", "string", "",
+        "nodes, with blanks between, that may publish on topics of commands, too",
     ),
 )  # fmt: skip
 

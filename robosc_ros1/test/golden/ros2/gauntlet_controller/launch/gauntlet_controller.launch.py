@@ -57,6 +57,11 @@ PARAMETERS = (
         "topic that gets the state in the layout of the original tool's /state",
     ),
     (
+        "allowed_publishers",
+        "allowed_publishers",
+        "nodes, with blanks between, that may publish on topics of commands, too",
+    ),
+    (
         "rate_reach",
         "rate.reach",
         "how often reach is repeated, in Hz; 0: as all others (at least 0)",

@@ -24,6 +24,7 @@ from .model import MODEL
 from .relay import RelayPort
 from .ros import RosOutlet
 from .ros_parameters import configured
+from .ros_watch import Watch
 
 # (topic of the robot, topic of the controller, message type, communications)
 INPUTS = (
@@ -112,7 +113,12 @@ def run(node, ended):
     for warning in warnings:
         node.get_logger().warning(warning)
 
-    outlet = RosOutlet(node, dump(MODEL), settings.publish_events, settings.legacy_state_topic)
+    heard = [topic for topic, _, _, _ in INPUTS]
+    commanded = [topic for _, topic, _, _ in COMMANDS]
+    guarded = [topic for topic, _, _, _ in COMMANDS]
+    watch = Watch(node, heard, commanded, guarded, settings.allowed_publishers)
+    legacy = settings.legacy_state_topic
+    outlet = RosOutlet(node, dump(MODEL), settings.publish_events, legacy, watch)
     port = RelayPort(node, INPUTS, COMMANDS, SERVICES, ACTIONS, profiles)
     port.on_exit = ended.set
     engine = SupervisorEngine(controller, port, settings)

@@ -54,6 +54,11 @@ PARAMETERS = (
         "topic that gets the state in the layout of the original tool's /state",
     ),
     (
+        "allowed_publishers",
+        "allowed_publishers",
+        "nodes, with blanks between, that may publish on topics of commands, too",
+    ),
+    (
         "timeout_reach",
         "timeout.reach",
         "deadline until a goal of reach is accepted, in seconds (at least 0.001)",

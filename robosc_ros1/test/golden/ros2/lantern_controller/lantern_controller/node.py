@@ -17,6 +17,7 @@ from .controller import LanternController
 from .model import MODEL
 from .ros import RosOutlet, RosPort
 from .ros_parameters import configured
+from .ros_watch import Watch
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
@@ -64,7 +65,11 @@ def run(node, ended):
     for warning in warnings:
         node.get_logger().warning(warning)
 
-    outlet = RosOutlet(node, dump(MODEL), settings.publish_events, settings.legacy_state_topic)
+    heard = [topic for topic, _, _ in SUBSCRIPTIONS]
+    commanded = [topic for topic, _, _ in PUBLICATIONS]
+    watch = Watch(node, heard, commanded, (), settings.allowed_publishers)
+    legacy = settings.legacy_state_topic
+    outlet = RosOutlet(node, dump(MODEL), settings.publish_events, legacy, watch)
     port = RosPort(node, PUBLICATIONS, SERVICES, ACTIONS, profiles)
     port.on_exit = ended.set
     engine = Engine(controller, port, settings)

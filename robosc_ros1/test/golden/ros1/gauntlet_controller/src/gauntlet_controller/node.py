@@ -62,7 +62,9 @@ def main():
     for warning in warnings:
         rospy.logwarn("%s", warning)
 
-    watch = Watch()
+    heard = [topic for topic, _, _ in SUBSCRIPTIONS]
+    commanded = [topic for topic, _, _ in PUBLICATIONS]
+    watch = Watch(heard, commanded, (), settings.allowed_publishers)
     outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic, watch)
     port = RosPort(PUBLICATIONS, SERVICES, ACTIONS, lifecycle)
     engine = Engine(controller, port, settings)

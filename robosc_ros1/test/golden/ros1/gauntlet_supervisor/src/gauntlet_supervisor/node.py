@@ -97,7 +97,10 @@ def main():
     for warning in warnings:
         rospy.logwarn("%s", warning)
 
-    watch = Watch()
+    heard = [topic for topic, _, _, _ in INPUTS]
+    commanded = [topic for _, topic, _, _ in COMMANDS]
+    guarded = [topic for topic, _, _, _ in COMMANDS]
+    watch = Watch(heard, commanded, guarded, settings.allowed_publishers)
     outlet = RosOutlet(dump(MODEL), settings.publish_events, settings.legacy_state_topic, watch)
     port = RelayPort(INPUTS, COMMANDS, SERVICES, ACTIONS, lifecycle)
     engine = SupervisorEngine(controller, port, settings)

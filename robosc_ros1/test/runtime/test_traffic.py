@@ -1,0 +1,30 @@
+"""Who else is on the topics of a model, and what of that is told."""
+
+from __future__ import annotations
+
+from robosc.runtime.traffic import Traffic
+
+CONTROLLER = Traffic("/c", heard=("/scan",), commanded=("/vel", "/horn"))
+
+
+def test_a_second_publisher_of_a_command_is_named() -> None:
+    publishers = {"/vel": ["/c", "/teleop"], "/horn": ["/c"], "/scan": ["/laser", "/fake"]}
+    (fault,) = CONTROLLER.second_publishers(publishers)
+    assert fault.startswith("/teleop publishes /vel, too, which this node commands")
+    allowed = CONTROLLER._replace(allowed=("teleop",))
+    assert list(allowed.second_publishers(publishers)) == []
+
+
+def test_a_supervisor_guards_one_controller() -> None:
+    guard = Traffic("/g", (), ("/vel",), guarded=("/supervised/vel",))
+    assert list(guard.second_publishers({"/supervised/vel": ["/one"], "/vel": ["/g"]})) == []
+    (fault,) = guard.second_publishers({"/supervised/vel": ["/two", "/one"]})
+    assert fault.startswith("/one and /two all publish /supervised/vel")
+
+
+def test_topics_with_nobody_at_the_other_end() -> None:
+    publishers = {"/vel": ["/c"], "/horn": ["/c"]}
+    assert list(CONTROLLER.unconnected(publishers, {"/horn": ["/robot"]})) == [
+        "nobody publishes /scan",
+        "nobody subscribes to /vel",
+    ]
