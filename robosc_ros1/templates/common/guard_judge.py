@@ -54,7 +54,7 @@ class GuardJudge(Judge):
     def _remember(self):
         if self.number not in self._history:
             state = copy.copy(self.shadow)
-            for part in ("states", "variables", "busy"):
+            for part in ("states", "variables", "busy", "fresh"):
                 setattr(state, part, dict(getattr(state, part)))
             self._history[self.number] = state
             self._numbers.append(self.number)
@@ -171,7 +171,7 @@ def is_constant(tree):
     if isinstance(tree, dict):
         return all(map(is_constant, tree.values()))
     if isinstance(tree, (list, tuple)):
-        reads = bool(tree) and tree[0] in ("variable", "state", "busy")
+        reads = bool(tree) and tree[0] in ("variable", "state", "busy", "fresh")
         return not reads and all(map(is_constant, tree))
     return True
 

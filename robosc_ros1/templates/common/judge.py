@@ -241,6 +241,9 @@ class Judge:
         if kind == "tau":
             self.shadow.step(name, index, value)
             return
+        if kind == "after":
+            self.shadow.wait_over(name, index, value)
+            return
         key = self.shadow.keys[name]
         if kind in ("request", "cancel"):
             self._command(kind, key, value)
@@ -261,6 +264,9 @@ class Judge:
 
     def _input(self, kind, key, value):
         self.inputs += 1
+        if kind == "timeout":
+            self.shadow.happen(kind, key)
+            return
         with self.robot.lock:
             queue = self.robot.sent.get((key, kind))
             if queue and self.asked.get(key):

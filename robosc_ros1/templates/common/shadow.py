@@ -181,7 +181,7 @@ _POSITIVE = ("needs", "always")
 
 
 class Shadow:
-    """The state of the robot as the model has it: ``states``, ``variables``, ``busy``."""
+    """The robot's state as the model has it: ``states``, ``variables``, ``busy``, ``fresh``."""
 
     def __init__(self, plant):
         self.plant = plant
@@ -204,6 +204,9 @@ class Shadow:
         self.busy = {
             c["key"]: False for c in plant["communications"] if c["kind"] in ("service", "action")
         }
+        self.fresh = {c["key"]: False for c in plant["communications"] if c["timeout"]}
+        for key in self.busy:
+            self.fresh.pop(key, None)  # of a service or action it is the deadline
         # How often each requirement was seen to be met, and to be violated.
         self.requirements_seen = [[0, 0] for _ in plant["requirements"]]
 
@@ -220,6 +223,8 @@ class Shadow:
             return self.states[arguments[0]] == arguments[1]
         if operator == "busy":
             return self.busy[arguments[0]]
+        if operator == "fresh":
+            return self.fresh[arguments[0]]
         if operator == "value":
             return self.value(arguments[0], arguments[1], message)
         if operator == "!":
@@ -301,7 +306,7 @@ class Shadow:
             for key, told in document["variables"].items()
         }
         for name, phase in document["communications"].items():
-            self.busy[self.keys[name]] = phase == "busy"
+            self._phases(name)[self.keys[name]] = phase in ("busy", "fresh")
 
     def differences(self, document):
         """How a state that the controller published differs from this one."""
@@ -313,7 +318,7 @@ class Shadow:
             if not told_as(value, self.variables[key]):
                 found.append("%s is %r, not %r" % (key, value, self.variables[key]))
         for name, phase in document["communications"].items():
-            if self.busy[self.keys[name]] != (phase == "busy"):
+            if self._phases(name)[self.keys[name]] != (phase in ("busy", "fresh")):
                 found.append("%s is %s" % (name, phase))
         return found
 
@@ -321,6 +326,8 @@ class Shadow:
         """An event of a communication takes place. Raises Wrong if it cannot."""
         if key in self.busy and (kind == "request") == self.busy[key]:
             raise Wrong("%s of %s while it is %s" % (kind, key, self._phase(key)))
+        if kind == "timeout" and not self.fresh[key]:
+            raise Wrong("timeout of %s, which is silent" % key)
         if kind == "request":
             self._check_request(key)
         elif kind == "cancel":
@@ -331,6 +338,8 @@ class Shadow:
             self._follow(component["name"], taken, content, states, variables)
         if key in self.busy and kind != "feedback":
             self.busy[key] = kind == "request"
+        if key in self.fresh:
+            self.fresh[key] = kind == "response"
         self.states, self.variables = states, variables
 
     def step(self, component, index, path):
@@ -345,6 +354,24 @@ class Shadow:
                 self.states[component] = after
                 return
         raise Wrong("step %d of %s: %s is not possible" % (index, component, path))
+
+    def wait_over(self, component, index, path):
+        """A component takes a transition for which it waited."""
+        before, after = path.split("->")
+        for waiting in self.components[component]["afters"]:
+            if waiting["index"] != index or waiting["from"] != before:
+                continue
+            if self.states[component] != before or (waiting["goto"] or before) != after:
+                continue
+            if self._possible([waiting], None):
+                states, variables = dict(self.states), dict(self.variables)
+                self._follow(component, [waiting], None, states, variables)
+                self.states, self.variables = states, variables
+                return
+        raise Wrong("after %d of %s: %s is not possible" % (index, component, path))
+
+    def _phases(self, name):
+        return self.fresh if self.keys[name] in self.fresh else self.busy
 
     def _phase(self, key):
         return "busy" if self.busy[key] else "idle"

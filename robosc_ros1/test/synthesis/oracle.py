@@ -721,10 +721,10 @@ class Oracle:
             path = self.settle(start)
             settled[start] = None if path is None else path[-1]
             if path is not None and path[-1] not in edges:
-                starts += self.after(path[-1], others)
+                starts += self.after(path[-1], self.sent(path[-1], others))
                 edges[path[-1]] = set()
         for rest in edges:
-            ends = {settled[start] for start in self.after(rest, others)}
+            ends = {settled[start] for start in self.after(rest, self.sent(rest, others))}
             edges[rest] = {end for end in ends if end is not None}
         bounded = None not in settled.values()
         reaching = {rest for rest in edges if self.marked(rest)}
@@ -736,6 +736,18 @@ class Oracle:
             "nonblocking under control": bounded and reaching == set(edges),
             "acyclic": not any(self._goes_round(start) for start in settled),
         }
+
+    def sent(self, state: OracleState, events: list[Event]) -> list[Event]:
+        """The events without the requests that another one is preferred to, now."""
+        enabled = {e.key for e in self.enabled(state) if e.kind is EventKind.REQUEST}
+
+        def held_back(event: Event) -> bool:
+            return event.kind is EventKind.REQUEST and any(
+                event.key in preference.over and enabled & set(preference.preferred)
+                for preference in self.robot.preferences
+            )
+
+        return [event for event in events if not held_back(event)]
 
     def _wake(self, start: OracleState) -> set[OracleState]:
         """All that internal transitions in any order lead to."""

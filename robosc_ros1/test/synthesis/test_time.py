@@ -12,12 +12,14 @@ from synthesis.oracle import Oracle
 from synthesis.subject import SUBJECTS, Subject, robot_of, steps
 from synthesis.test_oracle_differential import engines
 
+from robosc import pipeline
 from robosc.model.entities import (
     After,
     Behaviour,
     Component,
     EventKind,
     Kind,
+    Preference,
     ResultTransition,
     Robot,
     State,
@@ -114,9 +116,15 @@ def with_time(robot: Robot, rng: random.Random) -> Robot:
         for c in robot.communications.values()
         if c.kind is Kind.OUTGOING and rng.random() < 0.7
     ]
+    commands = [c.key for c in robot.communications.values() if c.kind is not Kind.OUTGOING]
+    rng.shuffle(commands)
+    order = [(a, b) for n, a in enumerate(commands) for b in commands[n + 1 :]]
     return replace(
         robot,
         components=tuple(_component(c, watched, rng) for c in robot.components),
+        preferences=tuple(
+            Preference((a,), (b,), span=robot.span) for a, b in order if rng.random() < 0.3
+        ),
     )
 
 
@@ -176,3 +184,26 @@ def test_random_robots_with_time(engine: str, pytestconfig: pytest.Config) -> No
         assert not found, "\n".join([f"seed {seed}, engine {engine}", *found[:20]])
         seen |= {event.kind for event in oracle.events}
     assert {EventKind.TIMEOUT, EventKind.AFTER} <= seen
+
+
+def test_a_preferred_command_can_keep_the_other_from_ever_coming_home() -> None:
+    """Synthesis may wait with ``stay``; the controller sends it as long as it is enabled."""
+    text = """
+        robot R {
+            component A {
+                incoming message stay with type: none
+                incoming message home with type: none
+                behaviour {
+                    initial state away { on request to stay on request to home goto there }
+                    marked state there { on request to home goto there }
+                }
+            }
+            prefer stay over home
+        }
+    """
+    robot = robot_of(text)
+    found = dict(pipeline.synthesize(robot).properties)
+    assert found["nonblocking under control"] is False
+    assert Oracle(robot).properties()["nonblocking under control"] is False
+    unordered = replace(robot, preferences=())
+    assert dict(pipeline.synthesize(unordered).properties)["nonblocking under control"] is True

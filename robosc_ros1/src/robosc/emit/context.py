@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from robosc.emit.config import Config, declared_communications
 from robosc.emit.naming import place
+from robosc.emit.python import duration
 from robosc.ir.expr import to_dsl
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime import settings
@@ -159,6 +160,9 @@ def _diagrams(robot: Robot) -> list[DiagramView]:
                 label = f"{t.event.value} {robot.display_names[t.communication]}"
                 label += " [guarded]" if t.guard is not None else ""
                 lines.append(f"{state.name} --> {t.goto or state.name} : {label}")
+            for after in state.afters:
+                target = after.transition.goto or state.name
+                lines.append(f"{state.name} --> {target} : after {duration(after.delay):g} s")
             for tau in (*behaviour.taus, *state.taus):
                 target = tau.goto or state.name
                 lines.append(f"{state.name} --> {target} : step {tau.index}")

@@ -118,6 +118,12 @@ def _automaton(robot: Robot, component: Component, behaviour: Behaviour) -> Iter
         if state.initial:
             yield from _start(place(state.name))
         own: list[ResultTransition | Tau] = [*state.transitions, *state.taus]
+        for after in state.afters:
+            target = place(after.transition.goto or state.name)
+            label = "\n".join(
+                [f"after {_words(after.delay, robot)}", *_details(robot, after.transition)]
+            )
+            arrows.append(_Arrow(place(state.name), target, label, False))
         for transition in own:
             target = place(transition.goto or state.name)
             arrows.append(_arrow(robot, place(state.name), target, transition))
@@ -136,11 +142,14 @@ def _arrow(robot: Robot, source: str, target: str, transition: ResultTransition 
         label = "" if transition.guard is None else f"[{_words(transition.guard, robot)}]"
         return _Arrow(source, target, label, True)
     name = robot.display_names[transition.communication]
-    lines = [f"{name}.{transition.event.value}"]
-    if transition.guard is not None:
-        lines.append(f"[{_words(transition.guard, robot)}]")
-    lines += [f"{a.variable} := {_words(a.value, robot)}" for a in transition.assignments]
+    lines = [f"{name}.{transition.event.value}", *_details(robot, transition)]
     return _Arrow(source, target, "\n".join(lines), transition.event.controllable)
+
+
+def _details(robot: Robot, transition: ResultTransition) -> Iterator[str]:
+    if transition.guard is not None:
+        yield f"[{_words(transition.guard, robot)}]"
+    yield from (f"{a.variable} := {_words(a.value, robot)}" for a in transition.assignments)
 
 
 def _words(expr: Expr, robot: Robot) -> str:

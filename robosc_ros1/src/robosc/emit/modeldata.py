@@ -11,6 +11,7 @@ from typing import Any
 from robosc.emit.naming import place
 from robosc.ir.expr import to_dsl
 from robosc.model.entities import (
+    After,
     Behaviour,
     Communication,
     Component,
@@ -153,12 +154,25 @@ def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Jso
 
     everywhere = [result(None, t) for t in behaviour.transitions]
     everywhere += [step(None, t) for t in behaviour.taus]
+
+    def waiting(state: str, after: After) -> Json:
+        taken = after.transition
+        return {
+            "from": state,
+            "to": taken.goto,
+            "event": _event("after", component, after.index),
+            "guard": guard(taken.guard),
+            "assignments": [f"{a.variable} := {to_dsl(a.value, robot)}" for a in taken.assignments],
+            "place": place(after.span),
+        }
+
     return everywhere + [
         entry
         for state in behaviour.states
         for entry in (
             [result(state.name, t) for t in state.transitions]
             + [step(state.name, t) for t in state.taus]
+            + [waiting(state.name, after) for after in state.afters]
         )
     ]
 
@@ -212,6 +226,7 @@ def _plant_communication(
         "key": communication.key,
         "name": robot.display_names[communication.key],
         "kind": communication.kind.value,
+        "timeout": communication.timeout is not None,
         "identifier": communication.identifier,
         "interface": [binding.package, binding.type],
         "request": _type(communication.request, enums),
@@ -226,6 +241,10 @@ def _plant_communication(
 def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
     behaviour = component.behaviour
     assert behaviour is not None
+
+    def tree(expr: Expr | None) -> Json:
+        return None if expr is None else _tree(expr, enums)
+
     entries: list[tuple[str | None, ResultTransition]] = [(None, t) for t in behaviour.transitions]
     taus: list[tuple[str | None, Tau]] = [(None, t) for t in behaviour.taus]
     for state in behaviour.states:
@@ -249,8 +268,8 @@ def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
                 "from": state,
                 "event": t.event.value,
                 "communication": t.communication,
-                "guard": None if t.guard is None else _tree(t.guard, enums),
-                "assign": [[a.variable, _tree(a.value, enums)] for a in t.assignments],
+                "guard": tree(t.guard),
+                "assign": [[a.variable, tree(a.value)] for a in t.assignments],
                 "goto": t.goto,
             }
             for state, t in entries
@@ -259,10 +278,21 @@ def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
             {
                 "from": state,
                 "index": t.index,
-                "guard": None if t.guard is None else _tree(t.guard, enums),
+                "guard": tree(t.guard),
                 "goto": t.goto,
             }
             for state, t in taus
+        ],
+        "afters": [
+            {
+                "from": state.name,
+                "index": after.index,
+                "guard": tree(after.transition.guard),
+                "assign": [[a.variable, tree(a.value)] for a in after.transition.assignments],
+                "goto": after.transition.goto,
+            }
+            for state in behaviour.states
+            for after in state.afters
         ],
     }
 
@@ -286,8 +316,8 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
                 return ["value", list(path), _type(type_, enums)]
             case ElementRef(variable=name, path=path, type=type_):
                 return ["bound", name, list(path), _type(type_, enums)]
-            case PhaseRef(communication=key):
-                return ["busy", key]
+            case PhaseRef(communication=key, phase=phase):
+                return [phase, key]
 
     def operation(node: Operation, operands: tuple[Json, ...]) -> Json:
         if isinstance(node, Aggregate):

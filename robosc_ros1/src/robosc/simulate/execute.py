@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 from robosc.emit.config import declared_communications
 from robosc.ir.automaton import Event, Plant, value_parts
 from robosc.ir.step import valuations
-from robosc.model.entities import EventKind
+from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import Expr, path_text
 from robosc.model.types import IntegerType
 from robosc.runtime import model as runtime
@@ -156,7 +156,10 @@ class Execution:
     # --- what can happen -------------------------------------------------------------------------
 
     def can(self, event: Event, given: Given | None) -> bool:
-        return not event.controllable and (event.phase is None or event.key in self._clock.open)
+        if event.controllable or event.kind.clocked:
+            return False
+        calling = self.plant.robot.communications[event.key].kind in (Kind.SERVICE, Kind.ACTION)
+        return not calling or event.key in self._clock.open
 
     def choices(self) -> list[Choice]:
         found = []

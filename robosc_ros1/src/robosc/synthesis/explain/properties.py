@@ -10,7 +10,8 @@ Eclipse ESCET toolset:
 - *nonblocking under control*: from each state in which the controller comes to rest, one that is
   marked and at rest can be reached, internal transitions taken eagerly.
 
-Without internal transitions all three follow from synthesis. With them the controlled system is
+Preferences are reckoned with: while a preferred command is enabled, the other one is not sent.
+Without both, all three properties follow from synthesis. With them the controlled system is
 walked state by state. Of one that is too large for that, bounded response is proved from the
 components' automata alone or by a greatest fixpoint (:meth:`System.longest_completion`), and
 refuted where a completion near the initial state goes round; a diagnostic tells what was left out.
@@ -51,7 +52,8 @@ _NAMES = ("bounded response", "confluence", "nonblocking under control")
 
 def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
     """The properties of the controller of a supervisor that is not empty."""
-    if all(guard.event.kind is not EventKind.TAU or guard.status == "never" for guard in guards):
+    stepping = any(g.event.kind is EventKind.TAU and g.status != "never" for g in guards)
+    if not stepping and not system.plant.robot.preferences:
         return Properties(tuple((name, True) for name in _NAMES), 0)
     if controlled_states > _MOST_STATES:
         return _of_large(system, guards, controlled_states)
@@ -124,6 +126,11 @@ class _Controller:
         events = [self.stepper.compiled(n, allowed.get(id(e))) for n, e in enumerate(plant.events)]
         self.taus = [w for w in events if plant.events[w.number].kind is EventKind.TAU]
         self.others = [w for w in events if plant.events[w.number].kind is not EventKind.TAU]
+        requests = {e.key: n for n, e in enumerate(plant.events) if e.kind is EventKind.REQUEST}
+        self.preferred = {
+            requests[key]: [events[requests[other]] for other in others]
+            for key, others in plant.robot.yields_to.items()
+        }
         self.completions: dict[PlantState, _Completion] = {}
         self.came: dict[PlantState, PlantState] = {}
         """The state in which a run to completion began, to the one at rest before it."""
@@ -164,6 +171,8 @@ class _Controller:
             if most is not None and len(self.completions) > most:
                 return
             for event in self.others:
+                if any(_is_enabled(other, rest) for other in self.preferred.get(event.number, ())):
+                    continue
                 for _, after in event.targets(rest):
                     if after not in self.completions:
                         self.came[after] = rest
@@ -300,6 +309,13 @@ class _Controller:
         ]
         return " or in ".join(listing(names) for names in told)
 
+    def _order(self) -> str:
+        """What the controller decides that synthesis leaves open."""
+        if not self.taus:
+            return "it sends preferred commands as long as they are enabled"
+        preferring = ", and preferred commands first" if self.preferred else ""
+        return f"it takes the internal transitions as soon as it can{preferring}"
+
     def _blocking(self, rest: PlantState) -> Diagnostic:
         start = self.rests[rest]
         trace = self._trace_to(start) + self._internal(self.completions[start].path)
@@ -307,10 +323,14 @@ class _Controller:
             Severity.WARNING,
             "blocking-under-control",
             f"{self._after(trace)} the controller never again comes to rest in a marked state,"
-            " because it takes the internal transitions as soon as it can",
+            f" because {self._order()}",
             self.plant.robot.span,
             "mark the states in which it does come to rest, or guard the steps that leave them",
         )
+
+
+def _is_enabled(event: CompiledEvent, state: PlantState) -> bool:
+    return any(True for _ in event.targets(state))
 
 
 def _moves(tau: CompiledEvent, state: PlantState) -> list[PlantState]:
