@@ -15,6 +15,7 @@ from synthesis.subject import robot_of
 from robosc.ir.expr import to_dsl
 from robosc.synthesis import guards, synthesize
 from robosc.synthesis.bdd import care_set as bdd_care_set
+from robosc.synthesis.bdd import fixpoint
 from robosc.synthesis.dense import care_set as dense_care_set
 
 SMALL = {
@@ -69,3 +70,13 @@ def test_guards_made_without_tables_are_exact(
     for seed in range(300, 316):
         robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
         assert differences(robot, Oracle(robot), engine) == [], seed
+
+
+def test_fixpoints_are_the_same_after_a_race(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fixpoint, "_FIRST_BUDGET", 1)
+    monkeypatch.setattr(fixpoint, "_MORE", 2)
+    for seed in range(400, 412):
+        robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
+        assert differences(robot, Oracle(robot), "bdd") == [], seed
+    robot = robot_of(steep_families.crew(5))
+    assert differences(robot, Oracle(robot), "bdd") == []

@@ -1,33 +1,26 @@
 """The symbolic engine: sets of states as decision diagrams, for products that no array could hold.
 
 The fixpoints are those of the dense engine (Ramadge & Wonham 1987; Ouedraogo et al. 2011), confined
-to states that the plant can reach. An event is carried to its own fixpoint before another is tried,
-those low in the variable order first, and after a change only the events that share something with
-it are tried again: chaining in the manner of saturation (Ciardo, Luettgen & Siminiceanu 2001).
+to states that the plant can reach; least fixpoints are found by chaining
+(:mod:`robosc.synthesis.bdd.fixpoint`).
 """
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from robosc.ir.automaton import Plant
 from robosc.model.entities import EventKind
 from robosc.synthesis.bdd.encoding import Encoding
+from robosc.synthesis.bdd.fixpoint import Fixpoint, Iterates, Progress, related_events
 from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation, Relations
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.parameters import weight
 
 __all__ = ["Iterates", "Progress", "SymbolicEngine", "SymbolicSolution"]
-
-Progress = Callable[[str, int, int], None]
-"""Called now and then: what is being computed, diagram nodes in use, and the most there can be."""
-
-Iterates: TypeAlias = list[tuple[int, Bdd]]
-"""The sets that a fixpoint passes through, each with the number of the event that made it."""
 
 _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
 """Allowed and refused states, and the axes by which they are told apart."""
@@ -105,15 +98,16 @@ class SymbolicEngine:
         options = {} if most_disjuncts is None else {"most_disjuncts": most_disjuncts}
         self.relations = Relations(self.encoding, **options)
         self.events = self.relations.events
-        self._progress = progress
+        places = [self._place(event) for event in self.events]
         self._required = tuple(_guarded(event.disjuncts, event.required) for event in self.events)
         self._permitted: tuple[Sequence[Disjunct], ...] = self._required
         reads = [event.reads for event in self.events]
-        self._related = _related(self.events, reads)
-        self._priority = [
-            -min((self.encoding.place(axis) for axis in event.reads | event.writes), default=0)
-            for event in self.events
-        ]
+        self._related = related_events(self.events, reads)
+        self._fixpoint = Fixpoint(self.manager, places, progress)
+
+    def _place(self, event: EventRelation) -> int:
+        """Where an event stands in the variable order: its first variable."""
+        return min((self.encoding.place(axis) for axis in event.reads | event.writes), default=0)
 
     def solve(self) -> SymbolicSolution:
         """The controlled system."""
@@ -152,7 +146,7 @@ class SymbolicEngine:
     def successors(self, states: Bdd) -> Bdd:
         """Where the plant under its requirements leads in one step."""
         return self.manager.union(
-            self._run(lambda m=disjunct: self.relations.image(m, states))  # type: ignore[misc]
+            self.manager.run(lambda m=disjunct: self.relations.image(m, states))  # type: ignore[misc]
             for disjuncts in self._permitted
             for disjunct in disjuncts
             if not disjunct.stays
@@ -232,7 +226,7 @@ class SymbolicEngine:
                     required, axes = _guarded(required, guard), axes | needed
             disjuncts.append(required)
             reads.append(axes)
-        return disjuncts, _related(self.events, reads)
+        return disjuncts, related_events(self.events, reads)
 
     def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
         """A condition that tells two sets apart, and the few axes that it reads."""
@@ -263,7 +257,8 @@ class SymbolicEngine:
         def step(disjunct: Disjunct, found: Bdd) -> Bdd:
             return self.relations.image(disjunct, found)
 
-        return self._closure("reachable states", states, disjuncts, step, related, iterates)
+        near = self._related if related is None else related
+        return self._fixpoint.closure("reachable states", states, disjuncts, step, near, iterates)
 
     def _uncontrollably(self, bad: Bdd, good: Bdd) -> Bdd:
         """``bad``, and the states of ``good`` from which uncontrollable events lead there."""
@@ -271,13 +266,15 @@ class SymbolicEngine:
             () if self.plant.events[event.number].controllable else event.disjuncts
             for event in self.events
         ]
-        return self._closure("states to be avoided", bad, disjuncts, self._step_back(good))
+        step = self._step_back(good)
+        return self._fixpoint.closure("states to be avoided", bad, disjuncts, step, self._related)
 
     def _coreachable(self, good: Bdd) -> Bdd:
         """The states of ``good`` from which a marked state is reached inside ``good``."""
         marked = self.encoding.marked & good
         step = self._step_back(good)
-        return self._closure("nonblocking states", marked, self._inside(good), step)
+        inside = self._inside(good)
+        return self._fixpoint.closure("nonblocking states", marked, inside, step, self._related)
 
     def _step_back(self, within: Bdd) -> Callable[[Disjunct, Bdd], Bdd]:
         def step(disjunct: Disjunct, found: Bdd) -> Bdd:
@@ -285,88 +282,6 @@ class SymbolicEngine:
 
         return step
 
-    def _closure(
-        self,
-        what: str,
-        states: Bdd,
-        disjuncts: Sequence[Sequence[Disjunct]],
-        step: Callable[[Disjunct, Bdd], Bdd],
-        related: Sequence[Sequence[int]] | None = None,
-        iterates: Iterates | None = None,
-    ) -> Bdd:
-        """Return the least fixpoint above ``states`` of the steps of all disjuncts.
-
-        That events which share no axis need not be tried again is exact for the disjuncts alone,
-        but a set that steps are confined to may couple them; so a pass over all has the last word.
-        """
-        active = [
-            n for n in range(len(disjuncts)) if any(not disjunct.stays for disjunct in disjuncts[n])
-        ]
-
-        def carry(number: int, found: Bdd) -> Bdd:
-            while True:
-                before = found
-                for disjunct in disjuncts[number]:
-                    if disjunct.stays:
-                        continue
-                    more = self._run(lambda m=disjunct, f=found: f | step(m, f))  # type: ignore[misc]
-                    if iterates is not None and more != found:
-                        iterates.append((number, more))
-                    found = more
-                if found == before:
-                    return found
-
-        while True:
-            before = states
-            states = self._saturate(what, states, active, carry, related or self._related)
-            if states == before:
-                return states
-
-    def _saturate(
-        self,
-        what: str,
-        states: Bdd,
-        active: Iterable[int],
-        carry: Callable[[int, Bdd], Bdd],
-        related: Sequence[Sequence[int]],
-    ) -> Bdd:
-        waiting = set(active)
-        allowed = frozenset(waiting)
-        queue = [(self._priority[n], n) for n in waiting]
-        heapq.heapify(queue)
-        while queue:
-            _, number = heapq.heappop(queue)
-            waiting.discard(number)
-            found = carry(number, states)
-            if found == states:
-                continue
-            states = found
-            if self._progress is not None:
-                self._progress(what, self.manager.nodes, self.manager.capacity)
-            for other in related[number]:
-                if other in allowed and other not in waiting:
-                    waiting.add(other)
-                    heapq.heappush(queue, (self._priority[other], other))
-        return states
-
-    def _run(self, operation: Callable[[], Bdd]) -> Bdd:
-        return self.manager.run(operation)
-
 
 def _guarded(disjuncts: Sequence[Disjunct], guard: Bdd) -> tuple[Disjunct, ...]:
     return tuple(replace(disjunct, relation=disjunct.relation & guard) for disjunct in disjuncts)
-
-
-def _related(events: Sequence[EventRelation], reads: Sequence[frozenset[int]]) -> list[list[int]]:
-    """Per event those that share an axis with it which one of the two writes."""
-    users: dict[int, set[int]] = {}
-    for event, axes in zip(events, reads, strict=True):
-        for axis in axes | event.writes:
-            users.setdefault(axis, set()).add(event.number)
-    related: list[set[int]] = [set() for _ in events]
-    for event in events:
-        for axis in event.writes:
-            for other in users[axis] - {event.number}:
-                related[event.number].add(other)
-                related[other].add(event.number)
-    return [sorted(others) for others in related]

@@ -164,6 +164,10 @@ class Manager:
         if self.nodes > self.capacity // 2:
             self._manager.gc()
 
+    def collect(self) -> None:
+        """Collect garbage now."""
+        self._manager.gc()
+
     def run(self, operation: Callable[[], _Result]) -> _Result:
         """An operation, a second time after collecting garbage if the nodes ran out."""
         self.collect_garbage()
