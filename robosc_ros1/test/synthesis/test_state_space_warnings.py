@@ -53,6 +53,17 @@ def test_commands_that_exclude_each_other() -> None:
     assert codes(SWITCH + MOTOR + body) == []
 
 
+@pytest.mark.parametrize("order", ["move over stop", "stop over move"])
+def test_commands_of_which_one_is_preferred(order: str) -> None:
+    assert codes(SWITCH + MOTOR + f"requirement stop needs Switch.on prefer {order}") == []
+
+
+def test_commands_that_are_preferred_to_another_one_only() -> None:
+    other = "component Lamp { incoming message blink with type: none }"
+    body = "requirement stop needs Switch.on prefer { move, stop } over blink"
+    assert codes(SWITCH + MOTOR + other + body) == ["topic-conflict"]
+
+
 def test_commands_that_only_synthesis_keeps_apart() -> None:
     body = """
         component A {

@@ -63,7 +63,13 @@ class _Examiner:
                 by_topic.setdefault(communication.identifier.lstrip("/"), []).append(key)
         for keys in by_topic.values():
             for first, second in combinations(keys, 2):
-                yield from self._topic(first, second)
+                if not self._one_is_preferred(first, second):
+                    yield from self._topic(first, second)
+
+    def _one_is_preferred(self, first: str, second: str) -> bool:
+        """Whether a preference keeps two commands from being sent in one state."""
+        yields_to = self.robot.yields_to
+        return first in yields_to.get(second, ()) or second in yields_to.get(first, ())
 
     def _topic(self, first: str, second: str) -> Iterator[Diagnostic]:
         one, other = (enabled(self.plant, self.requests[key]) for key in (first, second))
