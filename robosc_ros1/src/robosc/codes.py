@@ -625,6 +625,13 @@ _ALL = (
     ),
     _error(
         _ROS,
+        "field-length",
+        "The field is an array of fixed length, and an array of another length is sent.",
+        "provide pose with { covariance: [0.1, 0.1] }   // float64[36] covariance",
+        "Write as many elements as the field has.",
+    ),
+    _error(
+        _ROS,
         "interface-not-found",
         "The ROS package is there, but has no such message, service or action.",
         "interface twist use Twits from geometry_msgs",

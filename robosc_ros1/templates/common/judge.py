@@ -355,22 +355,25 @@ def alike(value, data):
     """Whether data as the event tells them are those that the model provides."""
     if isinstance(data, dict) and isinstance(value, dict):
         return set(data) == set(value) and all(alike(value[k], data[k]) for k in data)
+    if isinstance(data, list) and isinstance(value, list):
+        return len(data) == len(value) and all(map(alike, value, data))
     return told_as(value, data)
 
 
 def carries(message, data):
     """Whether a message has these fields, as exactly as its types can."""
-    for name, value in data.items():
-        field = field_of(message, name)
-        if isinstance(value, dict):
-            if not carries(field, value):
-                return False
-        elif isinstance(value, float) and value == value and abs(value) != float("inf"):
-            if abs(field - value) > 1e-5 * max(1.0, abs(value)):
-                return False
-        elif not same(field, value):
-            return False
-    return True
+    return all(holds(field_of(message, name), value) for name, value in data.items())
+
+
+def holds(field, value):
+    """Whether a field has this value, as exactly as its type can."""
+    if isinstance(value, dict):
+        return carries(field, value)
+    if isinstance(value, list):
+        return len(field) == len(value) and all(map(holds, field, value))
+    if isinstance(value, float) and value == value and abs(value) != float("inf"):
+        return abs(field - value) <= 1e-5 * max(1.0, abs(value))
+    return same(field, value)
 
 
 KINDS = {

@@ -483,6 +483,8 @@ class Shadow:
         return {data["field"]: self.evaluate(data["value"])}
 
     def _fields_or_value(self, data):
+        if "elements" in data:
+            return [self._fields_or_value(element) for element in data["elements"]]
         return self._fields(data) if "fields" in data else self.evaluate(data["value"])
 
 

@@ -17,7 +17,7 @@ from std_msgs.msg import String
 
 from ._runtime.port import Port
 from ._runtime.report import Outlet
-from .ros_calls import Action, Service, clean, fill
+from .ros_calls import Action, Service, clean, compose
 
 QUEUE = 10
 LAST_RESORT = 1.7
@@ -122,7 +122,7 @@ class RosPort(Port):
     def send(self, key, data):
         publisher, message_type = self._publishers[key]
         with clean(publisher):
-            publisher.publish(fill(message_type(), data))
+            publisher.publish(compose(message_type(), data))
 
     def call(self, key, data, token, timeout):
         self._services[key].call(data, token, timeout)

@@ -7,6 +7,7 @@ enqueue; what it cannot know, that a server has died, is told by the age of its 
 time).
 """
 
+import functools
 import threading
 import time
 import uuid
@@ -16,6 +17,7 @@ import actionlib
 import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from roslib.message import get_message_class as message_class
 from rospy.impl.tcpros_base import TCPROSTransport
 
 from ._runtime.values import only_field
@@ -38,9 +40,54 @@ def fill(message, data):
         old = getattr(message, name)
         if isinstance(value, dict):
             fill(old, value)
+        elif isinstance(value, list):
+            setattr(message, name, _array(message, name, value))
         else:
             setattr(message, name, float(value) if isinstance(old, float) else value)
     return message
+
+
+def _array(message, name, values):
+    """The elements as the field takes them: messages of its class, or plain values."""
+    if not any(isinstance(value, dict) for value in values):
+        return values
+    kind = message._slot_types[message.__slots__.index(name)].partition("[")[0]
+    element = {"time": rospy.Time, "duration": rospy.Duration}.get(kind) or message_class(kind)
+    return [fill(element(), value) for value in values]
+
+
+def compose(message, data):
+    """The message with the given fields set, and the time of sending as the stamp of its headers.
+
+    A message that comes ready made is sent as it is, and so is a stamp that the data give.
+    """
+    if isinstance(data, type(message)):
+        return data
+    _stamp(fill(message, data), data or {})
+    return message
+
+
+def _stamp(message, data):
+    for name, inner in _headers(type(message)):
+        given = data.get(name) or {}
+        if inner:
+            _stamp(getattr(message, name), given)
+        elif "stamp" not in given:
+            getattr(message, name).stamp = rospy.Time.now()
+
+
+@functools.lru_cache(maxsize=None)
+def _headers(message_type):
+    """The fields that are headers (name, False), or messages that have some (name, True)."""
+    found = []
+    message = message_type()
+    for number, name in enumerate(message_type.__slots__):
+        kind = message_type._slot_types[number]
+        if kind == "std_msgs/Header":
+            found.append((name, False))
+        elif "/" in kind and not kind.endswith("]") and _headers(type(getattr(message, name))):
+            found.append((name, True))
+    return found
 
 
 @contextmanager
@@ -69,7 +116,7 @@ class Service:
         self._abandoned = set()
 
     def call(self, data, token, timeout):
-        request = fill(self._type._request_class(), data)
+        request = compose(self._type._request_class(), data)
         with self._lock:
             hung = len(self._connections)
             if hung < HUNG_CALLS:
@@ -183,7 +230,7 @@ class Action:
         self._watch = rospy.Subscriber(topic, GoalStatusArray, self._on_status)
 
     def start(self, data, token, timeout):
-        goal = fill(type(self._type().action_goal.goal)(), data)
+        goal = compose(type(self._type().action_goal.goal)(), data)
         with self._lock:
             self._token, self._cancelled, self._handle = token, False, None
             self._heard = time.monotonic()

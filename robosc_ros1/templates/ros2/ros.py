@@ -19,7 +19,7 @@ from std_msgs.msg import String
 from ._runtime.port import Port
 from ._runtime.report import Outlet
 from .ros_executor import ExecutorThread
-from .ros_messages import fill, has_oddities, plain
+from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import qos_profile
 
 try:
@@ -125,7 +125,7 @@ class RosPort(Port):
 
     def send(self, key, data):
         publisher, message_type = self._publishers[key]
-        publisher.publish(fill(message_type(), data))
+        publisher.publish(compose(message_type(), data, self._node.get_clock()))
 
     def call(self, key, data, token, timeout):
         self._services[key].call(data, token)
@@ -190,12 +190,13 @@ class _Service:
         self._executor_thread = executor_thread
         self._type = type_
         self._client = node.create_client(type_, name)
+        self._clock = node.get_clock()
         # Touched by the executor's thread only.
         self._token = None
         self._future = None
 
     def call(self, data, token):
-        request = fill(self._type.Request(), data)
+        request = compose(self._type.Request(), data, self._clock)
         self._executor_thread.do(lambda: self._begin(request, token))
 
     def abandon(self, token):
@@ -253,7 +254,7 @@ class Action:
         self._heard = time.monotonic()
 
     def start(self, data, token):
-        goal = Goal(token, fill(self._type.Goal(), data))
+        goal = Goal(token, compose(self._type.Goal(), data, self._node.get_clock()))
         self._heard = time.monotonic()
         self._executor_thread.do(lambda: self._begin(goal))
 

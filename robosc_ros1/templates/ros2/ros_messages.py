@@ -25,6 +25,11 @@ def _writer(kind, name):
     sends what nobody may send."""
     if kind in _SIMPLE:
         return _SIMPLE[kind]
+    array = re.fullmatch(r"sequence<(.+?)(?:, (\d+))?>|(.+)\[(\d+)\]", kind)
+    if array:
+        return _array_writer(kind, name, array[1] or array[3], array[2], array[4])
+    if "/" in kind:
+        return lambda value: fill(_message_class(kind)(), value)
     fits = _limits(kind)
 
     def write(value):
@@ -33,6 +38,27 @@ def _writer(kind, name):
         return value
 
     return write
+
+
+def _array_writer(kind, name, element, most, length):
+    write = _writer(element, name)
+
+    def fits(values):
+        if length is not None:
+            return len(values) == int(length)
+        return most is None or len(values) <= int(most)
+
+    def write_array(values):
+        if not isinstance(values, list) or not fits(values):
+            raise ValueError("%s is %r, which is no %s" % (name, values, kind))
+        return [write(value) for value in values]
+
+    return write_array
+
+
+def _message_class(kind):
+    package, _, name = kind.partition("/")
+    return getattr(importlib.import_module(package + ".msg"), name)
 
 
 def _single(value):
@@ -58,7 +84,7 @@ def _limits(kind):
     if text:
         longest = int(text[1] or sys.maxsize)
         return lambda value: isinstance(value, str) and len(value) <= longest
-    return lambda value: False  # neither arrays nor whole messages are written
+    return lambda value: False  # messages are filled
 
 
 def fill(message, data):
@@ -79,6 +105,39 @@ def fill(message, data):
     return message
 
 
+def compose(message, data, clock):
+    """The message with the given fields set, and the time of sending as the stamp of its headers.
+
+    A message that comes ready made is sent as it is, and so is a stamp that the data give.
+    """
+    if isinstance(data, type(message)):
+        return data
+    _stamp(fill(message, data), data or {}, clock)
+    return message
+
+
+def _stamp(message, data, clock):
+    for name, inner in _headers(type(message)):
+        given = data.get(name) or {}
+        if inner:
+            _stamp(getattr(message, name), given, clock)
+        elif "stamp" not in given:
+            getattr(message, name).stamp = clock.now().to_msg()
+
+
+@functools.lru_cache(maxsize=None)
+def _headers(message_type):
+    """The fields that are headers (name, False), or messages that have some (name, True)."""
+    found = []
+    message = message_type()
+    for name, kind in message_type.get_fields_and_field_types().items():
+        if kind == "std_msgs/Header":
+            found.append((name, False))
+        elif re.fullmatch(r"\w+/\w+", kind) and _headers(type(getattr(message, name))):
+            found.append((name, True))
+    return found
+
+
 @functools.lru_cache(maxsize=None)
 def _oddities(message_type):
     """The fields that rclpy does not give as plain Python values: (name, what makes them plain,
@@ -91,9 +150,7 @@ def _oddities(message_type):
         base = kind.partition("[")[0].replace("sequence<", "").partition(",")[0].rstrip(">")
         many = base != kind
         if "/" in base:
-            package, _, inner = base.partition("/")
-            inner_type = getattr(importlib.import_module(package + ".msg"), inner)
-            if _oddities(inner_type):
+            if _oddities(_message_class(base)):
                 both = (_plain, sendable)
                 found.append((name, *(map(_each, both) if many else both)))
         elif base == "octet":

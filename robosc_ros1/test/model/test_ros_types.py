@@ -8,7 +8,7 @@ import pytest
 from model_text import behaviour_of, faults, resolve
 from test_ros_definitions import around, package
 
-from robosc.model.entities import Binding, DataObject
+from robosc.model.entities import Binding, DataArray, DataObject
 from robosc.model.expr import Binary, Literal
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
@@ -38,6 +38,7 @@ FILES = {
     "msg__Empty": "",
     "msg__Mode": "uint8 NORMAL=1\nuint8 STOP=2\nstring NAME=soft\nfloat32 LIMIT=0.5\nuint8 mode\n",
     "srv__Arm": "bool value\n---\nbool success\nuint8 result\n",
+    "msg__Way": "Point[] points\nduration pause\nfloat64[2] limits\nuint8[] colour\n",
     "srv__Reset": "---\n",
     "action__Go": "Point goal\n---\nuint16 error_code\n---\nfloat32 left\n",
 }
@@ -49,9 +50,15 @@ def p(request: pytest.FixtureRequest, tmp_path: Path) -> MessageDefinitions:
     folder = package(tmp_path, "p", **FILES)
     if request.param == "ros2":
         (folder / "package.xml").write_text(ROS2.format("p"))
+        way = (folder / "msg" / "Way.msg").read_text()
+        durations = way.replace("duration", "builtin_interfaces/Duration")
+        (folder / "msg" / "Way.msg").write_text(durations)
+        times = package(tmp_path, "builtin_interfaces", msg__Duration="int32 sec\nuint32 nanosec\n")
+        (times / "package.xml").write_text(ROS2.format("builtin_interfaces"))
     return around(tmp_path / "m.rscd")
 
 
+INTEGER = IntegerType()
 POINT = ObjectType("p/Point", "", (("x", DoubleType()), ("y", DoubleType())))
 
 
@@ -168,6 +175,41 @@ def test_what_is_sent_must_fit_its_field(p: MessageDefinitions) -> None:
     text = "component C { service arm with type: p/Arm } provide arm with { %s }"
     assert ("unknown-property", "worth") in faults(text % "worth: true", p)
     assert ("type-mismatch", "3") in faults(text % "^value: 3", p)
+
+
+WAY = "component C { incoming message way with type: p/Way } provide way with { %s }"
+
+
+def test_arrays_and_durations_are_sent(p: MessageDefinitions) -> None:
+    text = WAY % "points: [{ x: 1.0 }, { y: 2 }], limits: [-1, 1.5], colour: [255], pause: 1.5 s"
+    (provide,) = resolve(text, p).provides
+    assert isinstance(provide.data, DataObject)
+    data = dict(provide.data.fields)
+    points, pause = data["points"], data["pause"]
+    assert isinstance(points, DataArray) and isinstance(pause, DataObject)
+    assert points.elements[1] == DataObject((("y", Literal(2.0, DoubleType())),))
+    seconds, nanoseconds = (value for _, value in pause.fields)
+    assert (seconds, nanoseconds) == (Literal(1, INTEGER), Literal(500_000_000, INTEGER))
+
+
+@pytest.mark.parametrize(
+    ("data", "fault"),
+    [
+        ("limits: [1.0]", ("field-length", "[1.0]")),
+        ("limits: [1.0, true]", ("type-mismatch", "true")),
+        ("colour: [1, 256]", ("field-range", "256")),
+        ("points: [1.0]", ("type-mismatch", "1.0")),
+        ("points: [{ u: 1.0 }]", ("unknown-property", "u")),
+        ("points: { x: 1.0 }", ("type-mismatch", "{")),
+        ("points: 1.0", ("type-mismatch", "1.0")),
+        ("pause: [1]", ("type-mismatch", "[")),
+        ("pause: 3", ("type-mismatch", "3")),
+    ],
+)
+def test_arrays_must_fit_their_field(
+    p: MessageDefinitions, data: str, fault: tuple[str, str]
+) -> None:
+    assert fault in faults(WAY % data, p)
 
 
 def test_a_property_can_be_a_message(p: MessageDefinitions) -> None:

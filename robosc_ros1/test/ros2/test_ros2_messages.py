@@ -284,3 +284,44 @@ def test_events_can_be_switched_off(graph: Graph, controller: Start, value: bool
     robot.watch("guarded_arm")
     robot.expect_state("guarded_arm", lambda s: True)
     assert ("/guarded_arm/events" in robot.order("topics")) is value
+
+
+STAMPS = """
+from guarded_arm.ros_messages import compose
+from geometry_msgs.msg import PoseStamped, Twist
+from rclpy.clock import Clock
+clock = Clock()
+before = clock.now()
+def is_now(stamp):
+    return before.nanoseconds <= stamp.sec * 10**9 + stamp.nanosec <= clock.now().nanoseconds
+pose = compose(PoseStamped(), {"header": {"frame_id": "map"}}, clock)
+assert is_now(pose.header.stamp) and pose.header.frame_id == "map"
+assert is_now(compose(PoseStamped(), None, clock).header.stamp)
+given = compose(PoseStamped(), {"header": {"stamp": {"sec": 3}}}, clock)
+assert given.header.stamp.sec == 3 and given.header.stamp.nanosec == 0
+assert compose(PoseStamped(), PoseStamped(), clock).header.stamp.sec == 0
+assert compose(Twist(), {"linear": {"x": 1.5}}, clock).linear.x == 1.5
+"""
+ARRAYS = """
+from guarded_arm.ros_messages import fill
+from geometry_msgs.msg import Polygon, PoseArray, PoseWithCovariance
+points = fill(Polygon(), {"points": [{"x": 1.0}, {"x": 2.0, "z": 3.0}]}).points
+assert [(p.x, p.y, p.z) for p in points] == [(1.0, 0.0, 0.0), (2.0, 0.0, 3.0)]
+pose = fill(PoseWithCovariance(), {"covariance": [0.5] * 36})
+assert list(pose.covariance) == [0.5] * 36
+assert fill(PoseArray(), {"poses": []}).poses == []
+try:
+    fill(PoseWithCovariance(), {"covariance": [0.5] * 35})
+except ValueError as error:
+    assert "covariance" in str(error)
+else:
+    raise AssertionError("35 of 36")
+"""
+
+
+@pytest.mark.parametrize("code", [STAMPS, ARRAYS], ids=["stamps", "arrays"])
+def test_messages_are_made_of_data(graph: Graph, built: Any, tmp_path: Path, code: str) -> None:
+    script = tmp_path / "check.py"
+    script.write_text(code)
+    done = graph.start(graph.bed.python, str(script), **built.environment("guarded_arm"))
+    assert done.wait() == 0, done.output

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from robosc.errors import ModelError, Note
 from robosc.ir.expr import evaluate
-from robosc.model.entities import Communication, Data, DataObject, Kind, Robot
+from robosc.model.entities import Communication, Data, DataArray, DataObject, Kind, Robot
 from robosc.model.expr import Binary, Expr, Literal, Unary, walk
 from robosc.model.report import Report
 from robosc.model.types import Value
@@ -149,16 +149,21 @@ def _provided(message: Communication, robot: Robot) -> Iterator[_Provided]:
     for provide in robot.provides:
         if provide.communication == message.key:
             fields = list(_leaves(provide.data, message))
-            known = {path: _constant(expr) for path, expr in fields if _is_constant(expr)}
+            known = {path: _constant(e) for path, e in fields if e is not None and _is_constant(e)}
             # What is no number is equal to nothing that comes.
             constants = {path: value for path, value in known.items() if value == value}
             yield _Provided(constants, len(constants) == len(fields))
 
 
-def _leaves(data: Data, message: Communication, path: Path = ()) -> Iterator[tuple[Path, Expr]]:
+def _leaves(
+    data: Data, message: Communication, path: Path = ()
+) -> Iterator[tuple[Path, Expr | None]]:
+    """The expressions for all fields; None for an array, which is no constant to compare with."""
     if isinstance(data, DataObject):
         for name, part in data.fields:
             yield from _leaves(part, message, (*path, name))
+    elif isinstance(data, DataArray):
+        yield path, None
     else:
         yield path or (message.binding.request_field or "",), data
 

@@ -9,7 +9,7 @@ from robosc.emit.python import Spelling, access, converted, literal
 from robosc.emit.views import ProvideView
 from robosc.ir.automaton import Event, value_parts
 from robosc.ir.expr import may_be_huge
-from robosc.model.entities import Communication, Data, DataObject, EventKind, Provide
+from robosc.model.entities import Communication, Data, DataArray, DataObject, EventKind, Provide
 from robosc.model.expr import Literal, path_text
 from robosc.model.types import (
     ArrayType,
@@ -74,6 +74,9 @@ def _data(data: Data, type_: Type, spelling: Spelling) -> str:
             for name, value in data.fields
         ]
         return "{" + ", ".join(parts) + "}"
+    if isinstance(data, DataArray):
+        element = type_.element if isinstance(type_, ArrayType) else NoneType()
+        return f"[{', '.join(_data(value, element, spelling) for value in data.elements)}]"
     if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
         # A message's floating point field takes a float, not an integer.
         if isinstance(data, Literal) and isinstance(data.value, int):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from robosc.emit.fields import used_fields, with_fields
 from robosc.emit.naming import place
 from robosc.ir.expr import to_dsl
 from robosc.model.entities import (
@@ -16,6 +17,7 @@ from robosc.model.entities import (
     Communication,
     Component,
     Data,
+    DataArray,
     DataObject,
     ResultTransition,
     Robot,
@@ -188,10 +190,13 @@ def plant_data(robot: Robot) -> dict[str, Json]:
     ``["value", path, type]``.
     """
     enums: dict[str, EnumType] = {}
+    fields = used_fields(robot)
     return {
         "robot": robot.name,
         "components": [_plant_component(c, enums) for c in robot.components if c.behaviour],
-        "communications": [_plant_communication(c, robot, enums) for c in _communications(robot)],
+        "communications": [
+            _plant_communication(c, robot, enums, fields) for c in robot.communications.values()
+        ],
         "requirements": [
             {
                 "kind": r.kind,
@@ -210,16 +215,12 @@ def plant_data(robot: Robot) -> dict[str, Json]:
             }
             for p in robot.provides
         ],
-        "enums": _enum_tables(enums),
+        "enums": _enum_tables(enums, fields),
     }
 
 
-def _communications(robot: Robot) -> list[Communication]:
-    return list(robot.communications.values())
-
-
 def _plant_communication(
-    communication: Communication, robot: Robot, enums: dict[str, EnumType]
+    communication: Communication, robot: Robot, enums: dict[str, EnumType], fields: frozenset[str]
 ) -> Json:
     binding = communication.binding
     return {
@@ -229,9 +230,9 @@ def _plant_communication(
         "timeout": communication.timeout is not None,
         "identifier": communication.identifier,
         "interface": [binding.package, binding.type],
-        "request": _type(communication.request, enums),
-        "response": _type(communication.response, enums),
-        "feedback": _type(communication.feedback, enums),
+        "request": _type(with_fields(communication.request, fields), enums),
+        "response": _type(with_fields(communication.response, fields), enums),
+        "feedback": _type(with_fields(communication.feedback, fields), enums),
         "request_field": binding.request_field,
         "response_field": binding.response_field,
         "feedback_field": binding.feedback_field,
@@ -298,6 +299,8 @@ def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
 
 
 def _data(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:
+    if isinstance(data, DataArray):
+        return {"elements": [_data(d, communication, enums) for d in data.elements]}
     if isinstance(data, DataObject):
         return {"fields": [[name, _data(d, communication, enums)] for name, d in data.fields]}
     return {"field": communication.binding.request_field, "value": _tree(data, enums)}
@@ -343,14 +346,14 @@ def _type(type_: Type, enums: dict[str, EnumType]) -> Json:
             return ["enum", name]
 
 
-def _enum_tables(enums: dict[str, EnumType]) -> dict[str, Json]:
+def _enum_tables(enums: dict[str, EnumType], fields: frozenset[str]) -> dict[str, Json]:
     """All enums found, and those that their rules and sources mention."""
     tables: dict[str, Json] = {}
     while pending := [name for name in enums if name not in tables]:
         for name in pending:
             enum = enums[name]
             tables[name] = {
-                "from": _type(enum.source, enums),
+                "from": _type(with_fields(enum.source, fields), enums),
                 "values": list(enum.values),
                 "default": enum.default,
                 "rules": [[_tree(rule.condition, enums), rule.value] for rule in enum.rules],

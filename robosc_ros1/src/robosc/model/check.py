@@ -11,12 +11,11 @@ from robosc.model.entities import (
     Assignment,
     Behaviour,
     Component,
-    Data,
-    DataObject,
     Kind,
     Preference,
     Provide,
     Requirement,
+    data_expressions,
 )
 from robosc.model.expr import (
     Aggregate,
@@ -178,15 +177,7 @@ def _all_expressions(model: Model) -> Iterator[Expr]:
     for _, assignment in _assignments(model):
         yield assignment.value
     for provide in model.provides:
-        yield from _leaves(provide.data)
-
-
-def _leaves(data: Data) -> Iterator[Expr]:
-    if isinstance(data, DataObject):
-        for _, inner in data.fields:
-            yield from _leaves(inner)
-    else:
-        yield data
+        yield from data_expressions(provide.data)
 
 
 def _check_variables(

@@ -19,8 +19,8 @@ from robosc.source import Span
 
 __all__ = [
     "After", "Assignment", "Behaviour", "Binding", "Communication", "Component", "Data",
-    "DataObject", "EventKind", "Kind", "Preference", "Provide", "Requirement", "ResultTransition",
-    "Robot", "State", "Tau", "Variable",
+    "DataArray", "DataObject", "EventKind", "Kind", "Preference", "Provide", "Requirement",
+    "ResultTransition", "Robot", "State", "Tau", "Variable", "data_expressions",
 ]  # fmt: skip
 
 
@@ -217,7 +217,28 @@ class DataObject:
     fields: tuple[tuple[str, Data], ...]
 
 
-Data: TypeAlias = DataObject | Expr
+@dataclass(frozen=True, slots=True)
+class DataArray:
+    """Values for the elements of an array."""
+
+    elements: tuple[Data, ...]
+    span: Span = _span()
+
+
+Data: TypeAlias = DataObject | DataArray | Expr
+
+
+def data_expressions(data: Data) -> Iterator[Expr]:
+    """The expressions in provided data, in source order."""
+    match data:
+        case DataObject(fields=fields):
+            for _, inner in fields:
+                yield from data_expressions(inner)
+        case DataArray(elements=elements):
+            for inner in elements:
+                yield from data_expressions(inner)
+        case _:
+            yield data
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,8 +55,10 @@ from robosc.model.values import comparable, describe, result_type, type_of
 from robosc.syntax.nodes import (
     Access,
     AggregateNode,
+    ArrayNode,
     BinaryNode,
     CallNode,
+    DurationNode,
     ElementNode,
     ExprNode,
     InNode,
@@ -133,6 +135,15 @@ class Typer:
                 found = typed_section(node, self.check)
             case AggregateNode():
                 found = self._aggregate(node)
+            case ArrayNode() | DurationNode():
+                what = "an array" if isinstance(node, ArrayNode) else "a duration"
+                self._report.add(
+                    "type-mismatch",
+                    node.span,
+                    f"{place} needs {expected.text}, this is {what}",
+                    "arrays and durations stand in provided data, where a field takes them",
+                )
+                return None
             case _:
                 raise AssertionError(f"{type(node).__name__} has no meaning yet")
         if found is not None and not expected.accepts(found.type):

@@ -8,22 +8,35 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import product
 
 from robosc.errors import Note
+from robosc.language.keywords import UNITS
 from robosc.model.communications import resolve_communication
 from robosc.model.datatypes import TypeTable
-from robosc.model.entities import Data, DataObject, Kind, Preference, Provide, Requirement
+from robosc.model.entities import (
+    Data,
+    DataArray,
+    DataObject,
+    Kind,
+    Preference,
+    Provide,
+    Requirement,
+)
 from robosc.model.expected import BOOLEAN, expected_type
+from robosc.model.expr import Literal
 from robosc.model.expressions import Typer, no_value
 from robosc.model.report import Report
 from robosc.model.ros.links import Binder
+from robosc.model.ros.types import DURATIONS
 from robosc.model.scope import report_duplicate
 from robosc.model.tables import CommunicationInfo, SymbolTable
-from robosc.model.types import ArrayType, NoneType, ObjectType, Type
+from robosc.model.types import ArrayType, IntegerType, NoneType, ObjectType, Type
 from robosc.model.values import check_range, coerce, describe
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
+    ArrayNode,
     DataNode,
     DataObjectNode,
+    DurationNode,
     PreferNode,
     ProvideNode,
     RequirementNode,
@@ -98,7 +111,7 @@ class StatementResolver:
         if info is None or data is None:
             return None
         if info.entity is not None:
-            self._binder.check_data(data, self._binder.sent_part(info.node, info.entity.binding))
+            self._binder.sent.check(data, info.node, info.entity.binding)
         return Provide(info.key, data, condition, span=node.span)
 
     def _command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:
@@ -135,6 +148,17 @@ class StatementResolver:
                 f"{place} needs {describe(type_)}, this is an object",
             )
             return None
+        if isinstance(node, ArrayNode):
+            if isinstance(type_, ArrayType):
+                return self._array(node, type_, place)
+            self._report.add(
+                "type-mismatch",
+                _opening(node.span),
+                f"{place} needs {describe(type_)}, this is an array",
+            )
+            return None
+        if isinstance(type_, ObjectType) and isinstance(node, DurationNode):
+            return self._duration(node, type_, place)
         if isinstance(type_, ObjectType):
             names = ", ".join(f"{name}: …" for name, _ in type_.properties)
             self._report.add(
@@ -146,10 +170,7 @@ class StatementResolver:
             return None
         if isinstance(type_, ArrayType):
             self._report.add(
-                "array-not-allowed",
-                node.span,
-                f"{place} is an array, which cannot be provided",
-                "leave it out: it stays empty",
+                "type-mismatch", node.span, f"{place} needs {describe(type_)}", "write [ … ]"
             )
             return None
         expr = self._typer.check(node, expected_type(type_), place)
@@ -157,6 +178,26 @@ class StatementResolver:
             return None
         check_range(expr, type_, place, self._report)
         return coerce(expr, type_)
+
+    def _array(self, node: ArrayNode, type_: ArrayType, place: str) -> DataArray | None:
+        elements = [self._data(e, type_.element, f"an element of {place}") for e in node.elements]
+        found = tuple(e for e in elements if e is not None)
+        return DataArray(found, span=node.span) if len(found) == len(elements) else None
+
+    def _duration(self, node: DurationNode, type_: ObjectType, place: str) -> DataObject | None:
+        """A duration as the message that ROS has for it: whole seconds and nanoseconds."""
+        names = DURATIONS.get(type_.name)
+        if names is None:
+            self._report.add(
+                "type-mismatch", node.span, f"{place} needs {describe(type_)}, this is a duration"
+            )
+            return None
+        nanoseconds = round(node.amount * UNITS[node.unit] * 10**9)
+        parts = divmod(nanoseconds, 10**9)
+        fields = zip(names, parts, strict=True)
+        return DataObject(
+            tuple((name, Literal(part, IntegerType(), node.span)) for name, part in fields)
+        )
 
     def _object(self, node: DataObjectNode, type_: ObjectType) -> DataObject | None:
         fields: list[tuple[str, Data]] = []

@@ -8,9 +8,9 @@ from typing import Any
 
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
-from robosc.model.entities import Data, DataObject, Robot
+from robosc.model.entities import Data, DataArray, DataObject, Robot
 from robosc.model.expr import ElementRef, Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
-from robosc.model.types import DoubleType, IntegerType, ObjectType, Type, Value
+from robosc.model.types import ArrayType, DoubleType, IntegerType, ObjectType, Type, Value
 from robosc.runtime.values import widen
 
 __all__ = ["State", "is_true", "sent_data", "state_of"]
@@ -107,6 +107,9 @@ def _plain(data: Data, type_: Type, state: State) -> Any:
     if isinstance(data, DataObject):
         inner = dict(type_.properties) if isinstance(type_, ObjectType) else {}
         return {name: _plain(part, inner[name], state) for name, part in data.fields}
+    if isinstance(data, DataArray):
+        element = type_.element if isinstance(type_, ArrayType) else type_
+        return [_plain(part, element, state) for part in data.elements]
     value = evaluate(data, state.look)
     if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
         return widen(value)

@@ -19,7 +19,6 @@ from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ArgumentNode,
-    ArrayNode,
     MemberNode,
     ParameterNode,
 )
@@ -48,7 +47,6 @@ _LOOKAHEAD = 8
 
 PENDING: dict[type, str] = {
     ArgumentNode: "arguments of an import",
-    ArrayNode: "arrays of values",
     MemberNode: "computed indexes",
     ParameterNode: "parameters",
 }

@@ -10,9 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from robosc.model.datatypes import TypeDeclarations
-from robosc.model.entities import Binding, Data, DataObject
-from robosc.model.evaluation import constant
-from robosc.model.expr import Expr, VariableRef
+from robosc.model.entities import Binding
 from robosc.model.report import Report, listing
 from robosc.model.ros.definitions import (
     BASIC,
@@ -22,8 +20,9 @@ from robosc.model.ros.definitions import (
     MessageDefinitions,
     Missing,
 )
-from robosc.model.ros.fit import misfit, too_wide
+from robosc.model.ros.fit import misfit
 from robosc.model.ros.missing import KINDS, MissingDefinitions
+from robosc.model.ros.sent import SentData
 from robosc.model.ros.types import Folder, is_ros_type
 from robosc.model.types import (
     ArrayType,
@@ -75,6 +74,7 @@ class Binder:
         self._report = report
         self._ros = type_declarations.ros
         self.missing = MissingDefinitions(definitions, report)
+        self.sent = SentData(definitions, report)
         self._looked_up: set[InterfaceNode | RosTypeNode] = set()
         self._checked: set[tuple[ObjectType, str, bool]] = set()
         self._unknown: list[tuple[PropertyNode, Definition]] = []
@@ -276,61 +276,6 @@ class Binder:
                     f"the definition of {field.base} cannot be read",
                     nested.detail or f"{nested.package} has no such message",
                 )
-
-    # --- provided data ---------------------------------------------------------------------------
-
-    def check_data(self, data: Data, interface_part: tuple[Definition, str | None] | None) -> None:
-        """Check provided values against the width of the fields that carry them."""
-        if interface_part is None:
-            return
-        definition, single = interface_part
-        if not isinstance(data, DataObject):
-            if single is not None and (field := definition.field(single)):
-                self._check_value(data, field.type, f"{definition.name}.{single}")
-            return
-        for name, value in data.fields:
-            field = definition.field(name)
-            if field is None:
-                continue
-            if isinstance(value, DataObject):
-                nested = self._definitions.fields(field.type)
-                if isinstance(nested, Definition):
-                    self.check_data(value, (nested, None))
-            else:
-                self._check_value(value, field.type, f"{definition.name}.{name}")
-
-    def sent_part(
-        self, node: CommunicationNode, binding: Binding
-    ) -> tuple[Definition, str | None] | None:
-        """The definition of what a communication sends, and the only field if there is one."""
-        if not binding.found:
-            return None
-        match node:
-            case MessageNode():
-                found = self._definitions.message(binding.package, binding.type)
-                if isinstance(found, Missing):
-                    default = next((i for i in BASIC.values() if i.type == binding.type), None)
-                    found = default if default is not None else found
-            case ServiceNode():
-                found = self._definitions.service(binding.package, binding.type)
-            case ActionNode():
-                found = self._definitions.action(binding.package, binding.type)
-        if isinstance(found, Missing):
-            return None
-        return found.parts[0], binding.request_field
-
-    def _check_value(self, expr: Expr, field: FieldType, name: str) -> None:
-        bounds: tuple[int, int] | None = None
-        value = constant(expr)
-        if type(value) is int:
-            bounds = (value, value)
-        elif isinstance(expr, VariableRef) and isinstance(expr.type, IntegerType):
-            bounds = expr.type.bounds
-        if bounds is None or expr.span is None:
-            return
-        problem = too_wide(bounds, field, str(value) if value is not None else str(expr.type))
-        if problem is not None:
-            self._report.add(problem[0], expr.span, f"{name} is {field}: {problem[1]}")
 
 
 def _basic_name(type_: Type) -> str:

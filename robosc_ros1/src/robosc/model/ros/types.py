@@ -28,13 +28,20 @@ from robosc.model.types import (
     Value,
 )
 
-__all__ = ["Folder", "RosTypes", "is_ros_type"]
+__all__ = ["DURATIONS", "Folder", "RosTypes", "is_ros_type"]
 
 Folder: TypeAlias = Literal["msg", "srv", "action"]
 """Where a package keeps its messages, services or actions; also how ROS 2 spells their names."""
 
 _ROS = ""
 """The origin of types that no model declares."""
+
+
+DURATIONS: Mapping[str, tuple[str, str]] = {
+    "duration": ("secs", "nsecs"),
+    "builtin_interfaces/Duration": ("sec", "nanosec"),
+}
+"""The types of durations in both versions of ROS, each with its fields."""
 
 
 def is_ros_type(type_: ObjectType) -> bool:

@@ -1,0 +1,87 @@
+"""Checking provided data against the fields that carry them: widths and lengths."""
+
+from __future__ import annotations
+
+from robosc.model.entities import Binding, Data, DataArray, DataObject
+from robosc.model.evaluation import constant
+from robosc.model.expr import Expr, VariableRef
+from robosc.model.report import Report
+from robosc.model.ros.definitions import (
+    BASIC,
+    Definition,
+    FieldType,
+    MessageDefinitions,
+    Missing,
+)
+from robosc.model.ros.fit import too_wide
+from robosc.model.types import IntegerType
+from robosc.syntax.nodes import ActionNode, CommunicationNode, MessageNode, ServiceNode
+
+__all__ = ["SentData"]
+
+
+class SentData:
+    """The checks of one file."""
+
+    def __init__(self, definitions: MessageDefinitions, report: Report) -> None:
+        self._definitions = definitions
+        self._report = report
+
+    def check(self, data: Data, node: CommunicationNode, binding: Binding) -> None:
+        """Check what a provide statement gives a communication."""
+        if not binding.found:
+            return
+        match node:
+            case MessageNode():
+                found = self._definitions.message(binding.package, binding.type)
+                if isinstance(found, Missing):
+                    default = next((i for i in BASIC.values() if i.type == binding.type), None)
+                    found = default if default is not None else found
+            case ServiceNode():
+                found = self._definitions.service(binding.package, binding.type)
+            case ActionNode():
+                found = self._definitions.action(binding.package, binding.type)
+        if isinstance(found, Missing):
+            return
+        definition = found.parts[0]
+        if isinstance(data, DataObject):
+            self._object(data, definition)
+        elif binding.request_field and (field := definition.field(binding.request_field)):
+            self._value(data, field.type, f"{definition.name}.{field.name}")
+
+    def _object(self, data: DataObject, definition: Definition) -> None:
+        for name, value in data.fields:
+            field = definition.field(name)
+            if field is not None:
+                self._value(value, field.type, f"{definition.name}.{name}")
+
+    def _value(self, data: Data, field: FieldType, name: str) -> None:
+        match data:
+            case DataObject():
+                nested = self._definitions.fields(field)
+                if isinstance(nested, Definition):
+                    self._object(data, nested)
+            case DataArray(elements=elements, span=span):
+                if field.length is not None and field.length != len(elements):
+                    self._report.add(
+                        "field-length",
+                        span,
+                        f"{name} is {field}: it takes {field.length} elements, not {len(elements)}",
+                    )
+                for number, element in enumerate(elements):
+                    self._value(element, field.element, f"{name}[{number}]")
+            case _:
+                self._number(data, field, name)
+
+    def _number(self, expr: Expr, field: FieldType, name: str) -> None:
+        bounds: tuple[int, int] | None = None
+        value = constant(expr)
+        if type(value) is int:
+            bounds = (value, value)
+        elif isinstance(expr, VariableRef) and isinstance(expr.type, IntegerType):
+            bounds = expr.type.bounds
+        if bounds is None or expr.span is None:
+            return
+        problem = too_wide(bounds, field, str(value) if value is not None else str(expr.type))
+        if problem is not None:
+            self._report.add(problem[0], expr.span, f"{name} is {field}: {problem[1]}")

@@ -1,0 +1,68 @@
+"""Messages that a generated node makes of the data of a model: arrays, and stamps of headers."""
+
+from __future__ import annotations
+
+import json
+
+from ros_support import Workspace
+
+CODE = """
+import json, rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from lantern_controller.ros_calls import compose
+from nav_msgs.msg import OccupancyGrid, Path
+rospy.rostime.set_rostime_initialized(True)
+before = rospy.Time.now()
+def age(stamp):
+    return "now" if before <= stamp <= rospy.Time.now() else stamp.to_sec()
+pose = compose(PoseWithCovarianceStamped(), {"header": {"frame_id": "map"}})
+given = compose(PoseWithCovarianceStamped(), {"header": {"stamp": {"secs": 3}}})
+ready = compose(Path(), Path())
+print(json.dumps({
+    "left out": age(pose.header.stamp),
+    "frame": pose.header.frame_id,
+    "given": age(given.header.stamp),
+    "ready made": age(ready.header.stamp),
+    "no data": age(compose(Path(), None).header.stamp),
+    "no header": compose(Twist(), {"linear": {"x": 1.5}}).linear.x,
+}))
+"""
+
+
+def test_headers_get_the_time_of_sending(generated_workspace: Workspace) -> None:
+    done = generated_workspace.run("/usr/bin/python3", "-c", CODE)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == {
+        "left out": "now",
+        "frame": "map",
+        "given": 3.0,
+        "ready made": 0.0,
+        "no data": "now",
+        "no header": 1.5,
+    }
+
+
+ARRAYS = """
+import io, json
+from geometry_msgs.msg import Polygon, PoseArray, PoseWithCovariance
+from lantern_controller.ros_calls import compose
+from std_msgs.msg import MultiArrayLayout, UInt8MultiArray
+points = compose(Polygon(), {"points": [{"x": 1.0}, {"x": 2.0, "z": 3.0}]})
+pose = compose(PoseWithCovariance(), {"covariance": [0.5] * 36})
+data = compose(UInt8MultiArray(), {"data": [1, 255], "layout": {"dim": [{"size": 2}]}})
+for message in (points, pose, data):
+    message.serialize(io.BytesIO())
+print(json.dumps([
+    [[p.x, p.y, p.z] for p in points.points],
+    sum(pose.covariance),
+    [list(data.data), data.layout.dim[0].size],
+]))
+"""
+
+
+def test_arrays_become_lists_of_messages_and_of_plain_values(
+    generated_workspace: Workspace,
+) -> None:
+    done = generated_workspace.run("/usr/bin/python3", "-c", ARRAYS)
+    points = [[1.0, 0.0, 0.0], [2.0, 0.0, 3.0]]
+    assert json.loads(done.stdout) == [points, 18.0, [[1, 255], 2]]
