@@ -127,7 +127,11 @@ def _phase(plant: Plant, axis: int, labels: dict[int, list[str]]) -> Automaton:
     for event in plant.events:
         if event.phase is not None and event.phase.variable == axis:
             step = event.phase
-            transitions += [(step.source, label, step.target) for label in labels[id(event)]]
+            transitions += [
+                (source, label, step.target)
+                for source in step.sources
+                for label in labels[id(event)]
+            ]
     events = frozenset(label for _, label, _ in transitions)
     return Automaton(2, frozenset({0}), events, tuple(transitions))
 

@@ -42,7 +42,7 @@ def test_a_message_with_all_that_ros_1_has_not(shapes: Path) -> None:
     write(shapes, "msg/Shape.msg", """
 # A shape.
 uint8 ROUND=1
-string NAME = "a # b"
+string NAME = "a b"  # quoted
 string<=10 name "round # thing"  # bounded, with a default
 int32[<=5] corners [1, 2]
 wstring[3] labels
@@ -57,7 +57,7 @@ float64 area 1.5
                 ("centre", "shapes/Point"), ("stamp", "builtin_interfaces/Time"),
                 ("area", "float64"),
             ),
-            ("ROUND", "NAME"),
+            (("ROUND", 1), ("NAME", "a b")),
         ),
     )  # fmt: skip
 
@@ -120,7 +120,7 @@ module shapes { module msg {
                 ("sides", "float64[]"), ("box", "shapes/Point[4]"),
                 ("stamp", "builtin_interfaces/Time"), ("flags", "uint8"),
             ),
-            ("ROUND", "NAME"),
+            (("ROUND", 1), ("NAME", "struct Shape { long no; };")),
         ),
     )  # fmt: skip
 

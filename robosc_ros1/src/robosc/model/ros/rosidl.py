@@ -12,8 +12,9 @@ char of ROS 2 is a ``uint8``.
 
 from __future__ import annotations
 
+import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -101,10 +102,10 @@ def _part(lines: list[tuple[int, str]], package: str) -> Part:
 
 
 def _constant(base: str, text: str, line: int) -> Value:
-    """The value of a constant; a comment may follow all but strings."""
+    """The value of a constant. A comment ends it, for ROS 2 even within quotes."""
+    text = text.partition("#")[0].strip()
     if _BUILT_IN.get(base) == "string":
         return text[1:-1] if text[:1] in ("'", '"') and text[-1:] == text[0] else text
-    text = text.partition("#")[0].strip()
     try:
         if base == "bool":
             return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
@@ -139,15 +140,23 @@ _IDL_TYPES = {
 
 
 def _idl(text: str, type_: str, kind: str) -> tuple[Part, ...]:
-    def blank(match: re.Match[str]) -> str:
-        return '""' if match[0].startswith('"') else " "
+    strings: list[str] = []
 
-    text = _ANNOTATION.sub(" ", _NOISE.sub(blank, text))
+    def put_aside(match: re.Match[str]) -> str:
+        """A string by its number, since it may hold what looks like a declaration."""
+        if not match[0].startswith('"'):
+            return " "
+        strings.append(ast.literal_eval(match[0]))
+        return f'"{len(strings) - 1}"'
+
+    text = _ANNOTATION.sub(" ", _NOISE.sub(put_aside, text))
     aliases = {name: base for base, name in _ALIAS.findall(text)}
     typedefs = _TYPEDEF.findall(text)
     arrays = {name: (aliases.get(base, base), length) for base, name, length in typedefs}
     structs = dict(_STRUCT.findall(text))
-    constants = {name: tuple(_idl_constants(body)) for name, body in _CONSTANTS.findall(text)}
+    constants = {
+        name: tuple(_idl_constants(body, strings)) for name, body in _CONSTANTS.findall(text)
+    }
     parts = []
     for suffix in _PARTS[kind]:
         name = type_ + suffix
@@ -158,11 +167,12 @@ def _idl(text: str, type_: str, kind: str) -> tuple[Part, ...]:
     return tuple(parts)
 
 
-def _idl_constants(body: str) -> Iterator[tuple[str, Value]]:
-    """Strings are left out: their text is blank by now."""
+def _idl_constants(body: str, strings: Sequence[str]) -> Iterator[tuple[str, Value]]:
     for type_, name, text in _CONSTANT.findall(body):
         base = _idl_type(type_)
-        if base != "string":
+        if base == "string":
+            yield name, "".join(strings[int(number)] for number in re.findall(r'"(\d+)"', text))
+        else:
             yield name, _constant(base, text, body[: body.index(text)].count("\n") + 1)
 
 
