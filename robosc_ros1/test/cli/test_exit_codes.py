@@ -282,6 +282,7 @@ def in_shell(script: str, folder: Path, *arguments: str) -> Completed:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [("check",), ("check", "--json"), ("generate",)])
 @pytest.mark.parametrize("redirection", [">&-", "2>&-", ">&- 2>&- <&-", "2>/dev/full"])
 def test_streams_that_are_closed_change_nothing(
@@ -292,6 +293,7 @@ def test_streams_that_are_closed_change_nothing(
     assert (tmp_path / "lamp_controller" / "package.xml").exists() == ("generate" in arguments)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [("check", "model.rscd"), ("--help",), ("check", "--help")])
 def test_a_result_that_cannot_be_written_is_told(
     arguments: tuple[str, ...], model: Callable[[str], str], tmp_path: Path

@@ -175,6 +175,7 @@ def test_output_is_the_same_each_time(robosc: Robosc, folder: Path) -> None:
     assert first == robosc("explore", "--json", "large.rscd", PYTHONHASHSEED="2").stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("environment", "colored"),
     [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)],
@@ -218,6 +219,7 @@ def test_characters_that_the_terminal_cannot_show_are_escaped(robosc: Robosc, fo
     assert "gr\\xf6\\xdfer" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("locale", ["C", "POSIX", "C.UTF-8"])
 def test_any_locale_will_do(locale: str, robosc: Robosc, folder: Path) -> None:
     (folder / "größer.rscd").write_text(models.GOOD, encoding="utf-8")

@@ -39,6 +39,7 @@ def test_too_little_memory_is_told() -> None:
         synthesize_bdd(plant_of(scattered(60)), memory=2**20)
 
 
+@pytest.mark.slow
 @needs_library
 def test_memory_stays_within_the_limit() -> None:
     """In a process of its own, which reports its largest size."""

@@ -135,9 +135,21 @@ def _parsed_yaml(file: Path, text: str) -> Any:
         import yaml
     except ImportError as error:
         raise UsageError(f"{file} cannot be read: python3-yaml is not installed") from error
+
+    class Loader(yaml.SafeLoader):  # type: ignore[misc]
+        """YAML says that keys are unique; its reader takes the last of several."""
+
+        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+            seen: set[str] = set()
+            for key, _ in node.value:
+                if str(key.value) in seen:
+                    place = f"{key.start_mark.line + 1}:{key.start_mark.column + 1}"
+                    raise UsageError(f"{file}:{place}: duplicate key {key.value!r}")
+                seen.add(str(key.value))
+            return super().construct_mapping(node, deep)
+
     try:
-        _refuse_duplicates(file, yaml.compose(text, yaml.SafeLoader))
-        return yaml.safe_load(text)
+        return yaml.load(text, Loader)
     except yaml.YAMLError as error:
         raise UsageError(f"{file}: {' '.join(str(error).split())}") from error
     except RecursionError as error:
@@ -145,26 +157,6 @@ def _parsed_yaml(file: Path, text: str) -> Any:
 
 
 Setter = Callable[[Config, Any, Path], Config]
-
-
-def _refuse_duplicates(file: Path, node: Any) -> None:
-    """YAML says that keys are unique; its reader takes the last of several.
-
-    Raises UsageError with the place of the second.
-    """
-    if isinstance(node.value if node is not None else None, str):
-        return
-    seen: set[str] = set()
-    for entry in node.value if node is not None else ():
-        if not isinstance(entry, tuple):
-            _refuse_duplicates(file, entry)
-            continue
-        key, value = entry
-        if isinstance(key.value, str) and key.value in seen:
-            place = f"{key.start_mark.line + 1}:{key.start_mark.column + 1}"
-            raise UsageError(f"{file}:{place}: duplicate key {key.value!r}")
-        seen.add(str(key.value))
-        _refuse_duplicates(file, value)
 
 
 def _apply(file: Path, document: Any, config: Config) -> Config:
