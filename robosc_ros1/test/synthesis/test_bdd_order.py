@@ -39,3 +39,12 @@ def test_a_good_order_is_kept() -> None:
 def test_nothing_to_order() -> None:
     assert order_items(0, []) == []
     assert sorted(order_items(3, [(), (1,)])) == [0, 1, 2]
+
+
+def test_groups_of_everything_do_not_part_what_belongs_together() -> None:
+    """Each of 40 stations has a location and a phase; every command looks at all locations."""
+    stations = 40
+    pairs = [(2 * n, 2 * n + 1) for n in range(stations)]
+    everywhere = [(*range(0, 2 * stations, 2), 2 * n + 1) for n in range(stations)]
+    order = order_items(2 * stations, [*everywhere, *pairs])
+    assert all(abs(order.index(a) - order.index(b)) == 1 for a, b in pairs)

@@ -45,11 +45,13 @@ def _force(order: list[int], groups: Sequence[tuple[int, ...]]) -> list[int]:
         for item in group:
             member_of[item].append(number)
     best, least, waited = order, _span(order, groups), 0
+    weights = [_weight(group) for group in groups]
     for _ in range(_ROUNDS):
         place = _places(order)
         centres = [sum(place[item] for item in group) / len(group) for group in groups]
         pull = [
-            sum(centres[g] for g in member_of[item]) / len(member_of[item])
+            sum(weights[g] * centres[g] for g in member_of[item])
+            / sum(weights[g] for g in member_of[item])
             if member_of[item]
             else float(place[item])
             for item in range(len(order))
@@ -71,8 +73,15 @@ def _places(order: Sequence[int]) -> list[int]:
     return place
 
 
-def _span(order: Sequence[int], groups: Sequence[tuple[int, ...]]) -> int:
+def _span(order: Sequence[int], groups: Sequence[tuple[int, ...]]) -> float:
+    """How far the groups stretch, each by its weight."""
     place = _places(order)
     return sum(
-        max(place[item] for item in group) - min(place[item] for item in group) for group in groups
+        _weight(group) * (max(place[item] for item in group) - min(place[item] for item in group))
+        for group in groups
     )
+
+
+def _weight(group: tuple[int, ...]) -> float:
+    """How much a group counts: a large one stretches over everything in any order."""
+    return 1 / len(group) ** 2
