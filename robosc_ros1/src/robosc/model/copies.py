@@ -126,6 +126,7 @@ class _Writer:
         self._several = several
         self._report = report
         self._touched: dict[int, bool] = {}
+        self._aggregates: dict[int, ExprNode] = {}
         self.done: set[tuple[int, int]] = set()
 
     # --- declarations ---
@@ -323,6 +324,15 @@ class _Writer:
         ]
 
     def _aggregate(self, node: AggregateNode, scope: _Scope) -> ExprNode:
+        """The node written out; once for all copies if it does not depend on their index."""
+        words = set(re.findall(r"\w+", node.span.text))
+        if scope.components or not words.isdisjoint({*scope.numbers, *scope.conditions}):
+            return self._over_components(node, scope)
+        if id(node) not in self._aggregates:
+            self._aggregates[id(node)] = self._over_components(node, scope)
+        return self._aggregates[id(node)]
+
+    def _over_components(self, node: AggregateNode, scope: _Scope) -> ExprNode:
         members = self._members(node, scope)
         if members is None:
             parts: ExprNode = self._parts(node, scope)
