@@ -253,9 +253,7 @@ _ALL = (
         "duplicate-name",
         "Two things of one kind have one name: components, datatypes and interfaces of a file,"
         " communications of all local components, states and variables of a component,"
-        " properties of"
-        " an object, rules of an enum for one value. A boolean variable and a state of one"
-        " component"
+        " properties of an object. A boolean variable and a state of one component"
         " cannot share a name either, since nothing could tell them apart.",
         "component Motor {}\ncomponent Motor {}",
         "Give one of them another name.",

@@ -233,6 +233,8 @@ class Shadow:
             return -self.evaluate(arguments[0], message)
         if operator == "bound":
             return self.value(arguments[1], arguments[2], self.bound[arguments[0]])
+        if operator == "convert":
+            return self.convert(arguments[0], self.evaluate(arguments[1], message))
         if operator == "each":
             return self.aggregate(arguments, message)
         if operator in FUNCTIONS:

@@ -182,10 +182,10 @@ def test_datatypes_nested_without_end_are_refused(order: int) -> None:
     assert "too-deep" in [code for code, _ in found]
 
 
-def test_the_default_may_be_the_value_of_a_rule_and_two_rules_may_not_share_one() -> None:
+def test_rules_and_the_default_may_share_a_value() -> None:
     text = """
     component P {{ outgoing message m with type: E }}
     datatype enum E from integer to {{ value < 0 -> bad value > 9 -> {} default -> bad }}
     """
     assert "duplicate-name" not in [code for code, _ in faults(text.format("good"))]
-    assert ("duplicate-name", "bad") in faults(text.format("bad"))
+    assert "duplicate-name" not in [code for code, _ in faults(text.format("bad"))]

@@ -21,6 +21,7 @@ from robosc.model.evaluation import evaluate
 from robosc.model.expr import (
     Binary,
     Call,
+    Convert,
     Expr,
     Leaf,
     Literal,
@@ -195,7 +196,7 @@ def _boolean(context: Context, expr: Expr) -> Spelled:
 
     def whole(node: Expr) -> Spelled | None:
         """A comparison of anything but booleans, and what is told by a function."""
-        if isinstance(node, Call):
+        if isinstance(node, Call) or any(isinstance(part, Convert) for part in _sides(node)):
             return _written_out(context, node)
         if not isinstance(node, Binary) or isinstance(node.left.type, BooleanType):
             return None
@@ -229,6 +230,10 @@ def _text(node: Operation) -> Text:
 
 def _constant(value: Value) -> Spelled:
     return Spelled("true" if value else "false", _ATOM)
+
+
+def _sides(node: Expr) -> tuple[Expr, ...]:
+    return node.operands if isinstance(node, Binary) else ()
 
 
 def _same(part: Expr, node: Operation) -> bool:
@@ -404,6 +409,12 @@ def _span(expr: Expr) -> tuple[int, int]:
 def update(context: Context, type_: Type, expr: Expr) -> str:
     """The right-hand side of an assignment to a variable of that type."""
     match type_:
+        case EnumType() if isinstance(expr, Convert):
+            points = list(_valuations(expr))
+            values = [(evaluate(expr, p.__getitem__), _point(context, p)) for p in points]
+            texts = [f"{point}: {context.literal(value, type_)}" for value, point in values[:-1]]
+            last = context.literal(values[-1][0], type_)
+            return f"if {' elif '.join(texts)} else {last} end" if texts else last
         case EnumType():
             return _enum(context, expr)
         case IntegerType(bounds=(low, high)):

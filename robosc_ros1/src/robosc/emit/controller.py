@@ -103,7 +103,7 @@ class _Builder:
         self.robot = supervisor.plant.robot
         self.names = PythonNames([*_RESERVED.split(), *HELPERS])
         self.class_name = self.names.take(f"{self.robot.name}Controller")
-        self.enums = converting_enums(self.robot.communications.values())
+        self.enums = converting_enums(self.robot)
         functions = {e: self.names.take(snake_case(e.name)) for e in self.enums}
         locations: dict[str, str] = {}
         variables: dict[str, str] = {}

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from robosc.emit.naming import field_attribute, place
 from robosc.emit.python import Spelling, access, converted, literal
 from robosc.emit.views import ProvideView
 from robosc.ir.automaton import Event, value_parts
 from robosc.ir.expr import may_be_huge
-from robosc.model.entities import Communication, Data, DataArray, DataObject, EventKind, Provide
-from robosc.model.expr import Literal, path_text
+from robosc.model.check import all_expressions
+from robosc.model.entities import (
+    Communication,
+    Data,
+    DataArray,
+    DataObject,
+    EventKind,
+    Provide,
+    Robot,
+)
+from robosc.model.expr import Convert, Literal, path_text, walk
 from robosc.model.types import (
     ArrayType,
     DoubleType,
@@ -91,7 +98,7 @@ def _property(type_: Type, name: str) -> Type:
     return NoneType() if found is None else found
 
 
-def converting_enums(communications: Iterable[Communication]) -> list[EnumType]:
+def converting_enums(robot: Robot) -> list[EnumType]:
     """All enums that convert something, those that others use first."""
     found: dict[EnumType, None] = {}
 
@@ -106,7 +113,11 @@ def converting_enums(communications: Iterable[Communication]) -> list[EnumType]:
             case ArrayType():
                 visit(type_.element)
 
-    for communication in communications:
+    for communication in robot.communications.values():
         visit(communication.response)
         visit(communication.feedback)
+    for expr in all_expressions(robot):
+        for part in walk(expr):
+            if isinstance(part, Convert):
+                visit(part.type)
     return list(found)

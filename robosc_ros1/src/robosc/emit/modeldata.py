@@ -25,6 +25,7 @@ from robosc.model.entities import (
 )
 from robosc.model.expr import (
     Aggregate,
+    Convert,
     ElementRef,
     Expr,
     Leaf,
@@ -323,6 +324,8 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
                 return [phase, key]
 
     def operation(node: Operation, operands: tuple[Json, ...]) -> Json:
+        if isinstance(node, Convert):
+            return ["convert", _type(node.type, enums), *operands]
         if isinstance(node, Aggregate):
             return ["each", node.operator, node.variable, *operands]
         return [node.operation.key, *operands]

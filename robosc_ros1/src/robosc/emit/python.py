@@ -25,7 +25,15 @@ from robosc.model.expr import (
     walk,
     with_operands,
 )
-from robosc.model.types import BooleanType, EnumType, IntegerType, StringType, Type, Value
+from robosc.model.types import (
+    BooleanType,
+    EnumType,
+    IntegerType,
+    ObjectType,
+    StringType,
+    Type,
+    Value,
+)
 
 __all__ = [
     "Attributes", "Spelling", "access", "converted", "converter_counts", "duration",
@@ -99,6 +107,8 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
                 raise AssertionError("states and tests are spread before")
             case PhaseRef(communication=key):
                 return f"self.{attributes.phases[key]}"
+            case ValueRef(path=(), type=ObjectType()):
+                return 'value[""]'
             case ValueRef(path=()):
                 return "value"
             case ElementRef(variable=name, path=path):
@@ -108,7 +118,10 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
                 part = f"value[{literal(path_text(path))}]"
                 return f"given({part})" if any(isinstance(p, int) for p in path) else part
 
-    return to_python(_spread(exact(expr)), leaf, _literal)
+    def convert(enum: EnumType, text: str) -> str:
+        return converted(enum, text, attributes.enums, "self.count_undefined")
+
+    return to_python(_spread(exact(expr)), leaf, _literal, convert)
 
 
 def _spread(expr: Expr) -> Expr:
@@ -143,7 +156,7 @@ def in_enum_rule(expr: Expr, enums: Mapping[EnumType, str]) -> str:
                 return converted(node.type, access(element_name(name), path), enums)
         raise TypeError(f"{node} in the rule of an enum")
 
-    return to_python(expr, leaf, _literal)
+    return to_python(expr, leaf, _literal, lambda enum, text: converted(enum, text, enums))
 
 
 def access(root: str, path: Path) -> str:

@@ -16,6 +16,7 @@ from robosc.model.expr import (
     Aggregate,
     Binary,
     ChoiceRef,
+    Convert,
     ElementRef,
     Expr,
     Leaf,
@@ -32,7 +33,7 @@ from robosc.model.expr import (
     walk,
     with_operands,
 )
-from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
+from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, StringType
 
 __all__ = [
     "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "element_name", "evaluate",
@@ -173,6 +174,8 @@ def to_dsl(
         return Spelled(_literal(node), _UNARY_LEVEL if negative else _ATOM)
 
     def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
+        if isinstance(node, Convert):
+            return Spelled(f"{node.type.name}({operands[0].text})", _ATOM)
         return node.operation.text.of(operands)
 
     def of_aggregate(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
@@ -225,8 +228,9 @@ def to_python(
     expr: Expr,
     leaf: Callable[[Leaf], str],
     literal: Callable[[Literal], str] = lambda node: repr(node.value),
+    convert: Callable[[EnumType, str], str] | None = None,
 ) -> str:
-    """The expression as Python source; ``leaf`` and ``literal`` spell the parts.
+    """The expression as Python source; ``leaf``, ``literal`` and ``convert`` spell the parts.
 
     Division reads ``divide(a, b)``, and an integer that may be too large for the double beside it
     ``widen(a)``: the caller's namespace must hold the functions of ``HELPERS``.
@@ -241,6 +245,9 @@ def to_python(
 
     def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
         operation = node.operation
+        if isinstance(node, Convert):
+            assert convert is not None
+            return Spelled(convert(node.type, operands[0].text), PYTHON_ATOM)
         if isinstance(node.type, DoubleType) and operation.python.level < PYTHON_ATOM:
             operands = tuple(
                 Spelled(f"widen({text.text})", PYTHON_ATOM) if may_be_huge(part) else text

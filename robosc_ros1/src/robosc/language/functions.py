@@ -12,7 +12,7 @@ from robosc.language.operators import BINARY, PYTHON_ATOM, Operand, Operator, Ra
 from robosc.runtime import functions as runtime
 from robosc.runtime.values import widen
 
-__all__ = ["AGGREGATES", "CALLS", "FUNCTIONS", "HELPERS"]
+__all__ = ["AGGREGATES", "CALLS", "CONVERSION", "FUNCTIONS", "HELPERS"]
 
 _ATOM = 9
 
@@ -23,6 +23,10 @@ def _never(left: Range, right: Range) -> bool:
 
 def _always(left: Range, right: Range) -> bool:
     return True
+
+
+def _no_function(value: Any) -> Any:
+    raise AssertionError("each enum has its own")
 
 
 def _function(
@@ -91,6 +95,11 @@ _PARTS = (
 
 CALLS: Mapping[str, Operator] = {**FUNCTIONS, **{part.spelling: part for part in _PARTS}}
 """The functions, and what else takes arguments as they do: parts of arrays."""
+
+CONVERSION = Operator(
+    "convert", _ATOM, Operand.BASIC, Result.ENUM, _no_function, "", _never, Text("{*}", PYTHON_ATOM)
+)
+"""An enum as a function. What it makes of a value, and its name, are each enum's own."""
 
 AGGREGATES: Mapping[str, Operator] = {
     a.spelling: a

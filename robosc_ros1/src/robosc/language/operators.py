@@ -42,6 +42,7 @@ class Result(Enum):
     INTEGER = "integer"
     STRING = "string"
     ELEMENT = "an element of the array"
+    ENUM = "a value of the enum"
     ARRAY = "an array like that"
     SUM = "string if the operands are strings, else as a number"
 

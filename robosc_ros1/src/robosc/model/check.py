@@ -15,11 +15,13 @@ from robosc.model.entities import (
     Preference,
     Provide,
     Requirement,
+    Robot,
     data_expressions,
 )
 from robosc.model.expr import (
     Aggregate,
     Binary,
+    Convert,
     Expr,
     Literal,
     Operation,
@@ -30,7 +32,7 @@ from robosc.model.expr import (
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, ComponentTable
-from robosc.model.types import BooleanType, EnumType, domain
+from robosc.model.types import EnumType, domain
 from robosc.model.values import describe
 from robosc.source import Span
 from robosc.syntax.nodes import Name
@@ -97,7 +99,7 @@ def _state_readers(model: Model, data: Collection[str]) -> dict[str, Span]:
     return readers
 
 
-def _deciding(model: Model) -> Iterator[Expr]:
+def _deciding(model: Model | Robot) -> Iterator[Expr]:
     """The expressions that decide about events."""
     for component in model.components:
         if component.behaviour is not None:
@@ -116,7 +118,7 @@ def _guards(behaviour: Behaviour) -> Iterator[Expr]:
     yield from (t.guard for t in behaviour.all_taus if t.guard is not None)
 
 
-def _assignments(model: Model) -> Iterator[tuple[Component, Assignment]]:
+def _assignments(model: Model | Robot) -> Iterator[tuple[Component, Assignment]]:
     for component in model.components:
         if component.behaviour is not None:
             for transition in component.behaviour.all_transitions:
@@ -141,7 +143,7 @@ def _check_finite(assignment: Assignment, report: Report) -> None:
 def _taken(expr: Expr) -> Iterator[Expr]:
     """The parts of an expression that do not merely stand in a comparison or a question."""
     yield expr
-    if isinstance(expr, Aggregate) and isinstance(expr.type, BooleanType):
+    if isinstance(expr, Convert) or (isinstance(expr, Aggregate) and domain(expr.type)):
         return
     if isinstance(expr, Operation) and not expr.operation.is_comparison:
         for operand in expr.operands:
@@ -167,12 +169,13 @@ def check_unused(
             report.add("unused-interface", interface.name.span, f"interface '{name}' is never used")
     if scope.node.kind == "library":
         return  # whoever imports it may read its variables
-    expressions = list(_all_expressions(model))
+    expressions = list(all_expressions(model))
     _check_variables(component_table, expressions, report)
     _check_enum_values(scope, model, expressions, type_declarations, report)
 
 
-def _all_expressions(model: Model) -> Iterator[Expr]:
+def all_expressions(model: Model | Robot) -> Iterator[Expr]:
+    """All expressions of components, requirements and provide statements."""
     yield from _deciding(model)
     for _, assignment in _assignments(model):
         yield assignment.value

@@ -240,6 +240,20 @@ class TypeTable:
         node = self.type_declarations.value_node(enum, value.text)
         self.scope.names.use(value, node, enum.name)
 
+    def called_enum(self, function: Access) -> EnumType | None:
+        """The enum that is used as a function, of this file or of a library."""
+        match function.path:
+            case ():
+                found = self._types.get(function.root.text)
+                if isinstance(found, EnumType):
+                    self.scope.used_datatypes.add(found.name)
+                    self.scope.names.use(function.root, self.scope.datatypes.get(found.name))
+            case (Name(text=name),) if function.root.text in self.libraries:
+                found = self.libraries[function.root.text].known(name)
+            case _:
+                return None
+        return found if isinstance(found, EnumType) else None
+
     def full(self, shell: EnumType) -> EnumType:
         """The enum with its rules, where they are known already."""
         if shell.origin == self.scope.origin:
@@ -446,10 +460,8 @@ class TypeTable:
             self.scope.names.use(rule.value, first, node.name.text)
 
     def _check_values(self, node: EnumNode) -> None:
-        seen: dict[str, Span] = {}
         default: Span | None = None
         for rule in node.rules:
-            name = rule.value.text
             self._record_value(node, rule)
             if rule.condition is None:
                 if default is not None:
@@ -460,15 +472,6 @@ class TypeTable:
                         "remove one of them",
                     )
                 default = rule.span
-            elif name in seen:
-                self._report.add(
-                    "duplicate-name",
-                    rule.value.span,
-                    f"{node.name.text} has a rule for '{name}' already",
-                    "join the two conditions with 'or'",
-                )
-            else:
-                seen[name] = rule.value.span
         if default is None and not self.scope.is_damaged(node.span):
             value = node.rules[-1].value.text if node.rules else "other"
             self._report.add(

@@ -9,24 +9,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from functools import partial
 from typing import Any, cast
 
 from robosc.model.expr import (
     Aggregate,
     Binary,
+    Convert,
     ElementRef,
     Expr,
     Leaf,
     Literal,
     Operation,
+    ValueRef,
     fold,
     walk,
 )
-from robosc.model.types import Value
+from robosc.model.types import EnumType, Value
 from robosc.runtime.functions import element
 from robosc.runtime.values import Undefined
 
-__all__ = ["Undefined", "constant", "evaluate"]
+__all__ = ["Undefined", "constant", "converted", "evaluate", "scalar_of"]
 
 
 def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
@@ -75,13 +79,32 @@ def _part(value: Any, path: tuple[str | int, ...]) -> Value:
 
 
 def _apply(node: Operation, operands: tuple[Value, ...]) -> Value:
-    result: Value = node.operation.scalar(*operands)
-    return result
+    return scalar_of(node)(*operands)
 
 
 def _lazily(node: Binary, left: Value, right: Callable[[], Value]) -> Value:
     operation = node.operation
     return operation.decided if left is operation.decider else right()
+
+
+def scalar_of(node: Operation) -> Callable[..., Value]:
+    """What an operation makes of the values of its operands."""
+    return partial(converted, node.type) if isinstance(node, Convert) else node.operation.scalar
+
+
+def converted(enum: EnumType, value: Any) -> Value:
+    """What the rules of an enum make of a value of its source type."""
+
+    def look(leaf: Leaf) -> Value | None:
+        assert isinstance(leaf, ValueRef)
+        part = _part(value, leaf.path)
+        return converted(leaf.type, part) if isinstance(leaf.type, EnumType) else part
+
+    for rule in enum.rules:
+        with suppress(Undefined):
+            if evaluate(rule.condition, look):
+                return rule.value
+    return enum.default
 
 
 def constant(expr: Expr) -> Value | None:

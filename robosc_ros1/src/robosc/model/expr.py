@@ -13,15 +13,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias, TypeVar
 
-from robosc.language.functions import AGGREGATES, CALLS
+from robosc.language.functions import AGGREGATES, CALLS, CONVERSION
 from robosc.language.operators import BINARY, UNARY, Operator
-from robosc.model.types import BooleanType, Type, Value
+from robosc.model.types import BooleanType, EnumType, Type, Value
 from robosc.source import Span
 
 __all__ = [
-    "FALSE", "TRUE", "Aggregate", "Binary", "Call", "ChoiceRef", "ElementRef", "Expr", "Leaf",
-    "Literal", "Operation", "PhaseRef", "StateRef", "TestRef", "Unary", "ValueRef", "VariableRef",
-    "all_names", "fold", "may_be_undefined", "path_text", "rewritten", "walk", "with_operands",
+    "FALSE", "TRUE", "Aggregate", "Binary", "Call", "ChoiceRef", "Convert", "ElementRef", "Expr",
+    "Leaf", "Literal", "Operation", "PhaseRef", "StateRef", "TestRef", "Unary", "ValueRef",
+    "VariableRef", "all_names", "fold", "may_be_undefined", "path_text", "rewritten", "walk",
+    "with_operands",
 ]  # fmt: skip
 
 
@@ -199,9 +200,31 @@ class Aggregate:
         return (self.array, self.element, *(() if self.condition is None else (self.condition,)))
 
 
+@dataclass(frozen=True, slots=True)
+class Convert:
+    """An enum used as a function: ``Way(value.front)``."""
+
+    argument: Expr
+    type: EnumType
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def operator(self) -> str:
+        return self.type.name
+
+    @property
+    def operation(self) -> Operator:
+        """What is common to all enums; :func:`robosc.model.evaluation.converted` has the values."""
+        return CONVERSION
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.argument,)
+
+
 Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef | TestRef | ElementRef
 """What an expression reads."""
-Operation: TypeAlias = Unary | Binary | Call | Aggregate
+Operation: TypeAlias = Unary | Binary | Call | Aggregate | Convert
 Expr: TypeAlias = Literal | Leaf | Operation
 
 TRUE = Literal(True, BooleanType())
@@ -261,6 +284,8 @@ def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
             return replace(node, left=operands[0], right=operands[1])
         case Call():
             return replace(node, operands=operands)
+        case Convert():
+            return replace(node, argument=operands[0])
         case Aggregate():
             array, element, *condition = operands
             return replace(

@@ -24,10 +24,11 @@ from robosc.language.functions import AGGREGATES
 from robosc.language.operators import BINARY, UNARY, Operand
 from robosc.model.calls import typed_call, typed_element, typed_membership, typed_section
 from robosc.model.datatypes import TypeTable
-from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, needs_of
+from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, expected_type, needs_of
 from robosc.model.expr import (
     Aggregate,
     Binary,
+    Convert,
     ElementRef,
     Expr,
     Literal,
@@ -126,7 +127,7 @@ class Typer:
             case BinaryNode():
                 found = self._binary(node)
             case CallNode():
-                found = typed_call(node, self.check, self._report)
+                found = self._call(node)
             case InNode():
                 found = typed_membership(node, self.check, self._report)
             case ElementNode():
@@ -313,6 +314,18 @@ class Typer:
         if isinstance(meaning, Literal) and isinstance(meaning.type, EnumType):
             return replace(meaning, type=self._types.full(meaning.type))
         return meaning
+
+    def _call(self, node: CallNode) -> Expr | None:
+        """A call of a function, or of an enum that converts."""
+        enum = self._types.called_enum(node.function)
+        if enum is None:
+            return typed_call(node, self.check, self._report)
+        if len(node.arguments) != 1:
+            message = f"'{enum.name}' takes 1 argument, not {len(node.arguments)}"
+            self._report.add("type-mismatch", node.span, message)
+            return None
+        argument = self.check(node.arguments[0], expected_type(enum.source), f"'{enum.name}'")
+        return None if argument is None else Convert(argument, enum, node.span)
 
     # --- arrays ----------------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any, TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
@@ -16,6 +16,7 @@ from robosc.ir.expr import Leaf, Undefined, to_python
 from robosc.ir.finite.classes import Classes
 from robosc.ir.step import Outcome, Values, Verdict, valuations
 from robosc.language.functions import HELPERS
+from robosc.model.evaluation import converted
 from robosc.model.expr import (
     TRUE,
     ElementRef,
@@ -27,6 +28,7 @@ from robosc.model.expr import (
     VariableRef,
     walk,
 )
+from robosc.model.types import EnumType
 from robosc.synthesis.vectorised import axis_of
 
 __all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]
@@ -96,7 +98,7 @@ class Stepper:
         """The condition as a function of the state."""
         found = self._tests.get(condition)
         if found is None:
-            text = to_python(condition, lambda leaf: self._leaf(leaf, {}))
+            text = self._python(condition, {})
             found = self._define(f"lambda s: bool({text})")
             self._tests[condition] = found
         return found
@@ -146,7 +148,7 @@ class Stepper:
             yield f"    if s[{automaton.variable}] == {edge.source}:"
             indent = " " * 8
             if edge.guard is not None:
-                text = to_python(edge.guard, lambda leaf: self._leaf(leaf, slots))
+                text = self._python(edge.guard, slots)
                 yield f"{indent}try: holds = {text}"
                 yield f"{indent}except Undefined: holds = False"
                 yield f"{indent}if holds:"
@@ -163,7 +165,7 @@ class Stepper:
     ) -> Iterator[str]:
         yield f"t[{automaton.variable}] = {edge.target}"
         for axis, expr in edge.updates:
-            text = to_python(expr, lambda leaf: self._leaf(leaf, slots))
+            text = self._python(expr, slots)
             undefined = any(isinstance(n, ValueRef) and slots[n.path][1] for n in walk(expr))
             indent = ""
             if undefined:
@@ -182,6 +184,14 @@ class Stepper:
             if undefined:
                 yield "except Undefined: pass"
         yield "break"
+
+    def _python(self, expr: Expr, slots: Mapping[tuple[str | int, ...], tuple[int, bool]]) -> str:
+        return to_python(expr, lambda leaf: self._leaf(leaf, slots), convert=self._converted)
+
+    def _converted(self, enum: EnumType, text: str) -> str:
+        name = f"E_{enum.origin}_{enum.name}"
+        self._namespace[name] = partial(converted, enum)
+        return f"{name}({text})"
 
     def _leaf(self, leaf: Leaf, slots: Mapping[tuple[str | int, ...], tuple[int, bool]]) -> str:
         if isinstance(leaf, ValueRef):

@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from robosc.ir.automaton import Plant, StateVariable, VariableKind
 from robosc.ir.finite.classes import Classes
 from robosc.language.operators import EXACT_IN_DOUBLE, EXACT_IN_INT64, Operator, Range
+from robosc.model.evaluation import scalar_of
 from robosc.model.expr import (
+    Convert,
     Expr,
     Leaf,
     Literal,
@@ -114,6 +116,10 @@ def _literal(value: object, type_: Type) -> NDArray[Any]:
 
 def _apply(node: Operation, operands: tuple[NDArray[Any], ...]) -> NDArray[Any]:
     operation = node.operation
+    if isinstance(node, Convert):
+        values, scalar = node.type.values, scalar_of(node)
+        codes = np.frompyfunc(lambda value: values.index(str(scalar(value))), 1, 1)
+        return np.asarray(codes(operands[0].astype(object)), dtype=np.int64)
     if not _exact(operation, operands):
         function = np.frompyfunc(operation.scalar, len(operands), 1)
         with np.errstate(all="ignore"):

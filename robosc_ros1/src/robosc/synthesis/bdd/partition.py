@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.language.operators import Operator
+from robosc.model.evaluation import scalar_of
 from robosc.model.expr import Operation
 from robosc.model.types import Value
 from robosc.synthesis.bdd.manager import Bdd, Manager
@@ -30,7 +31,7 @@ def key_of(value: Value | None) -> object:
 def combined(manager: Manager, node: Operation, operands: Sequence[Partition]) -> Partition:
     """The values of an operation, given those of its operands."""
     if len(operands) == 1:
-        return _each(manager, node.operation.scalar, operands[0])
+        return _each(manager, scalar_of(node), operands[0])
     if node.operation.is_lazy:
         return _lazily(manager, node.operation, *operands)
     return _strictly(manager, node.operation.scalar, *operands)
