@@ -30,7 +30,7 @@ DEFAULT_MAX_STATES = 2**28
 _MOST_PAIRS = 2**24  # each takes some 40 bytes
 _DENSE = 2**16
 """Products beyond which the symbolic engine is as a rule the faster one, as measured."""
-_DENSE_GUARDS = 2**13
+_DENSE_GUARDS = 2**12
 """The same for systems in which synthesis restricts commands: guards take most of the time then."""
 _DENSE_BY_VALUES = 2**24
 """Products beyond which the dense engine is not even better at expressions that are not linear."""

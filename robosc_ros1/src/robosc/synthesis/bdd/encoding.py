@@ -161,16 +161,23 @@ class Encoding:
 
     def state(self, state: PlantState) -> Bdd:
         result = self.manager.true
-        for axis in sorted(range(len(state)), key=self.place, reverse=True):
+        for axis in self._upwards:
             result = self.value(axis, state[axis]) & result
         return result
 
     @cached_property
+    def _upwards(self) -> tuple[int, ...]:
+        """The axes from the last in the order: conjunctions grow at the top in one step each."""
+        axes = range(len(self.plant.variables))
+        return tuple(sorted(axes, key=self.place, reverse=True))
+
+    @cached_property
     def marked(self) -> Bdd:
         result = self.manager.true
-        for number, axis in enumerate(self.plant.variables):
-            if axis.marked is not None:
-                result = result & self.values(number, axis.marked)
+        for axis in self._upwards:
+            marked = self.plant.variables[axis].marked
+            if marked is not None:
+                result = self.values(axis, marked) & result
         return result
 
     def pick(self, states: Bdd) -> PlantState:

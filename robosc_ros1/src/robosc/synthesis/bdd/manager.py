@@ -95,9 +95,13 @@ class Manager:
         self._manager.add_vars(variables)
         self.true: Bdd = self._manager.true()
         self.false: Bdd = self._manager.false()
+        self._literals: dict[tuple[int, bool], Bdd] = {}
 
     def literal(self, variable: int, positive: bool) -> Bdd:
-        found: Bdd = self._manager.var(variable) if positive else self._manager.not_var(variable)
+        found = self._literals.get((variable, positive))
+        if found is None:
+            make = self._manager.var if positive else self._manager.not_var
+            found = self._literals[variable, positive] = make(variable)
         return found
 
     def cube(self, variables: Iterable[int]) -> Bdd:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.ir.automaton import Event, Plant, PlantState
@@ -23,7 +24,7 @@ from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.explain.blocking import why_blocked
 from robosc.synthesis.explain.range_violation import leaving_remedy
 from robosc.synthesis.formatting import event_text, listing, trace_text
-from robosc.synthesis.stepper import CompiledEvent, Stepper
+from robosc.synthesis.stepper import CompiledEvent, Stepper, Test
 from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
 
 __all__ = ["explain_empty", "explain_guards"]
@@ -56,14 +57,25 @@ class _Explainer:
         self.system = system
         self.plant: Plant = system.plant
         self.stepper = Stepper(self.plant)
-        self.uncontrollable = [
+
+    @cached_property
+    def uncontrollable(self) -> list[CompiledEvent]:
+        """All uncontrollable events, compiled only when something is to be explained."""
+        return [
             self.stepper.compiled(number, None)
             for number, event in enumerate(self.plant.events)
             if not event.controllable
         ]
-        self.leaving = [e for e in self.uncontrollable if _may_leave(self.plant, e.number)]
+
+    @cached_property
+    def leaving(self) -> list[CompiledEvent]:
         """Uncontrollable events that may take a variable out of its range."""
-        self.invariants = [
+        return [e for e in self.uncontrollable if _may_leave(self.plant, e.number)]
+
+    @cached_property
+    def invariants(self) -> list[tuple[Test, Requirement]]:
+        """The state requirements, compiled."""
+        return [
             (self.stepper.test(condition), self.plant.robot.requirements[index])
             for condition, index in self.plant.invariants
         ]
