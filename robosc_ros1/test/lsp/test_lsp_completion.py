@@ -122,3 +122,46 @@ def test_libraries_and_their_components(tmp_path: Path) -> None:
     assert offered(tmp_path, "robot R {", "robot R {\n component A from |") == ["Base"]
     found = offered(tmp_path, "robot R {", "robot R {\n component A from Base import |")
     assert found[:2] == ["Arm", "Leg"]
+
+
+SEEN = 'outgoing message seen with identifier: "/seen", type: Sight'
+
+
+def test_types_of_ros_are_offered_by_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder, name in (("msg", "Scan"), ("msg", "Point"), ("srv", "Arm"), ("action", "Go")):
+        file = tmp_path / "ros" / "p_msgs" / folder / f"{name}.{folder}"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("")
+    (tmp_path / "ros" / "p_msgs" / "package.xml").write_text(
+        "<package><name>p_msgs</name></package>"
+    )
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
+    assert "p_msgs" in offered(tmp_path, SEEN, "outgoing message seen with type: |")
+    assert offered(tmp_path, SEEN, "outgoing message seen with type: p_msgs/|") == ["Point", "Scan"]
+    assert "type:" in offered(tmp_path, SEEN, "service arm with |")
+    assert offered(tmp_path, SEEN, "service arm with type: p_msgs/|") == ["Arm"]
+    assert offered(tmp_path, SEEN, "action go with type: p_msgs/|") == ["Go"]
+    assert "p_msgs" in offered(tmp_path, SEEN, "action go with type: |")
+
+
+def test_fields_of_a_real_message_are_offered_behind_value(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("genmsg", reason="genmsg is not installed: definitions cannot be read")
+    folder = tmp_path / "ros" / "p_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Scan.msg").write_text("float32[] ranges\nPoint end\n")
+    (folder / "Point.msg").write_text("float64 x\n")
+    (folder.parent / "package.xml").write_text("<package><name>p_msgs</name></package>")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
+    model = MODEL.replace("type: Sight", "type: p_msgs/Scan")
+    desk = Desk()
+    path = tmp_path / "model.rscd"
+    open_text(desk, path, model)
+    for typed, wanted in (("value.|", ["end", "ranges"]), ("value.end.|", ["x"])):
+        text, offset = cursor(model.replace("last := value", f"last := {typed}"))
+        open_text(desk, path, text)
+        found = [candidate.label for candidate in complete(desk, str(path), offset)]
+        assert found == wanted

@@ -52,6 +52,9 @@ class _Completer(Offers):
         if last == ".":
             yield from self._members()
             return
+        if last == "/" and self._is_ros_package(self._context.word(-2)):
+            yield from self._ros_types(self._context.word(-2), self._ros_folder())
+            return
         match self._context.block.kind:
             case "file" | "behaviour" | "component" | "state" | "robot" | "library" if not words:
                 yield from keywords(BLOCK_WORDS[self._context.block.kind])
@@ -191,11 +194,17 @@ class _Completer(Offers):
         elif last == "links":
             yield from self._interfaces()
         elif last == ":" and self._context.word(-2) in ("type", "request", "response", "feedback"):
-            yield from self._types()
+            if first in _LABELS and self._context.word(-2) == "type":
+                yield from self._ros_packages(first)
+            else:
+                yield from self._types()
         elif last in ("with", ","):
             wanted = _LABELS.get(first, ("type",))
             missing = [w for w in wanted if w not in words[2:]]
-            yield from (Candidate(f"{w}:", "keyword", rank=0) for w in missing[:1])
+            if first in _LABELS and wanted[0] in missing:
+                missing.insert(1, "type")  # of a service or action: all of its types at once
+            labels = missing[:2] if missing[1:2] == ["type"] else missing[:1]
+            yield from (Candidate(f"{w}:", "keyword", rank=0) for w in labels)
             if "identifier" not in words:
                 yield Candidate("identifier:", "keyword", text='identifier: "')
         elif "with" not in words:

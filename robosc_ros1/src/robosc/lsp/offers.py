@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from robosc.language.operators import BINARY, symbols
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.context import Context
+from robosc.lsp.interfaces import offered_types
 from robosc.model.entities import EventKind, Kind
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
@@ -137,6 +138,29 @@ class Offers:
                 if not (is_enum if sources else variable and not is_enum):
                     kind = "enum" if is_enum else "object"
                     yield Candidate(name, kind, f"datatype {kind}", rank=0)
+
+        yield from self._ros_packages("message")
+
+    def _ros_folder(self) -> str:
+        """Which definitions a type of the declaration that is being typed can name."""
+        first = self._context.word(0)
+        behind_type = self._context.behind("type") == ":"
+        return {"service": "srv", "action": "action"}.get(first, "msg") if behind_type else "msg"
+
+    def _is_ros_package(self, name: str) -> bool:
+        return self._desk.definitions(self._path).packages.find(name) is not None
+
+    def _ros_packages(self, kind: str) -> Iterator[Candidate]:
+        """Packages with definitions of a kind; behind the slash come their types."""
+        folder = {"service": "srv", "action": "action"}.get(kind, "msg")
+        for package, _, of in offered_types(self._desk.definitions(self._path)):
+            if of == folder:
+                yield Candidate(package, "ROS package", text=f"{package}/", rank=2)
+
+    def _ros_types(self, package: str, folder: str) -> Iterator[Candidate]:
+        for home, name, of in offered_types(self._desk.definitions(self._path)):
+            if home == package and of == folder:
+                yield Candidate(name, "ROS type", f"{package}/{name}", rank=0)
 
     def _type_named(self, name: str) -> Type | None:
         found = (contents.types.known(name.lstrip("^")) for contents in self._known)
