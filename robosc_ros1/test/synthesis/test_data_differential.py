@@ -14,13 +14,16 @@ from data_models import SAMPLES, data_model
 from synthesis.oracle import Event, Oracle, OracleState
 
 from robosc import pipeline
-from robosc.ir.automaton import PlantState, VariableKind
+from robosc.ir.automaton import Plant, PlantState, VariableKind
+from robosc.ir.lower import lower
+from robosc.ir.step import holds
 from robosc.model.entities import Robot
 from robosc.model.resolve import load
 from robosc.model.types import DoubleType, IntegerType, StringType
 from robosc.source import Source
 from robosc.supervisor import Supervisor
-from robosc.synthesis import explore
+from robosc.synthesis import explore, synthesize
+from robosc.synthesis.parameters import weight
 
 TYPES = {"double": DoubleType(), "integer": IntegerType(), "string": StringType()}
 
@@ -75,3 +78,203 @@ def test_comparisons_with_constants_are_exact(seed: int) -> None:
     text = data_model(random.Random(seed))
     for engine in ("dense", "bdd"):
         assert not differences(text, engine), text
+
+
+# --- the same model with an enum written by hand -------------------------------------------------
+
+THRESHOLDS = {"double": [-2.5, 0.0, 0.1, 0.5], "integer": [-1, 0, 2, 3]}
+
+MODEL = """
+robot R {{
+    component Sensor {{
+        outgoing message sense with type: {type}
+        behaviour {{
+            variable v: {type} = {start}
+            variable w: {type} = {start}
+            initial marked state s {{
+                on response from sense if {c0} do v := value
+                on response from sense if !{c0} do w := v {goto}
+            }}
+            {marked} state t {{
+                on response from sense do w := value {swap}
+                transition if {c1} goto s
+            }}
+        }}
+    }}
+    component Base {{
+        incoming message go with type: none
+        incoming message home with type: none
+        behaviour {{
+            initial marked state here {{ on request to go goto away }}
+            {marked} state away {{
+                on request to home goto here
+                on response from sense if {c2} goto here
+            }}
+        }}
+    }}
+    requirement go needs {c3} and {asked}
+    requirement {c4} disables home
+    requirement never Base.away and {c5}
+    {enum}
+}}
+"""
+LEAVES = ["value", "v", "value", "Sensor.v", "Sensor.w", "Sensor.v"]
+"""What the conditions of the model are about."""
+
+
+def two_models(rng: random.Random) -> tuple[str, str]:
+    """One robot twice: with an enum of the bands between thresholds, and with bare comparisons."""
+    type_ = rng.choice(list(THRESHOLDS))
+    thresholds = sorted(rng.sample(THRESHOLDS[type_], rng.randint(1, 3)), reverse=True)
+    above = [">" if type_ == "integer" else rng.choice([">", ">="]) for _ in thresholds]
+    rules = [f"{sign} {limit}" for sign, limit in zip(above, thresholds, strict=True)]
+    names = [f"band{number}" for number in range(len(rules))]
+    picked = [(leaf, rng.randrange(len(rules))) for leaf in LEAVES]
+    every = [("Sensor.v", number) for number in range(len(rules))]
+
+    def by_name(leaf: str, number: int) -> str:
+        """That it is in one of the bands from the highest down to this one."""
+        return "(" + " or ".join(f"{leaf} = {name}" for name in names[: number + 1]) + ")"
+
+    def by_number(leaf: str, number: int) -> str:
+        return f"({leaf} {rules[number]})"
+
+    converted = " ".join(f"value {r} -> {n}" for r, n in zip(rules, names, strict=True))
+    same = {
+        "goto": rng.choice(["", "goto t"]),
+        "swap": rng.choice(["", ", v := w"]),
+        "marked": rng.choice(["marked", ""]),
+    }
+    texts = []
+    for text_of, fields in (
+        (by_name, {"type": "Band", "start": "rest"}),
+        (by_number, {"type": type_, "start": "-100.0" if type_ == "double" else "-100"}),
+    ):
+        conditions = {f"c{n}": text_of(*asked) for n, asked in enumerate(picked)}
+        asked = " and ".join(f"({text_of(*one)} or true)" for one in every)
+        enum = f"datatype enum Band from {type_} to {{ {converted} default -> rest }}"
+        declared = enum if fields["type"] == "Band" else ""
+        texts.append(MODEL.format(**same, **fields, **conditions, asked=asked, enum=declared))
+    return texts[0], texts[1]
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("seed", range(20))
+def test_an_enum_by_hand_and_bare_comparisons_are_the_same(seed: int, engine: str) -> None:
+    texts = two_models(random.Random(seed))
+    by_hand, bare = (pipeline.synthesize(robot_of(text), engine) for text in texts)
+    assert (by_hand.plant_states, by_hand.controlled_states, by_hand.controlled_transitions) == (
+        bare.plant_states,
+        bare.controlled_states,
+        bare.controlled_transitions,
+    )
+    assert by_hand.properties == bare.properties
+    assert [g.status for g in by_hand.guards] == [g.status for g in bare.guards]
+    assert isomorphic(by_hand, bare), texts
+
+
+def isomorphic(by_hand: Supervisor, bare: Supervisor) -> bool:
+    """Whether the controlled systems are the same but for the names of values."""
+    if by_hand.empty:
+        return bare.empty
+    first, second = labelled(by_hand, downwards=True), labelled(bare, downwards=False)
+    image, waiting = {0: 0}, [0]
+    while waiting:
+        state = waiting.pop()
+        ours, theirs = first[state], second[image[state]]
+        if ours.keys() != theirs.keys():
+            return False
+        for step, target in ours.items():
+            if target not in image:
+                image[target] = theirs[step]
+                waiting.append(target)
+            if image[target] != theirs[step]:
+                return False
+    return len(set(image.values())) == len(image) == len(second)
+
+
+def labelled(supervisor: Supervisor, downwards: bool) -> list[dict[Any, int]]:
+    """Per state, where each event leads, its values counted from the lowest band."""
+    graph = explore(supervisor)
+    found: list[dict[Any, int]] = [{} for _ in graph.states]
+    for t in graph.transitions:
+        parameters = graph.plant.events[t.event].parameters
+        numbers = [p.values.index(v) for p, v in zip(parameters, t.values, strict=True)]
+        if downwards:
+            numbers = [len(p.values) - 1 - n for p, n in zip(parameters, numbers, strict=True)]
+        found[t.source][t.event, tuple(numbers)] = t.target
+    return found
+
+
+# --- tests that are taken as free ----------------------------------------------------------------
+
+
+class Search:
+    """The supervisor of a plant by going through all of its states, again and again."""
+
+    def __init__(self, plant: Plant) -> None:
+        self.plant = plant
+        graph = explore(plant)
+        self.states = graph.states
+        self.targets: dict[tuple[int, int], set[int]] = {}
+        for t in graph.transitions:
+            self.targets.setdefault((t.source, t.event), set()).add(t.target)
+        self.kept = {
+            number
+            for number, state in enumerate(self.states)
+            if all(holds(plant, condition, state) for condition, _ in plant.invariants)
+        }
+        while (kept := self._smaller()) != self.kept:
+            self.kept = kept
+
+    def allowed(self, state: int, event: int) -> bool:
+        """Whether a command may be given: required, and good whatever comes of it."""
+        requirement = self.plant.events[event].requirement
+        if requirement is not None and not holds(self.plant, requirement, self.states[state]):
+            return False
+        return self.targets[state, event] <= self.kept
+
+    def moves(self) -> list[tuple[int, set[int]]]:
+        """From where to where the kept states lead, under control."""
+        return [
+            (state, targets)
+            for (state, event), targets in self.targets.items()
+            if state in self.kept
+            and (not self.plant.events[event].controllable or self.allowed(state, event))
+        ]
+
+    def _smaller(self) -> set[int]:
+        moves = self.moves()
+        leaving = {state for state, targets in moves if not targets <= self.kept}
+        reaching = {n for n in self.kept if self.plant.is_marked(self.states[n])}
+        while more := {s for s, t in moves if t & reaching and s not in reaching}:
+            reaching |= more
+        return (self.kept & reaching) - leaving
+
+    def reached(self) -> set[int]:
+        moves = self.moves()
+        found = {0}
+        while more := {t for s, targets in moves if s in found for t in targets} - found:
+            found |= more
+        return found
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_free_outcomes_are_the_choice_of_the_environment(seed: int) -> None:
+    rng = random.Random(seed)
+    plant = lower(robot_of(data_model(rng, computed=True)))
+    while any(weight(event) > 300 for event in plant.events):
+        plant = lower(robot_of(data_model(rng, computed=True)))
+    search = Search(plant)
+    for engine in ("dense", "bdd"):
+        supervisor = synthesize(plant, engine)
+        assert supervisor.empty == (0 not in search.kept)
+        if supervisor.empty:
+            continue
+        reached = search.reached()
+        assert supervisor.controlled_states == len(reached)
+        guards = {id(guard.event): guard.expr for guard in supervisor.guards}
+        for state, event in search.targets:
+            if state in reached and plant.events[event].controllable:
+                ours = holds(plant, guards[id(plant.events[event])], search.states[state])
+                assert ours == search.allowed(state, event)
