@@ -38,6 +38,7 @@ class _Builder:
     rng: random.Random
     type: str
     computed: bool
+    quiet: bool
 
     def pick(self, *options: str) -> str:
         return self.rng.choice(options)
@@ -83,9 +84,11 @@ class _Builder:
         return "do " + ", ".join(f"{name} := {given[name]}" for name in taken)
 
     def reaction(self, event: str, incoming: str) -> str:
-        guard = ""
-        if self.rng.random() < 0.5:
-            guard = f"if {self.condition(incoming, 'v', 'w', others=('flag', 'Base.away'))}"
+        # What changes while the base is away leaves synthesis little but to keep it at home.
+        guards = ["Base.here"] if self.quiet else []
+        if self.rng.random() < 0.4:
+            guards.append(self.condition(incoming, "v", "w", others=("flag", "Base.away")))
+        guard = f"if {' and '.join(guards)}" if guards else ""
         goto = f"goto {self.pick('s', 't')}" if self.rng.random() < 0.4 else ""
         return f"on {event} {guard} {self.assignments(incoming)} {goto}"
 
@@ -131,11 +134,11 @@ robot R {{
             }}
         }}
     }}
-    requirement go needs {state_condition()}
-    requirement {state_condition()} disables home
+    {self.pick("", f"requirement go needs {state_condition()}")}
+    {self.pick("", f"requirement {state_condition()} disables home")}
     requirement lift needs {self.condition("Base.x", *leaves, others=others)}
-    requirement never Base.away and {self.condition("Base.x", *leaves, others=others)}
-    {self.pick("", f"requirement never Sensor.t and {state_condition()}")}
+    requirement never Base.away and {self.comparison("Base.x", *leaves)}
+    {self.pick("", "", "", f"requirement never Sensor.t and {state_condition()}")}
 }}
 """
 
@@ -143,4 +146,4 @@ robot R {{
 def data_model(rng: random.Random, computed: bool = False) -> str:
     """The text of a robot without errors; ``computed``: with more than comparisons and copies."""
     type_ = rng.choice(list(CONSTANTS))
-    return _Builder(rng, type_, computed).build()
+    return _Builder(rng, type_, computed, quiet=rng.random() < 0.8).build()
