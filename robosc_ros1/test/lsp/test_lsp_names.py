@@ -262,3 +262,59 @@ def test_only_libraries_change_what_others_say(desk: Desk, tmp_path: Path) -> No
     desk.close(str(library))
     assert not desk.is_known(str(robot))
     assert not [d for d in open_text(desk, robot, ROBOT).diagnostics if d.severity.value == "error"]
+
+
+WHOLE_MESSAGES = """\
+robot R {
+    component Arm {
+        service lock with type: arm_msgs/Lock
+        outgoing message held with type: arm_msgs/Held
+        behaviour {
+            variable last: double
+            variable held: boolean
+            initial marked state open {
+                on response from held if value.hand.force > arm_msgs/Held.WEAK do held := true
+                on response from lock do held := value.done
+            }
+        }
+    }
+    provide lock with { engage: Arm.held }
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "inside", "file", "text", "line"),
+    [
+        ("Lock\n", 0, "Lock.srv", "", 1),
+        ("hand.force", 0, "Held.msg", "hand", 2),
+        ("hand.force", 5, "Hand.msg", "force", 1),
+        ("WEAK", 0, "Held.msg", "WEAK", 1),
+        ("done", 0, "Lock.srv", "done", 3),
+        ("engage", 0, "Lock.srv", "engage", 1),
+    ],
+)
+def test_definitions_of_types_that_ros_itself_defines(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: str,
+    inside: int,
+    file: str,
+    text: str,
+    line: int,
+) -> None:
+    package = tmp_path / "arm_msgs"
+    for name, lines in (
+        ("srv/Lock.srv", "bool engage\n---\nbool done\n"),
+        ("msg/Held.msg", "float32 WEAK=0.5\nHand hand\n"),
+        ("msg/Hand.msg", "float64 force\n"),
+        ("package.xml", "<package><name>arm_msgs</name></package>"),
+    ):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text(lines)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    analysis = open_text(Desk(), tmp_path / "robot.rscd", WHOLE_MESSAGES)
+    assert not [d for d in analysis.diagnostics if d.severity.value == "error"]
+    found = definition_of(analysis, named(analysis, words, inside))
+    assert found is not None
+    assert (Path(found.source.path).name, found.text, found.line) == (file, text, line)

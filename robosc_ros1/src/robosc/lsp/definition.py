@@ -21,6 +21,8 @@ def definition_of(analysis: Analysis, found: Occurrence) -> Span | None:
         home = analysis.definitions.packages.find(symbol.name)
         manifest = home / "package.xml" if home is not None else None
         return field_place(manifest, 0, "") if manifest and manifest.is_file() else None
+    if symbol.declared is None and symbol.kind in (SymbolKind.PROPERTY, SymbolKind.ROS_CONSTANT):
+        return _field_of(analysis, symbol.owner, symbol.name)
     if found.declaration and analysis.contents is not None:
         further = _further(analysis, symbol, analysis.contents)
         if further is not None:
@@ -50,9 +52,12 @@ _PARTS = {"Request": 0, "Goal": 0, "Response": 1, "Result": 1, "Feedback": 2}
 
 def _field(analysis: Analysis, object_: str, name: str) -> Span | None:
     carrier = analysis.carriers.get(object_)
-    if carrier is None:
-        return None
-    package, _, type_ = carrier.name.partition("/")
+    return _field_of(analysis, carrier.name, name) if carrier is not None else None
+
+
+def _field_of(analysis: Analysis, definition: str, name: str) -> Span | None:
+    """Where a field or constant of ``package/Type``, or of a part of it, is defined."""
+    package, _, type_ = definition.partition("/")
     candidates = [(type_, 0)]
     candidates += [(type_.removesuffix(s), p) for s, p in _PARTS.items() if type_.endswith(s)]
     for stem, part in candidates:

@@ -217,7 +217,7 @@ class TypeTable:
             return None
         value = found[member.text]
         detail = f"{value!r}, a constant of {name}"
-        symbol = Symbol(SymbolKind.ROS_CONSTANT, member.text, type_.text, detail=detail)
+        symbol = Symbol(SymbolKind.ROS_CONSTANT, member.text, name, detail=detail)
         self.scope.names.note(member, symbol)
         return Literal(value, type_of(value), span)
 
