@@ -111,13 +111,29 @@ class Watch:
         suspects = self._strangers(publishers, subscribers)
         found = [self._fault(*suspect) for suspect in sorted(suspects & self._suspects)]
         self._suspects = suspects
-        found += self._traffic.second_publishers(publishers)
+        found += self._traffic.second_publishers(self._running(publishers))
         self.faults = tuple(fault for fault in found if fault is not None)
+        before = self.unconnected
         self.unconnected = tuple(self._traffic.unconnected(publishers, subscribers))
-        for fault in (*self.faults, *self.unconnected):
+        # Nodes may only be starting: who is missing is missing at two looks.
+        for fault in (*self.faults, *(text for text in self.unconnected if text in before)):
             text = self._throttle(fault, fault, time.monotonic())
             if text is not None:
                 rospy.logwarn("%s", text)
+
+    def _running(self, publishers):
+        """The publishers of commands that answer: the master still names those that were killed."""
+        traffic = self._traffic
+        topics = {topic: publishers.get(topic, ()) for topic in traffic.commanded + traffic.guarded}
+        names = {name for nodes in topics.values() for name in nodes} - {traffic.node}
+        running = {name for name in names if self._answers(name)}
+        return {topic: [n for n in nodes if n in running] for topic, nodes in topics.items()}
+
+    def _answers(self, name):
+        try:
+            return ask(self._uri_of(name), "getPid") > 0
+        except Exception:
+            return False  # whatever is wrong there
 
     def _strangers(self, publishers, subscribers):
         """Neighbours that are not connected: (topic, type, name, uri, what to ask them)."""

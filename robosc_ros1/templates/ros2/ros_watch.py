@@ -48,8 +48,10 @@ class Watch:
                     *self._traffic.second_publishers(publishers),
                 }
             )
+            before = self.unconnected
             self.unconnected = list(self._traffic.unconnected(publishers, subscribers))
-            for fault in (*self._faults, *self.unconnected):
+            # Nodes may only be starting: who is missing is missing at two looks.
+            for fault in (*self._faults, *(text for text in self.unconnected if text in before)):
                 text = self._throttle(fault, fault, time.monotonic())
                 if text is not None:
                     self._node.get_logger().warning(text)

@@ -134,7 +134,8 @@ class Puppet:
         self.subscribers = []
         self.clients = {}
 
-    def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, wait=20.0, md5=None):
+    def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, wait=20.0, md5=None,
+                other=None):  # fmt: skip
         if topic not in self.publishers:
             message_class = roslib.message.get_message_class(type)
             if md5 is not None:  # as from another version of the package
@@ -148,7 +149,8 @@ class Puppet:
             time.sleep(0.005)
         start = time.monotonic()
         for number in range(times):
-            publisher.publish(filled(publisher.data_class(), fields))
+            odd = other is not None and number % 2
+            publisher.publish(filled(publisher.data_class(), other if odd else fields))
             if rate:
                 time.sleep(max(0.0, start + (number + 1) / rate - time.monotonic()))
 

@@ -72,13 +72,18 @@ class Puppet:
                 self.lines.append(json.loads(line))
                 self._changed.notify_all()
 
-    def do(self, what: str, **arguments: Any) -> None:
-        """Have the puppet do something, and wait until it has."""
+    def begin(self, what: str, **arguments: Any) -> int:
+        """Have the puppet do something; the number of the order."""
         assert self.process.stdin is not None
         number = self._orders
         self._orders += 1
         self.process.stdin.write(json.dumps({"do": what, **arguments}) + "\n")
         self.process.stdin.flush()
+        return number
+
+    def do(self, what: str, **arguments: Any) -> None:
+        """Have the puppet do something, and wait until it has."""
+        number = self.begin(what, **arguments)
         done = self.wait(lambda line: line.get("done") == number, f"the end of {what}", 30.0)
         assert "failed" not in done, done["failed"]
 

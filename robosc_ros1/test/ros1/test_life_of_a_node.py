@@ -136,7 +136,9 @@ def test_roslaunch_starts_it_again(stage: Stage, puppet: Puppet, ear: Puppet) ->
         "rate:=50.0", "stop_command:=halt", master=stage.master,
     ):  # fmt: skip
         ear.hears("/probe_controller/state")
-        done = stage.workspace.run("rosparam", "get", "/probe_controller/rate", master=stage.master)
+        done = stage.workspace.run(
+            "rosparam", "get", "/probe_controller/rate/default", master=stage.master
+        )
         assert done.stdout.strip() == "50.0"
         mark = ear.mark
         pid = int(
