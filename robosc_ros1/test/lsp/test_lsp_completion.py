@@ -93,7 +93,7 @@ REACTION = "on response from seen do last := value"
         ("{ x: 0.5 }", "|", ["{ }"]),
         ("value > 1 -> far", "value > 1 -> |", ["far", "nothing"]),
         ("component Wheel {", "component Wheel {\n |", ["action", "behaviour"]),
-        ("robot R {", "robot R {\n |", ["component", "datatype enum", "datatype object"]),
+        ("robot R {", "robot R {\n |", ["component", "condition", "constant", "datatype enum"]),
         ("robot R {", "// |\nrobot R {", []),
         ('"/seen"', '"/se|"', []),
     ],

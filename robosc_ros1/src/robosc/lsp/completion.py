@@ -56,9 +56,11 @@ class _Completer(Offers):
             yield from self._ros_types(self._context.word(-2), self._ros_folder())
             return
         match self._context.block.kind:
-            case "file" | "behaviour" | "component" | "state" | "robot" | "library" if not words:
+            case "file" | "behaviour" | "component" | "state" | "robot" | "library" | "for" if (
+                not words
+            ):
                 yield from keywords(BLOCK_WORDS[self._context.block.kind])
-            case "robot" | "library":
+            case "robot" | "library" | "for":
                 yield from self._statement()
             case "component":
                 yield from self._communication()

@@ -15,7 +15,7 @@ from robosc.source import Source
 
 __all__ = ["Block", "Context", "context_at"]
 
-_BLOCKS = ("file", "robot", "library", "component", "behaviour", "state", "enum")
+_BLOCKS = ("file", "robot", "library", "for", "component", "behaviour", "state", "enum")
 _STARTS = {block: starts_of(block) for block in _BLOCKS}
 """The first words of the declarations of each block."""
 
@@ -145,11 +145,13 @@ def _opened(block: Block, words: list[str]) -> Block:
     match block.kind:
         case "file":
             return Block("library" if first == "library" else "robot", name, header)
-        case "robot" | "library":
+        case "robot" | "library" | "for":
             if first == "datatype":
                 kind = "enum" if "enum" in words[1:2] else "object"
                 return Block(kind, words[2].lstrip("^") if len(words) > 2 else "", header)
-            if first == "requirement":
+            if first == "for":
+                return Block("for", "", header)
+            if first in ("requirement", "prefer"):
                 return Block("commands", "", header)
             if first == "provide":
                 return Block("data", "", header)

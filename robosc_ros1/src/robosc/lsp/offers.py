@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from robosc.language.keywords import Role, starts_of, words_of
 from robosc.language.operators import BINARY, symbols
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.context import Context
@@ -38,19 +39,22 @@ class Candidate:
     rank: int = 1
 
 
+_MORE = {
+    "datatype": ("datatype object", "datatype enum"),
+    "incoming": ("incoming message",),
+    "outgoing": ("outgoing message",),
+    "initial": ("initial state", "initial marked state"),
+    "marked": ("marked state",),
+    "default": ("default ->", "value"),
+}
+"""What is offered for a keyword that others must follow."""
+
+_BLOCKS = ("file", "robot", "library", "for", "component", "behaviour", "state", "object", "enum")
 BLOCK_WORDS = {
-    "file": ("robot", "library"),
-    "robot": ("component", "requirement", "provide", "datatype object", "datatype enum",
-              "interface"),
-    "library": ("component", "datatype object", "datatype enum", "interface"),
-    "component": ("incoming message", "outgoing message", "service", "action", "behaviour"),
-    "behaviour": ("variable", "initial state", "initial marked state", "marked state", "state",
-                  "on", "transition"),
-    "state": ("on", "transition"),
-    "object": (),
-    "enum": ("default ->", "value"),
-}  # fmt: skip
-_BASIC = ("boolean", "integer", "double", "string", "none", "array")
+    block: tuple(offer for word in starts_of(block) for offer in _MORE.get(word, (word,)))
+    for block in _BLOCKS
+}
+_BASIC = words_of(Role.TYPE)
 OPERATORS = symbols(words=True)
 COMPARISONS = tuple(o.spelling for o in BINARY.values() if o.is_comparison)
 
