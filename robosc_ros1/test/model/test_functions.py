@@ -6,6 +6,8 @@ import pytest
 from model_text import faults, resolve
 
 from robosc.ir.expr import to_dsl
+from robosc.model.resolve import load
+from robosc.source import Source
 
 MODEL = """
 datatype enum Way from double to { value > 1 -> free default -> blocked }
@@ -46,6 +48,13 @@ def with_condition(condition: str) -> str:
 def test_calls_are_understood(written: str, meant: str) -> None:
     robot = resolve(with_condition(written))
     assert to_dsl(robot.requirements[0].condition, robot) == meant
+
+
+def test_a_comparison_of_three_is_explained() -> None:
+    source = Source("model.rscd", f"robot Test {{ {with_condition('1 < P.n < 5')} }}")
+    _, diagnostics = load(source)
+    (fault,) = (d for d in diagnostics if d.code == "type-mismatch")
+    assert fault.hint == "write 1 < P.n and P.n < …"
 
 
 @pytest.mark.parametrize(

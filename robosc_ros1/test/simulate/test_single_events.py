@@ -269,3 +269,51 @@ def test_own_steps_are_events_too(typed: Session) -> None:
     done = play(typed, "level 3", "expect enabled Sensor.tau1", "Sensor.tau1")
     assert done.happenings[0].value == "quiet->loud"
     play(typed, "expect Sensor.loud", "expect disabled Sensor.tau1")
+
+
+ARRAYS = """
+datatype object Point { x: double y: double }
+datatype object Cloud { ranges: array(double) points: array(Point) }
+interface cloud use Cloud from example_msgs
+component Eye {
+    incoming message go with type: double
+    outgoing message cloud with type: Cloud links cloud
+    behaviour {
+        variable near: boolean
+        variable most: double
+        initial marked state on_ {
+            on response from cloud do
+                near := any(r < 0.5 for r in value.ranges),
+                most := max(p.x for p in value.points if p.y > 0)
+        }
+    }
+}
+requirement go needs !Eye.near
+provide go with Eye.most
+"""
+
+
+@pytest.fixture
+def seeing() -> Session:
+    return session(supervisor_of(f"robot Seeing {{ {ARRAYS} }}"))
+
+
+def test_arrays_are_written_as_in_json(seeing: Session) -> None:
+    play(seeing, "cloud ranges: [2, 0.25], points: []", "expect Eye.near", "expect disabled go")
+    play(seeing, 'cloud ranges: [2.5], points: [{"x": 1.5, "y": 1}, {"x": 9, "y": 0}]', "go")
+    play(seeing, "expect data go 1.5", "cloud", "expect !Eye.near and Eye.most = 1.5", "random 20")
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("cloud ranges: 3", "ranges of cloud.response is an array(double), not 3"),
+        ("cloud ranges: [true]", "is a double, not true"),
+        ('cloud points: [{"x": "far"}]', "is a double, not far"),
+        ("cloud ranges: [1, 2", "cannot read"),
+    ],
+)
+def test_wrong_arrays_are_told(seeing: Session, line: str, message: str) -> None:
+    with pytest.raises(InvalidLine) as told:
+        seeing.do(line)
+    assert message in str(told.value)

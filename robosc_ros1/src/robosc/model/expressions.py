@@ -156,6 +156,8 @@ class Typer:
         hint = None
         if isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
             hint = "a double never becomes an integer by itself"
+        elif (comparison := _of_three(node, place)) is not None:
+            hint = comparison
         elif place == RULE and isinstance(node, LiteralNode):
             hint = f"write: value = {node.span.text}"
         self._report.add(
@@ -426,6 +428,17 @@ class Typer:
 
 def _path(access: Access) -> tuple[str | int, ...]:
     return tuple(p.text if isinstance(p, Name) else p for p in access.path)
+
+
+def _of_three(node: ExprNode, place: str) -> str | None:
+    """What to write instead of ``a < x < b``, if that is what a comparison is compared for."""
+    orders = {f"'{o.spelling}'": o.spelling for o in BINARY.values() if o.is_comparison}
+    if place not in orders or not isinstance(node, BinaryNode):
+        return None
+    if not BINARY[node.operator].is_comparison:
+        return None
+    middle = node.right.span.text
+    return f"write {node.span.text} and {middle} {orders[place]} …"
 
 
 _VALUE_PLACES = "'value' may stand in enum rules and after 'on response' and 'on feedback'"

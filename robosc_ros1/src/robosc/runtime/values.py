@@ -100,6 +100,7 @@ def jsonable(value: Value) -> Value:
     """The value for JSON, which has no spelling for infinities and NaN: they become strings.
 
     An integer beyond the doubles counts as infinite: it may have more digits than Python prints.
+    Arrays become lists, messages in them dicts.
     """
     if isinstance(value, (int, float)) and not math.isfinite(widen(value)):
         return _NOT_FINITE[str(widen(value))]
@@ -108,7 +109,13 @@ def jsonable(value: Value) -> Value:
         return result
     if isinstance(value, (list, tuple)):
         return [jsonable(part) for part in value]
-    return value
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, bytes) or hasattr(value, "tolist"):
+        return [jsonable(part) for part in value]
+    # A message in an array: rclpy's fields have an underscore in front, and one more of its own.
+    names = getattr(value, "__slots__", None) or vars(value)
+    return {n.lstrip("_"): jsonable(getattr(value, n)) for n in names if n != "_check_fields"}
 
 
 def optional(part: Callable[[], Value]) -> Optional[Value]:

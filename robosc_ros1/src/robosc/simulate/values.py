@@ -7,11 +7,13 @@ A *given* value has every part that the model reads, by path; ``()`` is the path
 
 from __future__ import annotations
 
+import json
 import math
 import random
 import re
 from collections.abc import Mapping
-from typing import Any, TypeAlias
+from types import SimpleNamespace
+from typing import Any, TypeAlias, cast
 
 from robosc.ir.automaton import Event, value_parts
 from robosc.ir.expr import Leaf
@@ -86,20 +88,31 @@ def parse_raw(text: str) -> Raw:
     while at < len(text):
         path = _PATH.match(text, at)
         sign = re.compile(r"\s*[:=]\s*").match(text, path.end()) if path else None
-        literal = _LITERAL.match(text, sign.end()) if sign else None
-        if path is None or literal is None:
+        found = _value_at(text, sign.end()) if sign else None
+        if path is None or sign is None or found is None:
             raise InvalidLine(
                 f"cannot read '{text[at:]}': a value is 0.4, true, a name or \"text\";"
                 " that of an object x: 0.4, y: 2"
             )
         if path.group() in fields:
             raise InvalidLine(f"'{path.group()}' is given twice")
-        fields[path.group()] = _literal(literal)
-        gap = re.compile(r"\s*,\s*|\s+|$").match(text, literal.end())
+        fields[path.group()], end = found
+        gap = re.compile(r"\s*,\s*|\s+|$").match(text, end)
         if gap is None:
-            raise InvalidLine(f"cannot read '{text[literal.end() :]}' behind '{literal.group()}'")
+            raise InvalidLine(f"cannot read '{text[end:]}' behind '{text[sign.end() : end]}'")
         at = gap.end()
     return fields
+
+
+def _value_at(text: str, at: int) -> tuple[Raw, int] | None:
+    """The literal at a place and where it ends; an array is written as in JSON."""
+    if text.startswith("[", at):
+        try:
+            return json.JSONDecoder().raw_decode(text, at)
+        except ValueError:
+            return None
+    literal = _LITERAL.match(text, at)
+    return None if literal is None else (_literal(literal), literal.end())
 
 
 def _literal(match: re.Match[str]) -> Raw:
@@ -131,7 +144,7 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
         if raw is None:
             if event.parameters:
                 raise InvalidLine(f"{label} needs a value: {hint(robot, event)}")
-            return {(): default_value(type_)}
+            return {(): _default(type_)}
         return {(): _converted(type_, raw, label)}
     return _complete_object(event, type_, raw, label)
 
@@ -151,7 +164,7 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
         elif path in needed:
             raise InvalidLine(f"{name} needs a value: {_choices(part)}")
         else:
-            given[path] = default_value(part)
+            given[path] = _default(part)
     values = parameter_values(event, given)
     for i, j in missing_together(event):
         if values[i] is None and values[j] is not None:
@@ -199,8 +212,28 @@ def _converted(type_: Type, raw: Raw, what: str) -> Value:
             return _NUMBERS[raw]
         case StringType() if isinstance(raw, str):
             return raw
+        case ArrayType(element=element) if isinstance(raw, list | tuple):
+            items: Any = [_converted(element, item, f"an element of {what}") for item in raw]
+            return cast(Value, items)
+        case ObjectType(properties=properties) if isinstance(raw, dict):
+            parts = {
+                name: _converted(inner, raw[name], what) if name in raw else _default(inner)
+                for name, inner in properties
+            }
+            return cast(Value, SimpleNamespace(**parts))
     shown = "an object" if isinstance(raw, dict) else literal_text(raw)
     raise InvalidLine(f"{what} is {describe(type_)}, not {shown}")
+
+
+def _default(type_: Type) -> Value:
+    """What a part is that was not given; of an array, nothing came."""
+    match type_:
+        case ArrayType():
+            return cast(Value, [])
+        case ObjectType(properties=properties):
+            parts = {name: _default(inner) for name, inner in properties}
+            return cast(Value, SimpleNamespace(**parts))
+    return default_value(type_)
 
 
 def _double(raw: int | float, what: str) -> float:
@@ -227,7 +260,7 @@ def _by_rules(enum: EnumType, raw: Raw, what: str) -> Value:
         if leaf.path in fields and fields[leaf.path] is not None:
             return _converted(leaf.type, fields[leaf.path], what)
         array = any(isinstance(step, int) for step in leaf.path)
-        return None if array else default_value(leaf.type)
+        return None if array else _default(leaf.type)
 
     for rule in enum.rules:
         if is_true(rule.condition, look):
@@ -273,6 +306,8 @@ def literal_text(value: Value | None) -> str:
             escaped = value.replace("\\", "\\\\").replace('"', '\\"')
             return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
     text = jsonable(value)
+    if isinstance(text, list | dict):
+        return json.dumps(text)
     return text if isinstance(text, str) else repr(text)
 
 
@@ -288,8 +323,8 @@ def given_json(given: Given) -> Any:
     if not given:
         return None
     if () in given:
-        return given[()]
-    return {path_text(path): value for path, value in given.items()}
+        return jsonable(given[()])
+    return {path_text(path): jsonable(value) for path, value in given.items()}
 
 
 def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
@@ -302,8 +337,12 @@ def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
     return {path_text(path): _random(part, rng) for path, part in value_parts(event).items()}
 
 
-def _random(type_: Type, rng: random.Random) -> Value:
+def _random(type_: Type, rng: random.Random) -> Raw:
     match type_:
+        case ArrayType(element=element):
+            return [_random(element, rng) for _ in range(rng.randint(0, 5))]
+        case ObjectType(properties=properties):
+            return {name: _random(inner, rng) for name, inner in properties}
         case BooleanType():
             return rng.random() < 0.5
         case IntegerType(bounds=bounds):
