@@ -294,7 +294,7 @@ def check_topics(component_table: ComponentTable, report: Report) -> None:
     outgoing: dict[str, CommunicationInfo] = {}
     for instance in component_table.instances.values():
         for info in instance.communications.values():
-            if info.entity is None or info.entity.phases is not None:
+            if info.entity is None or info.kind in (Kind.SERVICE, Kind.ACTION):
                 continue
             other = first.setdefault(info.entity.identifier, info)
             _check_topic_types(other, info, report)

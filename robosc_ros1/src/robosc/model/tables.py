@@ -50,6 +50,8 @@ class CommunicationInfo:
 
     @property
     def has_timeout(self) -> bool:
+        if self.entity is not None:
+            return self.entity.timeout is not None
         return self.node.timeout is not None
 
     @property

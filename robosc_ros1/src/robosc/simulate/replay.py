@@ -16,6 +16,7 @@ from typing import Any, BinaryIO
 
 from robosc.errors import UsageError
 from robosc.ir.automaton import value_parts
+from robosc.language.events import EventKind
 from robosc.model.expr import path_text
 from robosc.model.types import (
     BooleanType,
@@ -27,7 +28,7 @@ from robosc.model.types import (
     Type,
 )
 from robosc.model.values import describe
-from robosc.runtime.model import Command, Controller, Input, Tau
+from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.report import blocked_by
 from robosc.runtime.values import Mismatch, jsonable
@@ -40,7 +41,7 @@ __all__ = [
     "replay_text",
 ]  # fmt: skip
 
-_KINDS = ("request", "response", "feedback", "error", "cancel", "tau", "stop")
+_KINDS = (*(kind.value for kind in EventKind), "stop")
 _OUTCOMES = ("applied", "mismatch", "failed", "stopped")
 
 
@@ -90,7 +91,7 @@ class LogEntry:
     @property
     def text(self) -> str:
         name = f"{self.name}.{self.kind}" if self.name else self.kind
-        return f"{name}{self.index}" if self.kind == "tau" else name
+        return f"{name}{self.index}" if self.index else name
 
 
 def replay(supervisor: Supervisor, log: str) -> Replayed:
@@ -123,6 +124,7 @@ class Follower:
         self._inputs = {(names[i.key], i.kind): i for i in self._fresh.INPUTS}
         self._commands = {(names[c.key], c.kind): c for c in self._fresh.COMMANDS}
         self._taus = {(t.component, t.number): t for t in self._fresh.TAUS}
+        self._afters = {(a.component, a.number): a for a in self._fresh.AFTERS}
         self._carried = _carried(supervisor)
         self._controller: Controller | None = None
         self._stopped = False
@@ -171,13 +173,16 @@ class Follower:
 
     def _leaves(self, controller: Controller, entry: LogEntry) -> str | None:
         """Apply an event; why it cannot be, if so."""
-        if entry.kind == "tau":
+        if entry.kind == EventKind.TAU.value:
             tau = self._taus.get((entry.name, entry.index))
             return _step(controller, tau, entry.value)
         owed = next((t for t in controller.TAUS if _can_step(controller, t)), None)
         # Steps that never end are broken off by a stop: some are still owed then.
         if owed is not None and not self._stopped:
             return f"{owed.component} had to take its internal transition {owed.number} before"
+        if entry.kind == EventKind.AFTER.value:
+            after = self._afters.get((entry.name, entry.index))
+            return _step(controller, after, entry.value)
         input_ = self._inputs.get((entry.name, entry.kind))
         if input_ is not None:
             parts = self._carried.get((input_.key, input_.kind), {})
@@ -195,10 +200,13 @@ def _can_step(controller: Controller, tau: Tau) -> bool:
     return tau.step(controller.copy()) is not None
 
 
-def _step(controller: Controller, tau: Tau | None, path: Any) -> str | None:
-    if tau is None:
+def _step(controller: Controller, row: After | Tau | None, path: Any) -> str | None:
+    if row is None:
         return "the model has no such step"
-    taken = tau.step(controller)
+    try:
+        taken = row.step(controller)
+    except Mismatch as mismatch:
+        return str(mismatch)
     return None if taken == path else f"the model goes {taken or 'nowhere'} here, not {path}"
 
 

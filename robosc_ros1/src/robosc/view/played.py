@@ -69,7 +69,7 @@ class Played:
                         index = event.get("index", 1)
                         text = more.get("text")
                         raw = parse_raw(text) if isinstance(text, str) else event.get("value")
-                        wanted = f"{name}.{kind}{index if kind == 'tau' else ''}"
+                        wanted = f"{name}.{kind}{index if kind in ('tau', 'after') else ''}"
                         self._fire(wanted, raw)
                     case {"random": int(count)} if 0 < count <= _LONGEST_WALK:
                         self._walk(count)

@@ -54,14 +54,16 @@ function valueText(value) {
 function wordsOf(document) {
   if (document.words === undefined) {
     document.words = shorten(valueText(document.event.value), LONGEST);
-    if (document.event.kind !== "tau") delete document.event.value;
+    if (!isStep(document.event)) delete document.event.value;
   }
   return document.words;
 }
 
 const eventName = (event) =>
-  event.kind === "tau" ? `${event.name}.tau${event.index ?? ""}`
+  isStep(event) ? `${event.name}.${event.kind}${event.index ?? ""}`
   : event.name ? `${event.name}.${event.kind}` : event.kind;
+/** Whether an event belongs to one transition of a component. */
+const isStep = (event) => ["tau", "after"].includes(event.kind);
 const isOwn = (event) => ["request", "cancel", "tau"].includes(event.kind);
 /** A component may be called `constructor`. */
 const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : undefined);

@@ -199,7 +199,7 @@ class Diagram {
    */
   taken(event, state, after) {
     const all = this.parts.get(eventName(event)) ?? [];
-    const path = event.kind === "tau" && typeof event.value === "string" ? event.value.split("->") : null;
+    const path = isStep(event) && typeof event.value === "string" ? event.value.split("->") : null;
     let found = all.filter((p) => p.transition.from === state);
     if (!found.length) found = all.filter((p) => p.transition.from === null);
     if (path) found = found.filter((p) => (p.transition.to ?? state) === path.at(-1));

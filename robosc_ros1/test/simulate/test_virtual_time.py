@@ -1,0 +1,74 @@
+"""Time on the virtual clock: silence, waiting, preferences, and logs of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from emit.generated_code import supervisor_of
+from simulate.players import play, sent, session
+from simulate.test_replay import lines_of, run_of, write
+
+from robosc.simulate.replay import replay
+
+WATCH = """robot Watch {
+    component Front {
+        outgoing message free with timeout: 500 ms, type: boolean
+        behaviour {
+            variable clear: boolean
+            on response from free do clear := value
+            initial marked state watching { on timeout from free goto blind }
+            marked state blind {
+                on response from free goto watching
+                after 2 s if !clear goto watching
+            }
+        }
+    }
+    component Base {
+        incoming message drive with type: none
+        incoming message halt with type: none
+    }
+    requirement drive needs free.fresh and Front.clear
+    prefer drive over halt
+}
+"""
+
+
+def test_silence_ends_what_needs_a_fresh_message() -> None:
+    player = session(supervisor_of(WATCH), execute=True)
+    play(player, "expect free.silent", "expect disabled drive", "free true", "expect enabled drive")
+    assert set(sent(play(player, "wait 0.4"))) == {"drive"}
+    done = play(player, "wait 0.2")
+    assert ("timeout", "free", 0.5) in [(h.kind, h.name, h.time) for h in done.happenings]
+    play(player, "expect free.silent", "expect Front.blind", "expect disabled drive")
+    assert set(sent(play(player, "wait 1"))) == {"halt"}
+
+
+def test_each_message_starts_the_time_anew() -> None:
+    player = session(supervisor_of(WATCH), execute=True)
+    for _ in range(5):
+        play(player, "free true", "wait 0.4", "expect free.fresh")
+
+
+def test_a_transition_waits_for_its_time_and_its_guard() -> None:
+    player = session(supervisor_of(WATCH), execute=True)
+    play(player, "free false", "wait 2.4", "expect Front.blind")
+    done = play(player, "wait 0.2")
+    assert [(h.name, h.index, h.value, h.time) for h in done.happenings if h.kind == "after"] == [
+        ("Front", 1, "blind->watching", 2.5)
+    ]
+    play(player, "free true", "wait 10", "expect Front.blind")
+
+
+def test_time_is_a_choice_in_single_events() -> None:
+    player = session(supervisor_of(WATCH))
+    play(player, "free false", "free.timeout", "expect Front.blind", "Front.after1")
+    play(player, "expect Front.watching", "expect free.silent")
+
+
+def test_a_log_with_time_follows_its_model(tmp_path: Path) -> None:
+    supervisor = supervisor_of(WATCH)
+    player = session(supervisor, execute=True)
+    log = lines_of(run_of(player, "free false", "wait 3", "free true", "wait 1"))
+    assert any('"after"' in line for line in log) and any('"timeout"' in line for line in log)
+    found = replay(supervisor, write(tmp_path / "events.log", log))
+    assert (found.departures, found.missing) == ((), ())
