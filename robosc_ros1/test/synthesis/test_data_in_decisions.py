@@ -255,3 +255,23 @@ def test_json_names_classes_by_what_they_have_in_common() -> None:
     labels = ["!(Battery.charge > 0.2)", "Battery.charge > 0.2"]
     (battery,) = [v for v in document["variables"] if v["name"] == "Battery.charge"]
     assert (battery["values"], battery["initial"]) == (labels, labels[1])
+
+
+@ENGINES
+def test_enums_as_functions_and_functions_of_booleans_are_tests(engine: str) -> None:
+    supervisor = supervisor_of(
+        BATTERY
+        + """
+        datatype enum Charge from double to { value > 0.5 -> full value > 0.2 -> half default -> low }
+        requirement drive needs Charge(Battery.charge) = full or isnan(Battery.charge)
+        requirement halt needs Charge(Battery.charge) = low and !isnan(Battery.charge)
+        """,
+        engine,
+    )
+    assert synthesize_document(supervisor)["free_tests"] == [
+        "Charge(Battery.charge) = full",
+        "isnan(Battery.charge)",
+        "Charge(Battery.charge) = low",
+    ]
+    assert supervisor.controlled_states == 6
+    assert {guard.status for guard in supervisor.guards} == {"as required"}

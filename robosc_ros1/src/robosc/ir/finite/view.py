@@ -204,8 +204,7 @@ class _Builder:
         for part in walk(expr):
             if isinstance(part, TestRef):
                 self.states.setdefault(part)
-            compared = part.operands if isinstance(part, Binary) else (part,)
-            if isinstance(part.type, BooleanType) and any(_is_free(side) for side in compared):
+            if isinstance(part.type, BooleanType) and any(_is_free(side) for side in _sides(part)):
                 self.free.setdefault(to_dsl(part, self.robot))
             match part:
                 case Binary(operator=operator, left=left, right=right) if operator in FLIPPED:
@@ -332,6 +331,13 @@ class _Builder:
             )
             for node in self.comparisons
         }
+
+
+def _sides(expr: Expr) -> tuple[Expr, ...]:
+    """What a comparison compares; of anything else, that itself."""
+    if isinstance(expr, Binary) and expr.operation.is_comparison:
+        return expr.operands
+    return (expr,)
 
 
 def _is_free(expr: Expr) -> bool:
