@@ -21,6 +21,12 @@ def attribute_of(message, name):
     return name if hasattr(message, name) else name + "_"
 
 
+def only_field(message):
+    """The name of a message's one data field, a header apart."""
+    names = [name.strip("_") for name in message.__slots__]
+    return next(name for name in names if name not in ("header", "check_fields"))
+
+
 def field_of(message, name):
     return getattr(message, attribute_of(message, name))
 
@@ -291,8 +297,10 @@ class Shadow:
         type_ = communication[kind]
         while type_[0] == "enum":
             type_ = self.enums[type_[1]]["from"]
-        field = communication.get(kind + "_field")
-        return message if type_[0] == "object" or not field else field_of(message, field)
+        if type_[0] == "object":
+            return message
+        # It is not known where the definition was not installed when this was generated.
+        return field_of(message, communication.get(kind + "_field") or only_field(message))
 
     # Events
 

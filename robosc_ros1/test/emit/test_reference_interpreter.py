@@ -100,3 +100,14 @@ def test_the_table_of_the_reference_interpreter_holds_nothing_else(shadow: Modul
     assert set(shadow.FUNCTIONS) == set(CALLS)
     assert set(shadow.AGGREGATES) == set(AGGREGATES)
     assert set(shadow.OPERATORS) == {o.key for o in BINARY.values() if not o.is_lazy}
+
+
+@pytest.mark.parametrize(
+    "slots", [("header", "progress"), ("_header", "_progress", "_check_fields")]
+)
+def test_the_only_field_of_a_message_of_either_ros(
+    shadow: ModuleType, slots: tuple[str, ...]
+) -> None:
+    """As needed where its definition was not installed when the package was generated."""
+    message = type("Message", (), {"__slots__": slots})()
+    assert shadow.only_field(message) == "progress"
