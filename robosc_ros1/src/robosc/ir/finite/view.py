@@ -40,6 +40,7 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
+    may_be_undefined,
     rewritten,
     walk,
 )
@@ -239,7 +240,7 @@ class _Builder:
         if (
             self._together(read, component, transition)
             # Of several changes at once some may not happen.
-            or (len(changed) > 1 and any(_may_be_undefined(given[name]) for name in changed))
+            or (len(changed) > 1 and any(may_be_undefined(given[name]) for name in changed))
             or any(self._rounded(name, given[name]) for name in changed)
         ):
             return _anything(term)
@@ -360,22 +361,15 @@ def _parts(test: TestRef) -> Iterator[Expr]:
         yield from walk(test.other)
 
 
-def _may_be_undefined(expr: Expr) -> bool:
-    return any(
-        isinstance(part, ValueRef) and any(isinstance(step, int) for step in part.path)
-        for part in walk(expr)
-    )
-
-
 def may_be_missing(term: Term) -> bool:
     """Whether a part of an event's value may not be there."""
     match term:
         case ChoiceRef(test=None):
             return False
         case ChoiceRef(test=TestRef() as test):
-            return any(_may_be_undefined(part) for part in _parts(test))
+            return any(may_be_undefined(part) for part in _parts(test))
         case ValueRef():
-            return _may_be_undefined(term)
+            return may_be_undefined(term)
     return False
 
 

@@ -1,0 +1,40 @@
+"""A test of data that may be undefined is one more thing that can come in: no guard holds then."""
+
+from __future__ import annotations
+
+import pytest
+from model.model_text import resolve
+
+from robosc.ir.lower import lower
+from robosc.model.entities import EventKind
+
+MODEL = """
+datatype object Data {{ ranges: array({}) n: integer }}
+interface data use Data from example_msgs
+component A {{
+    incoming message go with type: none
+    outgoing message data with type: Data links data
+    behaviour {{
+        initial state s {{ on response from data if {} goto t }}
+        marked state t {{}}
+    }}
+}}
+requirement go needs A.t
+"""
+
+
+@pytest.mark.parametrize(
+    ("element", "guard", "undefined"),
+    [
+        ("integer", "min(r for r in value.ranges) < 5", True),
+        ("double", "isnan(max(r for r in value.ranges))", True),
+        ("integer", "value.ranges[value.n] = 3", True),
+        ("integer", "value.ranges[2] = 3", True),
+        ("integer", "any(r > 5 for r in value.ranges)", False),
+        ("integer", "length(value.ranges) > 5", False),
+    ],
+)
+def test_what_may_be_undefined_may_be_missing(element: str, guard: str, undefined: bool) -> None:
+    plant = lower(resolve(MODEL.format(element, guard)))
+    (event,) = (e for e in plant.events if e.kind is EventKind.RESPONSE)
+    assert (None in event.parameters[0].values) == undefined
