@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+from primitives import CHECK, PRIMITIVES, definition
 from ros_support import Workspace
 
 CODE = """
@@ -66,3 +67,23 @@ def test_arrays_become_lists_of_messages_and_of_plain_values(
     done = generated_workspace.run("/usr/bin/python3", "-c", ARRAYS)
     points = [[1.0, 0.0, 0.0], [2.0, 0.0, 3.0]]
     assert json.loads(done.stdout) == [points, 18.0, [[1, 255], 2]]
+
+
+# A byte of ROS 1 is an int8, a char an uint8.
+ALL = {**PRIMITIVES, "byte": [-128, 0, 127], "char": [0, 65, 255]}
+EVERY_TYPE = f"""
+import io
+from genpy.dynamic import generate_dynamic
+from lantern_controller.ros_calls import compose
+Primitives = generate_dynamic("testing/Primitives", {definition(ALL)!r})["testing/Primitives"]
+PRIMITIVES = {ALL!r}
+def there_and_back(data):
+    sent = io.BytesIO()
+    compose(Primitives(), data).serialize(sent)
+    return Primitives().deserialize(sent.getvalue())
+{CHECK}
+"""
+
+
+def test_every_type_comes_as_it_was_sent(generated_workspace: Workspace) -> None:
+    generated_workspace.run("/usr/bin/python3", "-c", EVERY_TYPE)

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ros2.ros2_support import Graph, Peer, Process
+from primitives import CHECK, PRIMITIVES, definition
+from ros2.ros2_support import HERE, Graph, Peer, Process
 from ros_support import await_condition
 
 Start = Callable[..., Process]
@@ -319,7 +320,28 @@ else:
 """
 
 
-@pytest.mark.parametrize("code", [STAMPS, ARRAYS], ids=["stamps", "arrays"])
+# A byte and a char of ROS 2 are uint8.
+ALL = {**PRIMITIVES, "byte": [0, 1, 255], "char": [0, 65, 255], "wstring": PRIMITIVES["string"]}
+EVERY_TYPE = f"""
+from guarded_arm.ros_messages import fill, plain
+from rclpy.serialization import deserialize_message, serialize_message
+from robosc_testing.msg import Primitives
+PRIMITIVES = {ALL!r}
+def there_and_back(data):
+    sent = serialize_message(fill(Primitives(), data))
+    return plain(deserialize_message(sent, Primitives))
+{CHECK}
+"""
+
+
+def test_the_message_has_every_type() -> None:
+    file = HERE / "interfaces" / "robosc_testing" / "msg" / "Primitives.msg"
+    assert file.read_text(encoding="utf-8").partition("\n")[2] == definition(ALL)
+
+
+@pytest.mark.parametrize(
+    "code", [STAMPS, ARRAYS, EVERY_TYPE], ids=["stamps", "arrays", "every type"]
+)
 def test_messages_are_made_of_data(graph: Graph, built: Any, tmp_path: Path, code: str) -> None:
     script = tmp_path / "check.py"
     script.write_text(code)
