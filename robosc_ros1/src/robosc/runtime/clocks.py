@@ -78,6 +78,15 @@ class Clocks:
         for timer in self._timers:
             self._restart(timer, now)
 
+    @property
+    def are_running(self) -> bool:
+        return bool(self._heap)
+
+    @property
+    def have_timers(self) -> bool:
+        """Whether there are transitions after a delay."""
+        return bool(self._touched)
+
     def is_watched(self, key: str) -> bool:
         return key in self._watches
 
@@ -92,8 +101,6 @@ class Clocks:
 
     def follow(self, writes: FrozenSet[str], now: float) -> None:
         """After an event that wrote these attributes: states were entered, guards may hold."""
-        if not self._touched:
-            return
         for name in writes:
             for timer in self._touched.get(name, ()):
                 if self._state[timer.row.entries] != timer.entries:

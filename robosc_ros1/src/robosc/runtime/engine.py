@@ -126,15 +126,10 @@ class Engine:
         """
         found = self._inboxes.get(tuple(keys))
         if found is None:
-            put, entries = self._queue.put, tuple(self._inputs[key, "response"] for key in keys)
+            entries = tuple(self._inputs[key, "response"] for key in keys)
             watched = any(self._clocks.is_watched(key) for key in keys)
-            found = self._inboxes.setdefault(
-                tuple(keys),
-                Inbox(
-                    lambda message, inbox: put((entries, message, inbox)),
-                    self._port.now if watched else None,
-                ),
-            )
+            now = self._port.now if watched else None
+            found = self._inboxes.setdefault(tuple(keys), Inbox(self._queue.put, entries, now))
         return found.post
 
     def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
@@ -275,12 +270,14 @@ class Engine:
     def _arrived(self, entries: _Inputs, message: Any, inbox: Inbox) -> None:
         arrival = inbox.take()
         applied = self._input(entries, message)
-        self._clocks.heard((entry.key for entry in applied), arrival, self._port.now)
+        if inbox.is_watched:
+            self._clocks.heard((entry.key for entry in applied), arrival, self._port.now)
 
     def _fire_clocks(self) -> None:
         """Apply the timeouts and take the delayed transitions whose time has come."""
-        now = self._port.now()
-        for clock in self._clocks.due(now):
+        if not self._clocks.are_running:
+            return
+        for clock in self._clocks.due(self._port.now()):
             if isinstance(clock, Timer):
                 path = clock.step()
                 if path is not None:
@@ -308,9 +305,10 @@ class Engine:
         Returns the events that could be applied.
         """
         applied = [entry for entry in entries if self._apply(entry, message)]
-        writes: FrozenSet[str] = frozenset()
-        for entry in applied:
-            writes = writes | entry.writes if writes else entry.writes
+        if len(applied) == 1:
+            writes = applied[0].writes
+        else:
+            writes = frozenset().union(*(entry.writes for entry in applied))
         self._after(writes, entries[0].ends)
         return applied
 
@@ -360,7 +358,8 @@ class Engine:
             if total != self._undefined:
                 self._undefined = self.recorder.counters["undefined"] = total
                 self._log("warning", "undefined", "undefined value: an array was too short")
-        self._clocks.follow(writes, self._port.now())
+        if self._clocks.have_timers:
+            self._clocks.follow(writes, self._port.now())
         self._schedule(writes, ended)
 
     def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:

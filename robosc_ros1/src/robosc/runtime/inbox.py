@@ -19,13 +19,16 @@ LIMIT = 1000
 
 
 class Inbox:
-    """``put`` gives the engine a message; ``now`` tells the time (None: it does not matter)."""
+    """``put`` takes a message into the engine's queue, as ``(entries, message, inbox)``; ``now``
+    tells the time (None: it does not matter)."""
 
     def __init__(
-        self, put: Callable[[Any, "Inbox"], None], now: Optional[Callable[[], float]]
+        self, put: Callable[[Any], None], entries: Any, now: Optional[Callable[[], float]]
     ) -> None:
         self.dropped = 0
+        self.is_watched = now is not None
         self._put = put
+        self._entries = entries
         self._now = now
         self._lock = threading.Lock()
         self._arrivals: Deque[float] = deque()
@@ -34,24 +37,31 @@ class Inbox:
     def post(self, message: Any) -> None:
         """A message arrived; may be called from any thread."""
         arrival = 0.0 if self._now is None else self._now()
+        # Without the lock, as nearly always: some threads may exceed the limit by one each.
+        if self._latest is None and len(self._arrivals) < LIMIT:
+            self._arrivals.append(arrival)
+            self._put((self._entries, message, self))
+            return
         with self._lock:
-            if len(self._arrivals) < LIMIT:
-                self._arrivals.append(arrival)
-                self._put(message, self)
-            else:
-                self.dropped += self._latest is not None
-                self._latest = message, arrival
+            self.dropped += self._latest is not None
+            self._latest = message, arrival
+            self._take_latest()
 
     def take(self) -> float:
         """The engine takes the message that has waited longest; when that arrived."""
-        with self._lock:
-            arrival = self._arrivals.popleft()
-            if self._latest is not None:
-                message, latest = self._latest
-                self._latest = None
-                self._arrivals.append(latest)
-                self._put(message, self)
-            return arrival
+        arrival = self._arrivals.popleft()
+        if self._latest is not None:
+            with self._lock:
+                self._take_latest()
+        return arrival
+
+    def _take_latest(self) -> None:
+        """Put what was kept into the queue, if there is room by now."""
+        if self._latest is not None and len(self._arrivals) < LIMIT:
+            message, arrival = self._latest
+            self._latest = None
+            self._arrivals.append(arrival)
+            self._put((self._entries, message, self))
 
     def __bool__(self) -> bool:
         """Whether messages wait."""
