@@ -128,7 +128,7 @@ def test_synthesize() -> None:
     json.dumps(found)
     assert list(found) == [
         "version", "robot", "engine", "seconds", "plant_states", "controlled_states",
-        "controlled_transitions", "guards", "explanations", "properties",
+        "controlled_transitions", "guards", "explanations", "properties", "free_tests",
     ]  # fmt: skip
     assert found["engine"] == "dense"
     assert found["guards"] == [

@@ -184,8 +184,10 @@ class Played:
                     },
                     "commands": [self._command(c) for c in machine.commands()
                                  if not c.event.kind.of_component],
+                    "clocks": {},  # time does not pass by itself
                     "stopped": machine.stopped,
                     "faults": [],
+                    "unconnected": [],
                     "counters": self._counters,
                     "latest": [],
                     "marked": state.marked(robot),

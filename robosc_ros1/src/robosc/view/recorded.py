@@ -142,6 +142,7 @@ class Recording:
                 (c.key, c.kind): moment.counts[names[c.key], c.kind] for c in controller.COMMANDS
             },
             "number": last.number,
+            "clocks": {},  # a log does not tell when they are due
             "stopped": moment.stopped,
             "counters": {name: moment.counters[name] for name in _COUNTERS},
         }
