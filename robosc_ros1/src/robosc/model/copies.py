@@ -68,7 +68,13 @@ def write_out(node: FileNode, report: Report) -> FileNode:
     for item in node.declarations:
         declarations += writer.declaration(item, _Scope())
     pending = tuple((what, span) for what, span in node.pending if _key(span) not in writer.done)
-    return replace(node, declarations=tuple(declarations), pending=pending, written=node)
+    return replace(
+        node,
+        declarations=tuple(declarations),
+        pending=pending,
+        written=node,
+        mentions=tuple(writer.mentions),
+    )
 
 
 def over_copies(node: ExprNode, components: Iterable[str], report: Report) -> ExprNode:
@@ -128,6 +134,7 @@ class _Writer:
         self._touched: dict[int, bool] = {}
         self._aggregates: dict[int, ExprNode] = {}
         self.done: set[tuple[int, int]] = set()
+        self.mentions: list[Name] = []
 
     # --- declarations ---
 
@@ -308,6 +315,7 @@ class _Writer:
             return None
         name = base.root.text
         first, last = self._several[name].first, self._several[name].last
+        self.mentions.append(replace(base.root, text=copy_name(name, first)))
         if isinstance(array, SliceNode):
             self.done.add(_key(array.span))
             low, high = self._constant(array.first, scope), self._constant(array.last, scope)

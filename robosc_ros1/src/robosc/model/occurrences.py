@@ -161,6 +161,8 @@ class NameRecorder:
         """A name that refers to a declaration, if there is one."""
         if node is not None and not self._closed:
             self._used.add(id(node))
+            if "[" in name.text and name.span.text.lstrip("^") != name.text.partition("[")[0]:
+                return  # a variable that goes through components stands for one of them
             symbol = self._symbol(node, owner)
             self._found[name.span.start] = Occurrence(name.span, symbol, False, write)
 

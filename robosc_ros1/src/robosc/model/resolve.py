@@ -159,6 +159,8 @@ class _Loader:
         if node is None:
             return ResolvedFile(None, report.diagnostics)
         scope = FileScope.of(source, node, syntax, report)
+        for name in node.mentions:
+            scope.names.use(name, scope.components.get(name.text))
         if node.kind == "robot" and not self._open:
             self._robot = scope.origin
         self._open.append(scope.origin)

@@ -555,7 +555,7 @@ class FileNode:
     is unknown but among them was probably declared there, and calling it unknown would be noise.
     ``pending`` are constructs that the grammar knows and the model does not know yet, each with its
     place. ``written`` is the file as it was written, where in this one the copies of components and
-    statements are written out.
+    statements are written out; ``mentions`` are names of components that this has left out.
     """
 
     kind: Literal["robot", "library"]
@@ -564,4 +564,5 @@ class FileNode:
     broken: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
     pending: tuple[tuple[str, Span], ...] = field(default=(), compare=False, repr=False)
     written: FileNode | None = field(default=None, compare=False, repr=False)
+    mentions: tuple[Name, ...] = field(default=(), compare=False, repr=False)
     span: Span = _span()
