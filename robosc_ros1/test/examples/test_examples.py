@@ -11,11 +11,13 @@ from ros_support import EXAMPLES, Completed
 Robosc = Callable[..., Completed]
 
 MODELS = sorted(EXAMPLES.glob("*/*.rscd"))
+SCRIPTS = sorted(EXAMPLES.glob("*/*.sim"))
 UNHANDLED = EXAMPLES / "line_follower_unhandled" / "line_follower_unhandled.rscd"
 
 
 def test_there_are_examples() -> None:
     assert len(MODELS) >= 2
+    assert SCRIPTS
 
 
 @pytest.mark.parametrize("model", [m for m in MODELS if m != UNHANDLED], ids=lambda m: m.stem)
@@ -28,6 +30,15 @@ def test_example_is_clean(model: Path, robosc: Robosc) -> None:
 def test_supervisor_of_the_example_is_proven(model: Path, robosc: Robosc) -> None:
     done = robosc("verify", str(model))
     assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.stem)
+def test_controller_of_the_example_does_what_its_script_expects(
+    script: Path, robosc: Robosc
+) -> None:
+    model = script.parent / f"{script.parent.name}.rscd"
+    done = robosc("simulate", str(model), "--execute", "--script", str(script))
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda m: m.stem)
