@@ -164,3 +164,20 @@ def test_a_fault_in_a_body_is_told_once() -> None:
         definitions=MessageDefinitions(),
     )
     assert [(d.code, d.span.text) for d in found] == [("unknown-state", "wating")]
+
+
+@pytest.mark.parametrize(
+    "transition",
+    ["on response from index goto idle", "on request to go do index := 1 goto idle"],
+)
+def test_the_index_is_no_name_of_anything(transition: str) -> None:
+    text = STATION.replace("on request to go goto idle", transition)
+    robot, diagnostics = load(
+        Source("model.rscd", f"robot R {{ {text} }}"), definitions=MessageDefinitions()
+    )
+    assert robot is None
+    assert {d.code for d in diagnostics} <= {
+        "unknown-communication",
+        "unknown-name",
+        "not-assignable",
+    }

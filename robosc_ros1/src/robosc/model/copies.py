@@ -231,10 +231,18 @@ class _Writer:
         changes = {}
         for name in _parts_of(cast(Hashable, type(node))):
             part = getattr(node, name)
-            copy = self.node(part, scope)
+            copy = self._named(part, scope) if name in _NAMING else self.node(part, scope)
             if copy is not part:
                 changes[name] = copy
         return replace(node, **changes) if changes else node
+
+    def _named(self, part: Any, scope: _Scope) -> Any:
+        """What a statement names: never the number or the condition that a bare name stands for."""
+        if isinstance(part, tuple):
+            parts = tuple(self._named(one, scope) for one in part)
+            return parts if any(a is not b for a, b in zip(parts, part, strict=True)) else part
+        copy = self.node(part, scope)
+        return copy if isinstance(copy, Access) else part
 
     def _depends(self, node: Any, scope: _Scope) -> bool:
         """Does anything in a node depend on an index, or name one of several components?"""
@@ -421,6 +429,10 @@ def _filled(text: str, scope: _Scope) -> str:
 def _placed(copy: Any, statement: Any, scope: _Scope) -> Any:
     """The copy of a statement, with the indexes that it is for."""
     return replace(copy, place=scope.place()) if hasattr(copy, "place") and not copy.place else copy
+
+
+_NAMING = frozenset({"communication", "communications", "function", "over", "preferred", "target"})
+"""Fields of nodes that hold names of communications, variables and functions."""
 
 
 @cache
