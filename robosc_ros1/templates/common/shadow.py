@@ -297,7 +297,7 @@ class Shadow:
         type_ = communication[kind]
         while type_[0] == "enum":
             type_ = self.enums[type_[1]]["from"]
-        if type_[0] == "object":
+        if type_[0] in ("object", "none"):
             return message
         # It is not known where the definition was not installed when this was generated.
         return field_of(message, communication.get(kind + "_field") or only_field(message))
