@@ -2,8 +2,8 @@
 
 The engines compute with arrays or decision diagrams over the whole product space; this module walks
 the states one by one, in plain Python. It shares with them the plant and what the operators mean
-(:func:`robosc.model.evaluation.evaluate`), but no search, no data structure and no compiled event. It
-shows that the guards of a :class:`~robosc.supervisor.Supervisor` keep the controlled system
+(:func:`robosc.model.evaluation.evaluate`), but no search, no data structure and no compiled event.
+It shows that the guards of a :class:`~robosc.supervisor.Supervisor` keep the controlled system
 
 - *safe*: no requirement violated, no state requirement failing, no range left;
 - *controllable*: nothing that the plant does by itself is forbidden, or leads out of what was shown
