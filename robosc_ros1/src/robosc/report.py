@@ -61,7 +61,7 @@ def _supervisor_lines(result: Supervisor) -> Iterator[str]:
     if result.plant.view.free:
         yield ""
         yield f"taken as free: {', '.join(result.plant.view.free)}"
-        yield "    any outcome of these is reckoned with, so more may be forbidden than needed"
+        yield "    every outcome of these counts as possible, so more may be forbidden than needed"
     if result.properties:
         yield ""
         for name, holds in result.properties:

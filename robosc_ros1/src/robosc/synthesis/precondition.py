@@ -1,6 +1,6 @@
 """What state requirements demand of the state before an event (Dijkstra's weakest precondition).
 
-Where no uncontrollable event needs to be reckoned with, this is what synthesis adds to a command's
+Where no uncontrollable event has to be considered, this is what synthesis adds to a command's
 requirements, and in the words of the model: ``User0.used + 1 + User1.used <= 20``.
 """
 

@@ -10,7 +10,7 @@ Eclipse ESCET toolset:
 - *nonblocking under control*: from each state in which the controller comes to rest, one that is
   marked and at rest can be reached, internal transitions taken eagerly.
 
-Preferences are reckoned with: while a preferred command is enabled, the other one is not sent.
+Preferences are taken into account: while a preferred command is enabled, the other one is not sent.
 Without both, all three properties follow from synthesis. With them the controlled system is
 walked state by state. Of one that is too large for that, bounded response is proved from the
 components' automata alone or by a greatest fixpoint (:meth:`System.longest_completion`), and
