@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from robosc.runtime.values import divide, remainder, widen
 
 __all__ = [
-    "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "PYTHON_ATOM", "UNARY", "Operand",
+    "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "MIRRORED", "PYTHON_ATOM", "UNARY", "Operand",
     "Operator", "Range", "Result", "Spelled", "Text", "infix_signs", "symbols",
 ]  # fmt: skip
 
@@ -300,6 +300,12 @@ BINARY: Mapping[str, Operator] = {
 def infix_signs() -> tuple[str, ...]:
     """The signs that stand between two operands and begin none."""
     return tuple(o.spelling for o in BINARY.values() if not o.is_word and o.spelling not in UNARY)
+
+
+MIRRORED: Mapping[str, str] = {
+    "=": "=", "!=": "!=", "<": ">", "<=": ">=", ">": "<", ">=": "<=",
+}  # fmt: skip
+"""The comparison that says the same with its sides exchanged."""
 
 
 def symbols(*, words: bool) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from typing import Any, cast
 
-from robosc.language.operators import BINARY
+from robosc.language.operators import BINARY, MIRRORED
 from robosc.model.quantified import at_least, joined
 from robosc.model.report import Report
 from robosc.source import Span
@@ -46,7 +46,6 @@ MOST_COPIES = 10_000
 """More copies of one component, or of the statements of one ``for``, are an error."""
 
 _PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
-_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
 
 
 def copy_name(name: str, index: int) -> str:
@@ -216,13 +215,13 @@ class _Writer:
                 self.done.update((_key(node.span), _key(node.object.span)))
                 return self._member(array, index, node, scope)
             case BinaryNode(left=AggregateNode() as many, operator=operator, right=right) if (
-                operator in _MIRRORED and many.function.text == "count"
+                operator in MIRRORED and many.function.text == "count"
             ):
                 return self._count(node, many, operator, right, scope)
             case BinaryNode(left=left, operator=operator, right=AggregateNode() as many) if (
-                operator in _MIRRORED and many.function.text == "count"
+                operator in MIRRORED and many.function.text == "count"
             ):
-                return self._count(node, many, _MIRRORED[operator], left, scope)
+                return self._count(node, many, MIRRORED[operator], left, scope)
             case AggregateNode():
                 return self._aggregate(node, scope)
         return self._parts(node, scope)

@@ -14,6 +14,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from robosc.ir.expr import Leaf, evaluate
+from robosc.language.operators import MIRRORED
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
@@ -41,14 +42,12 @@ from robosc.model.types import (
 )
 
 __all__ = [
-    "FLIPPED", "Term", "Terms", "is_constant", "order", "reads_data",
+    "Term", "Terms", "is_constant", "order", "reads_data",
     "reads_value", "value_of",
 ]  # fmt: skip
 
 Term: TypeAlias = VariableRef | ValueRef | TestRef
 
-FLIPPED = {"=": "=", "!=": "!=", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
-"""What a comparison is called with its sides exchanged."""
 _BOOLEAN = BooleanType()
 
 
@@ -100,7 +99,7 @@ class Terms:
             case Unary(operator="!", operand=operand):
                 return replace(expr, operand=self.finite(operand))
             case Binary(operator=operator, left=left, right=right):
-                if operator not in FLIPPED or isinstance(left.type, BooleanType | EnumType):
+                if operator not in MIRRORED or isinstance(left.type, BooleanType | EnumType):
                     return replace(expr, left=self.finite(left), right=self.finite(right))
                 return self._comparison(expr) if reads_data(expr) else expr
             case VariableRef() | ValueRef() | StateRef() | PhaseRef() | Literal():
@@ -116,7 +115,7 @@ class Terms:
             same = self._seen(self.computed(replace(expr, operator="=")))
             return same if expr.operator == "=" else Unary("!", same, _BOOLEAN, expr.span)
         test, swapped = self.pair(expr.left, expr.right)
-        operator = FLIPPED[expr.operator] if swapped else expr.operator
+        operator = MIRRORED[expr.operator] if swapped else expr.operator
         return Binary(operator, self._seen(test), Literal(0, IntegerType()), _BOOLEAN, expr.span)
 
     def term(self, expr: Expr) -> Term:

@@ -17,12 +17,12 @@ from robosc.ir.combining import result_transitions
 from robosc.ir.expr import Leaf, evaluate, to_dsl
 from robosc.ir.finite.classes import Classes, Comparison
 from robosc.ir.finite.terms import (
-    FLIPPED,
     Term,
     Terms,
     is_constant,
     value_of,
 )
+from robosc.language.operators import MIRRORED
 from robosc.model.entities import (
     Assignment,
     Component,
@@ -208,11 +208,11 @@ class _Builder:
             if isinstance(part.type, BooleanType) and any(_is_free(side) for side in _sides(part)):
                 self.free.setdefault(to_dsl(part, self.robot))
             match part:
-                case Binary(operator=operator, left=left, right=right) if operator in FLIPPED:
+                case Binary(operator=operator, left=left, right=right) if operator in MIRRORED:
                     if _is_term(left) and is_constant(right):
                         self._compare(scope, left, operator, right)
                     elif _is_term(right) and is_constant(left):
-                        self._compare(scope, right, FLIPPED[operator], left)
+                        self._compare(scope, right, MIRRORED[operator], left)
 
     def _compare(self, scope: Scope, term: Expr, operator: str, constant: Expr) -> None:
         assert isinstance(term, VariableRef | ValueRef | TestRef)
@@ -319,7 +319,7 @@ class _Builder:
         groups: dict[_Node, set[Comparison]] = {}
         for node, found in self.comparisons.items():
             leader = self._find(node)
-            more = {(FLIPPED[op], c) for op, c in found} if leader in turned else set()
+            more = {(MIRRORED[op], c) for op, c in found} if leader in turned else set()
             groups.setdefault(leader, set()).update(found, more)
         for term in self.states:
             if domain(term.type) is None:
