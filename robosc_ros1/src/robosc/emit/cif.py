@@ -138,24 +138,43 @@ class _Writer:
         self, occurrence: _Occurrence, automaton: LocalAutomaton, location: int
     ) -> Iterator[str]:
         """The edges of one event in one location, and the self-loop that keeps it possible."""
-        left_over: list[Expr] = []
-        for edge in automaton.edges:
-            if edge.source != location:
-                continue
-            guard = holds(edge.guard, occurrence.values)
-            if guard == FALSE:
-                continue
-            conditions = [] if guard == TRUE else [condition(self.context, guard)]
+        guards: list[Expr] = []
+        for edge, guard, before in self._ways(occurrence, automaton, location):
+            conditions = self._alone(guard, before)
             updates = []
             for index, expr in self._updates(edge, occurrence):
                 conditions += in_range(self.context, self._type(index), expr)
                 updates.append(self._update(index, expr))
             yield self._edge(occurrence, automaton, location, edge, conditions, updates)
-            left_over.append(guard)
-        if not automaton.blocking and TRUE not in left_over:
-            parts = [f"not {condition(self.context, guard, 9)}" for guard in left_over]
-            when = f" when {' and '.join(parts)}" if parts else ""
+            guards.append(guard)
+        if not automaton.blocking and TRUE not in guards:
+            conditions = self._alone(TRUE, guards)
+            when = f" when {' and '.join(conditions)}" if conditions else ""
             yield f"edge {occurrence.name}{when};"
+
+    def _ways(
+        self, occurrence: _Occurrence, automaton: LocalAutomaton, location: int
+    ) -> Iterator[tuple[Edge, Expr, list[Expr]]]:
+        """Edges with their guards, and the guards of earlier edges that may hold together with it.
+
+        Of several edges the first is taken, where CIF may take any. Within one level guards never
+        hold together; those of a state and of the whole automaton may.
+        """
+        found: list[tuple[Edge, Expr]] = []
+        for edge in automaton.edges:
+            guard = holds(edge.guard, occurrence.values) if edge.source == location else FALSE
+            if guard == FALSE:
+                continue
+            before = [other for earlier, other in found if earlier.level != edge.level]
+            if TRUE in before:
+                return
+            yield edge, guard, before
+            found.append((edge, guard))
+
+    def _alone(self, guard: Expr, before: list[Expr]) -> list[str]:
+        """A guard, and that none of the guards before it holds, as conditions of CIF."""
+        own = [] if guard == TRUE else [condition(self.context, guard)]
+        return own + [f"not {condition(self.context, other, 9)}" for other in before]
 
     def _edge(
         self,
@@ -267,8 +286,7 @@ class _Writer:
             for occurrence in self.occurrences
             if not occurrence.event.controllable
             for automaton in occurrence.event.automata
-            for edge in automaton.edges
-            for text in self._overflows(occurrence, automaton, edge)
+            for text in self._overflows(occurrence, automaton)
         ]
         if found:
             self.lines += [
@@ -277,25 +295,23 @@ class _Writer:
             ]
             self.lines += list(dict.fromkeys(found))
 
-    def _overflows(
-        self, occurrence: _Occurrence, automaton: LocalAutomaton, edge: Edge
-    ) -> Iterator[str]:
-        guard = holds(edge.guard, occurrence.values)
-        if guard == FALSE:
-            return
-        place = str(self.plant.variables[automaton.variable].values[edge.source])
-        parts = [condition(self.context, StateRef(automaton.component, place))]
+    def _overflows(self, occurrence: _Occurrence, automaton: LocalAutomaton) -> Iterator[str]:
+        places = self.plant.variables[automaton.variable].values
+        here = []
         phase = occurrence.event.phase
         if phase is not None and len(phase.sources) == 1:
             name = self.plant.variables[phase.variable].values[phase.sources[0]]
-            parts.append(f"{self.context.phase(occurrence.event.key)}.{name}")
-        if guard != TRUE:
-            parts.append(condition(self.context, guard, 3))
-        where = " and ".join(parts)
-        for index, expr in self._updates(edge, occurrence):
-            inside = in_range(self.context, self._type(index), expr)
-            if inside:
-                yield f"requirement invariant {where} => {' and '.join(inside)};"
+            here = [f"{self.context.phase(occurrence.event.key)}.{name}"]
+        for location, place in enumerate(places):
+            for edge, guard, before in self._ways(occurrence, automaton, location):
+                parts = [condition(self.context, StateRef(automaton.component, str(place))), *here]
+                parts += [] if guard == TRUE else [condition(self.context, guard, 3)]
+                parts += self._alone(TRUE, before)
+                where = " and ".join(parts)
+                for index, expr in self._updates(edge, occurrence):
+                    inside = in_range(self.context, self._type(index), expr)
+                    if inside:
+                        yield f"requirement invariant {where} => {' and '.join(inside)};"
 
     # --- supervisor --------------------------------------------------------------------------
 
