@@ -111,7 +111,8 @@ class Watch:
         suspects = self._strangers(publishers, subscribers)
         found = [self._fault(*suspect) for suspect in sorted(suspects & self._suspects)]
         self._suspects = suspects
-        found += self._traffic.second_publishers(self._running(publishers))
+        publishers, subscribers = self._running(publishers, subscribers)
+        found += self._traffic.second_publishers(publishers)
         self.faults = tuple(fault for fault in found if fault is not None)
         before = self.unconnected
         self.unconnected = tuple(self._traffic.unconnected(publishers, subscribers))
@@ -121,13 +122,17 @@ class Watch:
             if text is not None:
                 rospy.logwarn("%s", text)
 
-    def _running(self, publishers):
-        """The publishers of commands that answer: the master still names those that were killed."""
-        traffic = self._traffic
-        topics = {topic: publishers.get(topic, ()) for topic in traffic.commanded + traffic.guarded}
-        names = {name for nodes in topics.values() for name in nodes} - {traffic.node}
-        running = {name for name in names if self._answers(name)}
-        return {topic: [n for n in nodes if n in running] for topic, nodes in topics.items()}
+    def _running(self, *tables):
+        """The model's topics in each table, with the nodes that answer: the master still names
+        those that were killed."""
+        topics = self._traffic.heard + self._traffic.commanded + self._traffic.guarded
+        tables = [{topic: table.get(topic, ()) for topic in topics} for table in tables]
+        names = {name for table in tables for nodes in table.values() for name in nodes}
+        running = {name for name in names - {self._traffic.node} if self._answers(name)}
+        return [
+            {topic: [name for name in nodes if name in running] for topic, nodes in table.items()}
+            for table in tables
+        ]
 
     def _answers(self, name):
         try:

@@ -89,16 +89,19 @@ class Action:
         self.server.start()
 
     def on_goal(self, handle):
+        self.handles.append(handle)
+        mode = self.mode
+        if mode == "reject":
+            handle.set_rejected()
+        elif mode == "recall":
+            handle.set_canceled()
+        elif mode != "ignore":
+            handle.set_accepted()
+        # Only now: who hears of the goal may want it finished at once.
         identity = handle.get_goal_id().id
         tell(asked=self.name, id=identity, message=plain(handle.get_goal()))
-        self.handles.append(handle)
-        if self.mode == "reject":
-            handle.set_rejected()
-        elif self.mode == "recall":
-            handle.set_canceled()
-        elif self.mode != "ignore":
-            handle.set_accepted()
-            threading.Thread(target=self.act, args=(handle, self.mode), daemon=True).start()
+        if mode not in ("reject", "recall", "ignore"):
+            threading.Thread(target=self.act, args=(handle, mode), daemon=True).start()
 
     def on_cancel(self, handle):
         tell(cancelled=self.name)
