@@ -68,6 +68,18 @@ class Browser:
         actions = [{"type": "key", "id": "keyboard", "actions": steps}]
         _call(self._port, "POST", f"{self._path}/actions", {"actions": actions})
 
+    def mouse(self, *steps: dict[str, Any]) -> None:
+        """Move, press and let go of the mouse; what is pressed stays so until the next call."""
+        mouse = {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}}
+        body = {"actions": [{**mouse, "actions": [{"duration": 0, **step} for step in steps]}]}
+        _call(self._port, "POST", f"{self._path}/actions", body)
+
+    def middle(self, selector: str) -> dict[str, Any]:
+        """A mouse's move to the middle of an element."""
+        box = "const r = document.querySelector(arguments[0]).getBoundingClientRect();"
+        x, y = self.run(f"{box} return [r.x + r.width / 2, r.y + r.height / 2]", selector)
+        return {"type": "pointerMove", "x": round(x), "y": round(y)}
+
     def look(self, width: int = 1400, height: int = 1000, scheme: str = "light") -> None:
         """Give the window another size and another scheme of colours."""
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}

@@ -76,7 +76,7 @@ def test_no_rule_of_accessibility_is_broken(
     with page(source, browser, tmp_path):
         browser.run(f"{axe}; window.axe = axe")
         for scheme in ("light", "dark"):
-            for width in (1280, 360):
+            for width in (1280, 320):
                 browser.look(width, 900, scheme)
                 assert broken_rules(browser) == [], (scheme, width)
         browser.press("?")
@@ -109,7 +109,7 @@ addEventListener("focusin", ({target}) => {
 """
 
 
-@pytest.mark.parametrize("width", [1280, 360])
+@pytest.mark.parametrize("width", [1280, 320])
 @pytest.mark.parametrize("source", SOURCES)
 def test_every_control_is_reached_by_the_tab_key_and_shows_that_it_is(
     source: str, width: int, browser: Browser, tmp_path: Path

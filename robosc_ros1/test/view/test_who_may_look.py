@@ -97,6 +97,31 @@ def test_a_server_for_others_is_asked_by_address_or_its_own_name(host: str) -> N
             assert not server.welcomes(name), name
 
 
+def test_who_listens_everywhere_tells_an_address_and_who_can_look(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(PageServer, "serve_forever", lambda *_, **__: None)
+    for host, answers, told in (
+        ("0.0.0.0", {}, "everyone who can reach this address can watch\n"),
+        (
+            "0.0.0.0",
+            {"/do": lambda _: {}},
+            "everyone who can reach this address can watch and play\n",
+        ),
+        ("127.0.0.1", {}, ""),
+    ):
+        with PageServer(Where(host, 0), Hub(), answers) as server:
+            server.run()
+            port = server.server_address[1]
+        out, err = capsys.readouterr()
+        assert err == f"{told}Ctrl-C ends it\n"
+        assert "0.0.0.0" not in out
+        # It leads back to this server: an address or a name that this machine has.
+        name = out.removeprefix("http://").removesuffix(f":{port}/\n")
+        assert socket.gethostbyname(name)
+        assert (name == "127.0.0.1") is (host == "127.0.0.1")
+
+
 ATTACK = b"""<!doctype html><title>elsewhere</title><script>
 window.seen = [];
 const target = location.search.slice(1);

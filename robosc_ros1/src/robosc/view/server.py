@@ -83,13 +83,17 @@ class PageServer(ThreadingHTTPServer):
     def url(self) -> str:
         address = _address(self._host)
         # "All addresses" is none to go to.
-        host = socket.gethostname() if address and address.is_unspecified else self._host
+        everywhere = address is not None and address.is_unspecified
+        host = _own_address(self.address_family) if everywhere else self._host
         host = f"[{host}]" if ":" in host else host
         return f"http://{host}:{self.server_address[1]}/"
 
     def run(self) -> None:
         """Tell where to look, and serve until interrupted."""
         print(self.url, flush=True)
+        if not _is_local(self._host):
+            can = "watch and play" if "/do" in self.answers else "watch"
+            print(f"everyone who can reach this address can {can}", file=sys.stderr)
         print("Ctrl-C ends it", file=sys.stderr, flush=True)
         self.serve_forever(poll_interval=0.2)
 
@@ -207,6 +211,21 @@ class _Handler(BaseHTTPRequestHandler):
 def _is_local(host: str) -> bool:
     address = _address(host)
     return host == "localhost" or (address is not None and address.is_loopback)
+
+
+def _own_address(family: int) -> str:
+    """Return the address that other machines reach this one by, or its name if it has none.
+
+    Connecting a socket for datagrams chooses a route, and with it an address, but sends nothing;
+    the destinations are those for documentation (RFC 5737 and RFC 3849).
+    """
+    away = "2001:db8::1" if family == socket.AF_INET6 else "192.0.2.1"
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.connect((away, 9))
+            return str(probe.getsockname()[0])
+    except OSError:
+        return socket.gethostname()
 
 
 def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:

@@ -27,28 +27,35 @@ function schedule() {
   page.waiting = true;
   requestAnimationFrame(() => {
     page.waiting = false;
-    if (!page.held) attempt(render); // it may have been held since
+    if (!page.held) attempt("state", render); // it may have been held since
   });
 }
 
-/** What comes over ROS may be anything: where the page cannot show it, it says so and goes on. */
-function attempt(action) {
+/**
+ * What comes over ROS may be anything: where the page cannot show it, it says so and goes on, until
+ * the next message of that sort can be shown.
+ */
+function attempt(sort, action) {
   try {
     action();
+    faults.delete(sort);
   } catch (fault) {
-    tell("fault", `Something that was told cannot be shown (${fault}). Is it a controller made by robosc?`);
+    faults.set(sort, `The last ${sort} cannot be shown (${fault}). Is it of a controller made by robosc?`);
   }
+  tell("fault", [...faults.values()].join(" "));
 }
+
+const faults = new Map(); // by sort of message
 
 /** Everything that a piece of the stream can hold. */
 function receive(news) {
   page.heard = performance.now();
   if (news.hello) greet(news.hello);
-  if (news.model) build(news.model, JSON.stringify(news.model));
+  if (news.model) attempt("model", () => build(news.model, JSON.stringify(news.model)));
   if ("run" in news) forget();
   if (news.status) page.status = news.status;
   compareClocks(news);
-  for (const document of news.events ?? []) attempt(() => note(document));
+  for (const document of news.events ?? []) attempt("event", () => note(document));
   if (news.state) {
     page.state = news.state;
     noteLater(news.state.latest ?? []);
@@ -132,7 +139,6 @@ function forget() {
 
 function greet(hello) {
   page.hello = hello;
-  tell("fault", "");
   write(byId("source"), hello.title);
   byId("playing").hidden = byId("to-playing").hidden = hello.source !== "model";
   byId("undo").hidden = Boolean(hello.clock);
@@ -149,7 +155,8 @@ function build(model, text) {
   const rest = model.components.filter((c) => !c.states.length).map((c) => c.name);
   const note = rest.length ? [make("p", { className: "others" }, `Without behaviour: ${rest.join(", ")}`)] : [];
   const commands = model.commands.filter((c) => c.event.kind !== "tau");
-  const rows = commands.map((command) => new CommandRow(command));
+  const bare = new Set(model.communications.filter((c) => c.request === "none").map((c) => c.name));
+  const rows = commands.map((command) => new CommandRow(command, !bare.has(command.event.name)));
   page.model = text;
   page.cards = new Map(drawn.map((component, i) => [component.name, cards[i]]));
   page.rows = new Map(rows.map((row) => [row.key, row]));
@@ -203,7 +210,7 @@ function flash(fresh) {
     const row = page.rows.get(key);
     if (!row) continue;
     row.send(words);
-    row.lamp.animate(glow(), fading(700));
+    row.flash();
   }
 }
 

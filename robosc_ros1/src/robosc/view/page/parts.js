@@ -1,4 +1,4 @@
-// Cards of components, rows of commands, rows of events.
+// Cards of components, rows of events.
 "use strict";
 
 class Card {
@@ -81,59 +81,6 @@ function flashPath(element) {
 function light(element) {
   const colour = `color-mix(in srgb, ${colourOf("--flash")} 60%, transparent)`;
   element.animate([{ background: colour }, { background: "transparent" }], fading(700));
-}
-
-class CommandRow {
-  constructor(command) {
-    this.lamp = make("span", { className: "lamp", role: "img" });
-    this.tally = make("span", { className: "tally" });
-    this.below = make("div", { className: "below" });
-    this.sent = make("div", { className: "below sent" });
-    const { name, kind } = command.event;
-    this.key = eventName(command.event);
-    this.element = make("li", {}, this.lamp,
-      make("span", { className: "command-name" }, name, make("small", {}, ` ${kind}`)), this.tally,
-      this.sent, this.below);
-    this.element.dataset.command = this.key;
-    this.told = "";
-  }
-
-  show(command) {
-    const waits = command.blocked_by.length > 0 &&
-      command.blocked_by.every((r) => r.kind === "phase" || r.kind === "synchronisation");
-    const word = command.enabled ? "enabled" : waits ? "waiting" : "forbidden";
-    if (this.element.dataset.is !== word) {
-      this.element.dataset.is = word;
-      this.lamp.className = `lamp ${command.enabled ? "on" : waits ? "wait" : "off"}`;
-      this.lamp.setAttribute("aria-label", word);
-      this.lamp.title = word;
-    }
-    write(this.tally, command.count ? `${command.count}×` : "");
-    if (!this.last && command.data) {
-      write(this.sent, command.enabled ? `would send ${shorten(valueText(command.data), LONGEST)}` : "");
-    }
-    const told = JSON.stringify(command.blocked_by);
-    if (told === this.told) return;
-    this.told = told;
-    this.below.replaceChildren(...command.blocked_by.map(reasonLine));
-  }
-
-  send(words) {
-    this.last = true;
-    write(this.sent, `sent ${words}`.trimEnd());
-  }
-
-  forget() {
-    this.last = false;
-    write(this.sent, "");
-  }
-}
-
-function reasonLine(reason) {
-  const waits = reason.kind === "phase" || reason.kind === "synchronisation";
-  const line = make("div", { className: waits ? "why wait" : "why" }, reason.text);
-  if (reason.place) line.append(" ", make("span", { className: "place" }, reason.place));
-  return line;
 }
 
 function eventRow(document) {

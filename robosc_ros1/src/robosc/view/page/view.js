@@ -14,7 +14,7 @@ const link = {
     if (this.stream) return;
     this.stream = new EventSource("stream");
     this.stream.onopen = () => { this.open = true; schedule(); };
-    this.stream.onmessage = (message) => attempt(() => receive(read(message.data)));
+    this.stream.onmessage = (message) => attempt("message", () => receive(read(message.data)));
     this.stream.onerror = () => { this.open = false; schedule(); };
   },
 };
@@ -41,7 +41,7 @@ function onKey(event) {
   else if (event.key === "?") byId("help-box").showModal();
   else if (log && event.key === "ArrowLeft") recording.step(event.shiftKey ? -100 : -1);
   else if (log && event.key === "ArrowRight") recording.step(event.shiftKey ? 100 : 1);
-  else if (page.choices.length && /^[1-9]$/.test(event.key)) fireChoice(Number(event.key) - 1);
+  else if (page.choices.length && /^[1-9]$/.test(event.key)) listedChoices()[event.key - 1]?.fire();
   else if (page.choices.length && event.key === "u") play({ undo: 1 });
   else if (page.choices.length && event.key === "r") play({ random: 1 });
   else return;

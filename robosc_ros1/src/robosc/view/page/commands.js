@@ -1,0 +1,71 @@
+// Rows of commands. Each has the same height whatever there is to say, so that nothing below it moves;
+// reasons that do not fit are unfolded by a click on the row's name.
+"use strict";
+
+const isWaiting = (reason) => reason.kind === "phase" || reason.kind === "synchronisation";
+
+/** What a command's lamp says: enabled, waiting or forbidden. */
+const lampWord = ({ enabled, blocked_by: reasons }) =>
+  enabled ? "enabled" : reasons.length > 0 && reasons.every(isWaiting) ? "waiting" : "forbidden";
+const LAMPS = { enabled: "lamp on", waiting: "lamp wait", forbidden: "lamp off" };
+
+class CommandRow {
+  constructor(command, hasData) {
+    this.lamp = make("span", { className: "lamp", role: "img" });
+    this.tally = make("span", { className: "tally" });
+    this.below = make("div", { className: "below reasons" });
+    this.sent = make("div", { className: "below sent", hidden: !hasData });
+    const { name, kind } = command.event;
+    this.key = eventName(command.event);
+    this.name = make("button", { className: "command-name", type: "button", title: "Unfold" },
+      name, make("small", {}, ` ${kind}`));
+    this.name.setAttribute("aria-expanded", "false");
+    this.name.addEventListener("click", () => this.unfold(!this.element.classList.contains("open")));
+    this.element = make("li", {}, this.lamp, this.name, this.tally, this.sent, this.below);
+    this.element.dataset.command = this.key;
+    this.told = "";
+  }
+
+  unfold(on) {
+    toggle(this.element, "open", on);
+    this.name.setAttribute("aria-expanded", String(on));
+  }
+
+  show(command) {
+    const word = lampWord(command);
+    if (this.element.dataset.is !== word) {
+      this.element.dataset.is = word;
+      this.lamp.className = LAMPS[word];
+      this.lamp.setAttribute("aria-label", word);
+      this.lamp.title = word;
+    }
+    write(this.tally, command.count ? `${command.count}×` : "");
+    if (!this.last && command.data) {
+      this.sent.hidden = false;
+      write(this.sent, command.enabled ? `would send ${shorten(valueText(command.data), LONGEST)}` : "");
+    }
+    const told = JSON.stringify(command.blocked_by);
+    if (told === this.told) return;
+    this.told = told;
+    this.below.replaceChildren(...command.blocked_by.map(reasonLine));
+  }
+
+  send(words) {
+    this.last = true;
+    write(this.sent, `sent ${words}`.trimEnd());
+  }
+
+  flash() {
+    this.lamp.animate(glow(), fading(700));
+  }
+
+  forget() {
+    this.last = false;
+    write(this.sent, "");
+  }
+}
+
+function reasonLine(reason) {
+  const place = reason.place ? [make("span", { className: "place" }, reason.place), " "] : [];
+  return make("div", { className: isWaiting(reason) ? "why wait" : "why" }, ...place, reason.text);
+}
