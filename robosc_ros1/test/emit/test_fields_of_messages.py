@@ -52,11 +52,13 @@ def test_only_used_fields_are_known(tmp_path: Path) -> None:
     assert robot is not None, render_all(diagnostics)
     plant = plant_data(robot)
     types = {c["name"]: c for c in plant["communications"]}
-    point = ["object", [["x", ["double"]], ["y", ["double"]]]]
-    pose = ["object", [["point", point], ["ranges", ["array", ["double"]]]]]
-    assert types["pose"]["response"] == pose
-    assert plant["enums"]["R.Near"]["from"] == pose
-    assert types["move"]["request"] == ["object", [["way", ["array", point]]]]
+    part = ["object", [["point", ["object", [["x", ["double"]]]]]]]
+    assert types["pose"]["response"] == part
+    assert plant["enums"]["R.Near"]["from"] == ["object", [["ranges", ["array", ["double"]]]]]
+    assert types["move"]["request"] == [
+        "object",
+        [["way", ["array", ["object", [["y", ["double"]]]]]]],
+    ]
     assert types["move"]["response"] == ["object", [["done", ["boolean"]]]]
     (provide,) = plant["provides"]
     ((name, data),) = provide["data"]["fields"]

@@ -443,6 +443,26 @@ def test_a_property_without_field_is_an_error_if_it_is_read_or_sent(
     assert ("unknown-field", "missing") in faults(text, p)
 
 
+def test_a_property_without_field_is_no_error_where_another_message_reads_it(
+    p: MessageDefinitions,
+) -> None:
+    """One datatype stands for two messages; of the one that lacks the field nothing is read."""
+    text = """
+    component P {
+        outgoing message m with type: O links small
+        outgoing message n with type: O
+        behaviour { variable v: integer initial marked state s {
+            on response from m do v := 1 on response from %s do v := value.data } }
+    }
+    datatype object O { data: integer }
+    interface small use Small from p
+    interface other use Int16 from std_msgs
+    """
+    linked = text.replace("n with type: O", "n with type: O links other")
+    assert ("unread-field", "data") in faults(linked % "n", p)
+    assert ("unknown-field", "data") in faults(linked.replace("from m do v := 1", "") % "m", p)
+
+
 def test_the_line_follower_is_sound_without_any_environment(
     monkeypatch: pytest.MonkeyPatch, ros: None
 ) -> None:

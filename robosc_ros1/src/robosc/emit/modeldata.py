@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from robosc.emit.fields import used_fields, with_fields
 from robosc.emit.naming import place
 from robosc.ir.expr import to_dsl
 from robosc.model.entities import (
@@ -48,6 +47,7 @@ from robosc.model.types import (
     StringType,
     Type,
 )
+from robosc.model.usage import Direction, Usage, converted_part
 from robosc.supervisor import Supervisor
 
 __all__ = ["model_document", "plant_data"]
@@ -191,12 +191,12 @@ def plant_data(robot: Robot) -> dict[str, Json]:
     ``["value", path, type]``.
     """
     enums: dict[str, EnumType] = {}
-    fields = used_fields(robot)
+    usage = Usage(robot.components, robot.provides)
     return {
         "robot": robot.name,
         "components": [_plant_component(c, enums) for c in robot.components if c.behaviour],
         "communications": [
-            _plant_communication(c, robot, enums, fields) for c in robot.communications.values()
+            _plant_communication(c, robot, enums, usage) for c in robot.communications.values()
         ],
         "requirements": [
             {
@@ -216,14 +216,18 @@ def plant_data(robot: Robot) -> dict[str, Json]:
             }
             for p in robot.provides
         ],
-        "enums": _enum_tables(enums, fields),
+        "enums": _enum_tables(enums),
     }
 
 
 def _plant_communication(
-    communication: Communication, robot: Robot, enums: dict[str, EnumType], fields: frozenset[str]
+    communication: Communication, robot: Robot, enums: dict[str, EnumType], usage: Usage
 ) -> Json:
     binding = communication.binding
+
+    def part(direction: Direction, type_: Type) -> Json:
+        return _type(usage.part(communication.key, direction, type_), enums)
+
     return {
         "key": communication.key,
         "name": robot.display_names[communication.key],
@@ -231,9 +235,9 @@ def _plant_communication(
         "timeout": communication.timeout is not None,
         "identifier": communication.identifier,
         "interface": [binding.package, binding.type],
-        "request": _type(with_fields(communication.request, fields), enums),
-        "response": _type(with_fields(communication.response, fields), enums),
-        "feedback": _type(with_fields(communication.feedback, fields), enums),
+        "request": part("request", communication.request),
+        "response": part("response", communication.response),
+        "feedback": part("feedback", communication.feedback),
         "request_field": binding.request_field,
         "response_field": binding.response_field,
         "feedback_field": binding.feedback_field,
@@ -349,14 +353,14 @@ def _type(type_: Type, enums: dict[str, EnumType]) -> Json:
             return ["enum", name]
 
 
-def _enum_tables(enums: dict[str, EnumType], fields: frozenset[str]) -> dict[str, Json]:
+def _enum_tables(enums: dict[str, EnumType]) -> dict[str, Json]:
     """All enums found, and those that their rules and sources mention."""
     tables: dict[str, Json] = {}
     while pending := [name for name in enums if name not in tables]:
         for name in pending:
             enum = enums[name]
             tables[name] = {
-                "from": _type(with_fields(enum.source, fields), enums),
+                "from": _type(converted_part(enum), enums),
                 "values": list(enum.values),
                 "default": enum.default,
                 "rules": [[_tree(rule.condition, enums), rule.value] for rule in enum.rules],

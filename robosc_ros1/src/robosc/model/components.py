@@ -243,7 +243,7 @@ def bind(info: CommunicationInfo, binder: Binder, report: Report) -> None:
     interface, known = _interface(info, report)
     if info.request is None or info.response is None or info.feedback is None or not known:
         return
-    binding = binder.bind(info.node, _parts(info), interface)
+    binding = binder.bind(f"{info.instance.name}.{info.name}", info.node, _parts(info), interface)
     if binding is None or identifier is None:
         return
     info.entity = Communication(
@@ -264,15 +264,16 @@ def _parts(info: CommunicationInfo) -> tuple[Part, ...]:
     assert info.request is not None and info.response is not None and info.feedback is not None
     match info.node:
         case MessageNode(type=type_node):
-            sending = info.kind is Kind.INCOMING
-            return (Part(info.request if sending else info.response, type_node, sending),)
+            if info.kind is Kind.INCOMING:
+                return (Part(info.request, type_node, "request"),)
+            return (Part(info.response, type_node, "response"),)
         case ServiceNode(request=request, response=response):
-            return Part(info.request, request, True), Part(info.response, response, False)
+            return Part(info.request, request, "request"), Part(info.response, response, "response")
         case ActionNode(request=request, response=response, feedback=feedback):
             return (
-                Part(info.request, request, True),
-                Part(info.response, response, False),
-                Part(info.feedback, feedback, False),
+                Part(info.request, request, "request"),
+                Part(info.response, response, "response"),
+                Part(info.feedback, feedback, "feedback"),
             )
 
 

@@ -31,6 +31,7 @@ from robosc.model.scope import FileScope
 from robosc.model.statements import StatementResolver, check_preferences
 from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
 from robosc.model.types import EnumType, Type
+from robosc.model.usage import Usage
 from robosc.model.value_scope import ValueScope
 from robosc.syntax.nodes import (
     BehaviourNode,
@@ -38,7 +39,6 @@ from robosc.syntax.nodes import (
     ExprNode,
     ImportNode,
     PreferNode,
-    PropertyNode,
     ProvideNode,
     RequirementNode,
 )
@@ -105,7 +105,7 @@ class FileResolver:
         self._binder.check_unlinked(self._scope.interfaces.values())
         self.types.values.resolve()
         requirements, provides, preferences = self._statements()
-        self._binder.report_unknown_fields(self._is_used)
+        self._binder.report_unknown_fields(Usage(components, provides))
         model = Model(components, requirements, provides, preferences)
         model = select_state_variables(model, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
@@ -147,11 +147,6 @@ class FileResolver:
         instance.types = instance.types.inside(values)
         values.typed = NamedValueTyper(instance.types, report, lambda: self._symbols(instance))
         values.declare(instance.node.items, instance.types.scope, report)
-
-    def _is_used(self, node: PropertyNode) -> bool:
-        """Whether this file, or a library that it imports from, reads or sends a property."""
-        scopes = [self._scope, *(i.types.scope for i in self.component_table.instances.values())]
-        return any(scope.names.is_used(node) for scope in scopes)
 
     def _rule_condition(self, types: TypeTable, node: ExprNode, source: Type) -> Expr | None:
         return Typer(self._report, types, None, Incoming(source)).check(node, BOOLEAN, RULE)

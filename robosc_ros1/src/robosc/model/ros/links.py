@@ -6,8 +6,8 @@ we receive must fit into our type (an integer field read as a double is fine, no
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 
 from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import Binding
@@ -32,6 +32,7 @@ from robosc.model.types import (
     ObjectType,
     Type,
 )
+from robosc.model.usage import Direction, Path, Usage
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -39,7 +40,6 @@ from robosc.syntax.nodes import (
     InterfaceNode,
     MessageNode,
     Name,
-    PropertyNode,
     RosTypeNode,
     ServiceNode,
     TypeNode,
@@ -60,7 +60,20 @@ class Part:
 
     type: Type
     node: TypeNode
-    sending: bool
+    direction: Direction
+
+    @property
+    def sending(self) -> bool:
+        return self.direction == "request"
+
+
+@dataclass(frozen=True)
+class _Unknown:
+    """A property, at ``path`` of a message, that the message's definition has no field for."""
+
+    path: Path
+    property: Name
+    definition: Definition
 
 
 class Binder:
@@ -76,20 +89,21 @@ class Binder:
         self.missing = MissingDefinitions(definitions, report)
         self.sent = SentData(definitions, report)
         self._looked_up: set[InterfaceNode | RosTypeNode] = set()
-        self._checked: set[tuple[ObjectType, str, bool]] = set()
-        self._unknown: list[tuple[PropertyNode, Definition]] = []
+        self._checked: dict[tuple[ObjectType, str, bool], list[_Unknown]] = {}
+        self._unknown: list[tuple[str, Direction, _Unknown]] = []
         self.lengths: dict[tuple[ObjectType, str], tuple[int, str]] = {}
         """Array properties that a definition gives a length: the least one, and the field."""
 
     def bind(
         self,
+        key: str,
         node: CommunicationNode,
         parts: tuple[Part, ...],
         interface: InterfaceNode | RosTypeNode | None,
     ) -> Binding | None:
-        """The ROS side of a communication; None after an error."""
+        """The ROS side of the communication with that key; None after an error."""
         if interface is None:
-            return self._default(node, parts)
+            return self._default(key, node, parts)
         package, type_ = interface.package.text, interface.type.text
         self._looked_up.add(interface)
         found = self._ros.interface(package, type_, _FOLDERS[type(node)])
@@ -102,10 +116,12 @@ class Binder:
             return Binding(package, stem or type_, False)
         fields = []
         for part, definition in zip(parts, found.parts, strict=True):
-            fields.append(self._check_part(part, definition))
+            fields.append(self._check_part(key, part, definition))
         return _binding(node, found, tuple(fields))
 
-    def _default(self, node: CommunicationNode, parts: tuple[Part, ...]) -> Binding | None:
+    def _default(
+        self, key: str, node: CommunicationNode, parts: tuple[Part, ...]
+    ) -> Binding | None:
         """A message of a basic type needs no interface; everything else does."""
         links = "links NAME, and declare: interface NAME use TYPE from PACKAGE"
         if not isinstance(node, MessageNode):
@@ -131,7 +147,7 @@ class Binder:
                 self._links_hint(carried),
             )
             return None
-        field = self._check_part(part, interface.parts[0])
+        field = self._check_part(key, part, interface.parts[0])
         return _binding(node, interface, (field,))
 
     def _links_hint(self, carried: Type) -> str:
@@ -167,13 +183,14 @@ class Binder:
 
     # --- types against definitions ---------------------------------------------------------------
 
-    def _check_part(self, part: Part, definition: Definition) -> str | None:
+    def _check_part(self, key: str, part: Part, definition: Definition) -> str | None:
         """Check one direction; the name of the only data field if the type travels through it."""
         carried = part.type.source if isinstance(part.type, EnumType) else part.type
         if isinstance(carried, NoneType):
             return None
         if isinstance(carried, ObjectType):
-            self._check_object(carried, definition, part.sending, part.node.span)
+            for unknown in self._check_object(carried, definition, part.sending, part.node.span):
+                self._unknown.append((key, part.direction, unknown))
             return None
         fields = [f for f in definition.fields if f.type.base != "std_msgs/Header"]
         if len(fields) != 1:
@@ -199,22 +216,23 @@ class Binder:
 
     def _check_object(
         self, object_: ObjectType, definition: Definition, sending: bool, span: Span
-    ) -> None:
+    ) -> list[_Unknown]:
+        """Check what an object has against a definition, once; what the definition has not."""
         if is_ros_type(object_):
             if object_.name != definition.name:
                 message = f"the definition has {definition.name} here, not {object_.name}"
                 self._report.add("field-kind", span, message)
-            return
+            return []
         key = (object_, definition.name, sending)
         if key in self._checked:
-            return
-        self._checked.add(key)
+            return self._checked[key]
+        unknown = self._checked[key] = []
         for name, type_ in object_.properties:
             node = self._type_declarations.property_node(object_, name)
             field = definition.field(name)
             if field is None:
                 if not self._type_declarations.is_misread(object_, name):
-                    self._unknown.append((node, definition))
+                    unknown.append(_Unknown((name,), node.name, definition))
                 continue
             problem = misfit(type_, field.type, sending)
             if problem is not None:
@@ -226,7 +244,11 @@ class Binder:
                 )
             else:
                 self._note_length((object_, name), field.type, definition)
-                self._descend(type_, field.type, sending, node.type.span)
+                unknown += [
+                    replace(inner, path=(name, *inner.path))
+                    for inner in self._descend(type_, field.type, sending, node.type.span)
+                ]
+        return unknown
 
     def _note_length(
         self, place: tuple[ObjectType, str], field: FieldType, definition: Definition
@@ -235,10 +257,15 @@ class Binder:
             found = (field.length, f"{place[1]} of {definition.name}")
             self.lengths[place] = min(found, self.lengths.get(place, found))
 
-    def report_unknown_fields(self, is_used: Callable[[PropertyNode], bool]) -> None:
+    def report_unknown_fields(self, usage: Usage) -> None:
         """Report properties without a field: an error only if something reads or sends them."""
-        for node, definition in self._unknown:
-            self._unknown_field(definition, node.name, is_used(node))
+        found: dict[tuple[Span, str], tuple[_Unknown, bool]] = {}
+        for key, direction, unknown in self._unknown:
+            place = (unknown.property.span, unknown.definition.name)
+            _, used = found.get(place, (unknown, False))
+            found[place] = unknown, used or usage.uses(key, direction, unknown.path)
+        for unknown, used in found.values():
+            self._unknown_field(unknown.definition, unknown.property, used)
 
     def _unknown_field(self, definition: Definition, property_: Name, is_used: bool) -> None:
         name = property_.text
@@ -254,7 +281,7 @@ class Binder:
         message = f"{definition.name} has no field '{name}'"
         self._report.add(code, property_.span, message, hint)
 
-    def _descend(self, type_: Type, field: FieldType, sending: bool, span: Span) -> None:
+    def _descend(self, type_: Type, field: FieldType, sending: bool, span: Span) -> list[_Unknown]:
         if isinstance(type_, EnumType):
             type_ = type_.source
         while isinstance(type_, ArrayType):
@@ -262,11 +289,11 @@ class Binder:
         if isinstance(type_, EnumType):
             type_ = type_.source
         if not isinstance(type_, ObjectType):
-            return
+            return []
         nested = self._definitions.fields(field.element)
         if isinstance(nested, Definition):
-            self._check_object(type_, nested, sending, span)
-        elif isinstance(nested, Missing):
+            return self._check_object(type_, nested, sending, span)
+        if isinstance(nested, Missing):
             if nested.reason in ("package", "genmsg"):
                 self.missing.of_package(nested, span)
             else:
@@ -276,6 +303,7 @@ class Binder:
                     f"the definition of {field.base} cannot be read",
                     nested.detail or f"{nested.package} has no such message",
                 )
+        return []
 
 
 def _basic_name(type_: Type) -> str:

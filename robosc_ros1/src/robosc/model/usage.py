@@ -1,0 +1,132 @@
+"""Which parts of its data a model reads or sends, communication by communication."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Set
+from dataclasses import replace
+from typing import Literal, TypeAlias
+
+from robosc.model.entities import Component, Data, DataArray, DataObject, Provide
+from robosc.model.expr import Aggregate, Convert, ElementRef, Expr, Operation, ValueRef
+from robosc.model.types import ArrayType, EnumType, ObjectType, Type
+
+__all__ = ["Direction", "Path", "Usage", "converted_part"]
+
+Direction: TypeAlias = Literal["request", "response", "feedback"]
+
+Path: TypeAlias = tuple[str, ...]
+"""Names of members, from the whole message on; elements of an array have their array's."""
+
+NO_ELEMENTS: Mapping[str, tuple[Path, ...]] = {}
+
+
+class Usage:
+    """The paths of each communication's data that components read and provide statements send."""
+
+    def __init__(self, components: Iterable[Component], provides: Iterable[Provide]) -> None:
+        self._paths: dict[tuple[str, Direction], set[Path]] = {}
+        components = tuple(components)
+        for provide in provides:
+            self._add(provide.communication, "request", _sent(provide.data))
+        sorts = {c.key: c.sort for component in components for c in component.communications}
+        for component in components:
+            for communication in component.communications:
+                self._add(communication.key, "response", _converted(communication.response))
+                self._add(communication.key, "feedback", _converted(communication.feedback))
+            behaviour = component.behaviour
+            for transition in () if behaviour is None else behaviour.all_transitions:
+                sort = sorts.get(transition.communication)
+                event = None if sort is None else sort.event(transition.event)
+                if event is None or event.brings is None:
+                    continue
+                direction: Direction = "feedback" if event.brings == "feedback" else "response"
+                read = [assignment.value for assignment in transition.assignments]
+                read += [] if transition.guard is None else [transition.guard]
+                paths = (path for expr in read for path in _read(expr))
+                self._add(transition.communication, direction, paths)
+
+    def _add(self, key: str, direction: Direction, paths: Iterable[Path]) -> None:
+        self._paths.setdefault((key, direction), set()).update(paths)
+
+    def uses(self, key: str, direction: Direction, path: Path) -> bool:
+        """Whether something of that part is read or sent, by itself or as part of a whole."""
+        return any(
+            path[: len(used)] == used[: len(path)] for used in self._paths.get((key, direction), ())
+        )
+
+    def part(self, key: str, direction: Direction, type_: Type) -> Type:
+        """The communication's type without the members that nothing reads or sends."""
+        return _kept(type_, self._paths.get((key, direction), set()))
+
+
+def converted_part(enum: EnumType) -> Type:
+    """What an enum converts, without the members that its rules do not read."""
+    return _kept(enum.source, set(_converted(enum)))
+
+
+def _kept(type_: Type, used: Set[Path]) -> Type:
+    if () in used:
+        return type_
+    match type_:
+        case ArrayType(element=element):
+            return replace(type_, element=_kept(element, used))
+        case ObjectType(properties=properties):
+            inner = {name: {p[1:] for p in used if p[0] == name} for name, _ in properties}
+            kept = tuple(
+                (name, _kept(type_, inner[name])) for name, type_ in properties if inner[name]
+            )
+            return replace(type_, properties=kept)
+    return type_
+
+
+def _read(expr: Expr, elements: Mapping[str, tuple[Path, ...]] = NO_ELEMENTS) -> Iterator[Path]:
+    """What an expression reads; ``elements`` tells from which arrays bound variables come."""
+    stack = [expr]
+    while stack:
+        match stack.pop():
+            case ValueRef(path=path):
+                yield _names(path)
+            case ElementRef(variable=variable, path=path):
+                yield from ((*array, *_names(path)) for array in elements.get(variable, ()))
+            case Convert(argument=argument, type=enum):
+                read = list(_converted(enum))
+                yield from ((*p, *inner) for p in _read(argument, elements) for inner in read)
+            case Aggregate(variable=variable, array=array, element=element, condition=condition):
+                arrays = tuple(_read(array, elements))
+                inside = {**elements, variable: arrays}
+                found = [p for part in (element, condition) if part for p in _read(part, inside)]
+                yield from found
+                # An array of which only the length counts is read, too.
+                yield from (a for a in arrays if not any(p[: len(a)] == a for p in found))
+            case node if isinstance(node, Operation):
+                stack.extend(node.operands)
+
+
+def _names(path: tuple[str | int, ...]) -> Path:
+    return tuple(step for step in path if isinstance(step, str))
+
+
+def _converted(type_: Type) -> Iterator[Path]:
+    """What the rules of enums read, wherever in a message they are."""
+    match type_:
+        case EnumType(source=source, rules=rules):
+            for rule in rules:
+                yield from _read(rule.condition)
+            yield from _converted(source)
+        case ArrayType(element=element):
+            yield from _converted(element)
+        case ObjectType(properties=properties):
+            for name, inner in properties:
+                yield from ((name, *path) for path in _converted(inner))
+
+
+def _sent(data: Data) -> Iterator[Path]:
+    match data:
+        case DataObject(fields=fields):
+            for name, inner in fields:
+                yield from ((name, *path) for path in _sent(inner))
+        case DataArray(elements=elements):
+            for inner in elements:
+                yield from _sent(inner)
+        case _:
+            yield ()
