@@ -63,7 +63,7 @@ def data(*values: Any) -> list[Json]:
 NUMBERS = [n / 4 for n in range(-100, 100, 7)]
 SCENES = {
     "line_follower": Scene(
-        EXAMPLES / "line_follower" / "line_follower.rscd",
+        EXAMPLES / "line_follower_first_edition" / "line_follower.rscd",
         {
             "distance": data(0.125, 2.0),
             "correction": data(*NUMBERS),

@@ -18,7 +18,7 @@ TESTS = REPOSITORY / "robosc_ros1" / "test"
 MODELS = [
     *sorted((TESTS / "faulty").glob("*.rscd")),
     *sorted((TESTS / "golden" / "models").glob("*.rscd")),
-    EXAMPLES / "line_follower" / "line_follower.rscd",
+    EXAMPLES / "line_follower_first_edition" / "line_follower.rscd",
 ]
 VERBS = (
     ("check",), ("check", "--json"), ("synthesize", "--json"), ("explore", "--limit", "500"),

@@ -27,7 +27,7 @@ from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.report import dump, event_document, state_document
 
-MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
+MODEL = EXAMPLES / "line_follower_first_edition" / "line_follower.rscd"
 ROUNDS = 400
 MODULES = ("judge", "shadow", "plant_data")
 

@@ -22,7 +22,7 @@ from robosc.lsp.tokens import TYPES, encoded
 
 pytestmark = pytest.mark.slow
 
-PATH = str(EXAMPLES / "line_follower" / "line_follower.rscd")
+PATH = str(EXAMPLES / "line_follower_first_edition" / "line_follower.rscd")
 TEXT = Path(PATH).read_text(encoding="utf-8")
 _INSERTED = (
     "{",

@@ -14,7 +14,7 @@ from robosc.view.server import PAGE
 
 pytestmark = pytest.mark.slow
 
-MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
+MODEL = EXAMPLES / "line_follower_first_edition" / "line_follower.rscd"
 
 
 PYTHONS = {"3.11": Path("/usr/bin/python3")}

@@ -35,7 +35,7 @@ def shown(command: str) -> list[str]:
 
 
 def test_first_model_is_ten_lines_and_good(robosc: Robosc, tmp_path: Path) -> None:
-    model = MODELS["LineFollower"]
+    model = MODELS["Rover"]
     assert len(model.splitlines()) == 10
     (tmp_path / "model.rscd").write_text(model, encoding="utf-8")
     assert robosc("check", "model.rscd").stdout == "1 file: 0 errors, 0 warnings\n"

@@ -54,7 +54,7 @@ def guarded_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
     """The line follower's supervisor and controller."""
     workspace = make_workspace()
     workspace.add(EXAMPLES / "robot_common")
-    model = str(EXAMPLES / "line_follower" / "line_follower.rscd")
+    model = str(EXAMPLES / "line_follower_first_edition" / "line_follower.rscd")
     for mode in ("supervisor", "controller"):
         where = ("--output", str(workspace.folder / "src"))
         done = run_robosc(("generate", model, "--mode", mode, *where), workspace.folder, {})

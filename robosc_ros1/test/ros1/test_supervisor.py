@@ -208,7 +208,7 @@ def test_the_launch_file_starts_both_with_the_right_names(
         await_condition(asked, "the goal")
         robot.hears("/vel", lambda m: m["linear"]["x"] == 0.0)
         other.hears(f"/{NODE}/state", lambda s: s["components"]["ObstacleGrabber"] == "grabbing")
-    model = EXAMPLES / "line_follower" / "line_follower.rscd"
+    model = EXAMPLES / "line_follower_first_edition" / "line_follower.rscd"
     found = replay(supervisor_of(model.read_text(encoding="utf-8")), log)
     assert (found.departures, found.missing) == ((), ())
     assert found.events > 3

@@ -23,7 +23,10 @@ from ros_support import run_robosc
 
 MODELS = {
     HERE / "models" / "guarded_arm.rscd": "guarded_arm",
-    REPOSITORY / "examples" / "line_follower" / "line_follower.rscd": "line_follower_controller",
+    REPOSITORY
+    / "examples"
+    / "line_follower_first_edition"
+    / "line_follower.rscd": "line_follower_controller",
     REPOSITORY / "examples" / "navigation" / "navigation.rscd": "navigation_controller",
     HERE / "models" / "workbench.rscd": "workbench_controller",
     HERE / "models" / "everything.rscd": "everything_controller",

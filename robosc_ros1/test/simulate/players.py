@@ -12,7 +12,7 @@ from robosc.simulate.session import Done, Session
 from robosc.simulate.start import machine_maker
 from robosc.supervisor import Supervisor
 
-MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
+MODEL = EXAMPLES / "line_follower_first_edition" / "line_follower.rscd"
 
 SEVERAL_TYPES = """\
 robot Types {

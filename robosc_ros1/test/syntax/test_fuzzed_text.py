@@ -17,7 +17,9 @@ from robosc.syntax.parser import parse
 
 pytestmark = pytest.mark.slow
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "line_follower" / "line_follower.rscd"
+EXAMPLE = (
+    Path(__file__).parents[3] / "examples" / "line_follower_first_edition" / "line_follower.rscd"
+)
 MODELS = [EXAMPLE.read_text(), large_model(4)]
 
 _WORDS = r"""

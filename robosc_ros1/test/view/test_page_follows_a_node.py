@@ -15,10 +15,11 @@ from typing import Any
 import pytest
 import ros_support
 from ros1.stage import Node, Puppet, Stage, event
-from ros_support import Master, Workspace, await_condition, free_port
+from ros_support import EXAMPLES, Master, Workspace, await_condition, free_port
 from view.browser import Browser
-from view.watching import MODEL, Watcher, command_is, is_in, link_says
+from view.watching import Watcher, command_is, is_in, link_says
 
+MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
 NODE = "line_follower_controller"
 DISTANCE = ("/distance", "std_msgs/Float32")
 

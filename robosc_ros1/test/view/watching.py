@@ -25,7 +25,7 @@ __all__ = [
     "log_of", "serving",
 ]  # fmt: skip
 
-MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
+MODEL = EXAMPLES / "line_follower_first_edition" / "line_follower.rscd"
 
 Json = dict[str, Any]
 
