@@ -10,7 +10,8 @@ from ros_support import EXAMPLES, Completed
 
 Robosc = Callable[..., Completed]
 
-MODELS = sorted(EXAMPLES.glob("*/*.rscd"))
+LIBRARIES = sorted(EXAMPLES.glob("*/libraries/*.rscd"))
+MODELS = sorted({*EXAMPLES.glob("*/*.rscd"), *EXAMPLES.glob("gallery/*/*.rscd")} - {*LIBRARIES})
 SCRIPTS = sorted(EXAMPLES.glob("*/*.sim"))
 UNHANDLED = EXAMPLES / "line_follower_unhandled" / "line_follower_unhandled.rscd"
 
@@ -62,7 +63,7 @@ def test_readme_shows_what_is_told(robosc: Robosc) -> None:
     assert " ".join(told.split()) in " ".join(readme.split())
 
 
-@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.stem)
+@pytest.mark.parametrize("model", MODELS + LIBRARIES, ids=lambda m: m.stem)
 def test_example_has_the_canonical_layout(model: Path, robosc: Robosc) -> None:
     assert robosc("format", "--check", str(model)).returncode == 0
 

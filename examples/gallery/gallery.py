@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+"""Lets a robot of the gallery drive: generate its controller, build it, drive it in MuJoCo, sum up.
+
+``./dev gallery NAME`` runs this. ROS 1 is the machine's own; ROS 2 is the test bed of the tests.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import ctypes.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+CACHE = ROOT / ".cache" / "gallery"
+LIBRARIES = CACHE / "lib"
+PINS = "mujoco==4.0.0 mujoco-core==4.0.0 glfw==2.11.0 PyOpenGL==3.1.10"
+"""What is installed for the gallery alone; numpy is that of each version of ROS."""
+RATE = 25
+"""Hz of the commands: somewhat more than the simulation's steps, so that each step has one."""
+
+sys.path[:0] = [str(ROOT / "robosc_ros1" / "src"), str(ROOT / "robosc_ros1" / "test")]
+
+from ros_support import Master, Workspace, master, run_robosc  # noqa: E402
+
+GUARDED: dict[str, str] = {}
+"""Which model guards what is written by hand."""
+
+
+def names() -> list[str]:
+    """Return the robots of the gallery."""
+    found = {path.parent.name for path in HERE.glob("*/*.rscd")}
+    return sorted(found - {"libraries"} | {*GUARDED})
+
+
+def missing() -> str | None:
+    """Why nothing can drive here; None if it can. What can be installed without root is."""
+    if ctypes.util.find_library("OSMesa") is None:
+        return "MuJoCo draws no pictures here (libosmesa6 not found; ./dev gallery installs it)"
+    try:
+        install()
+    except subprocess.CalledProcessError:
+        return "MuJoCo could not be installed"
+    return None
+
+
+def install() -> None:
+    """Put the simulator's libraries into the cache, once."""
+    stamp = LIBRARIES / "pins"
+    if stamp.is_file() and stamp.read_text(encoding="utf-8") == PINS:
+        return
+    shutil.rmtree(LIBRARIES, ignore_errors=True)
+    venv = CACHE / "pip"
+    subprocess.run([sys.executable, "-m", "venv", "--clear", venv], check=True)
+    pip = [venv / "bin" / "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]
+    subprocess.run([*pip, "--target", LIBRARIES, *PINS.split()], check=True)
+    stamp.write_text(PINS, encoding="utf-8")
+
+
+def simulation_environment() -> dict[str, str]:
+    """What MuJoCo needs besides: pictures without a display, drawn by one thread."""
+    return {"MUJOCO_GL": "osmesa", "LP_NUM_THREADS": "0"}
+
+
+class Ros1:
+    """Generated controllers in a catkin workspace, and a master to run them on."""
+
+    version = 1
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        shutil.rmtree(folder, ignore_errors=True)
+        self.workspace = Workspace(folder)
+        self._master: Master | None = None
+
+    def build(self, robots: list[str]) -> None:
+        self.workspace.add(ROOT / "examples" / "robot_common")
+        for robot in robots:
+            generate(robot, self.folder, "ros1")
+        self.workspace.build()
+
+    @contextlib.contextmanager
+    def running(self) -> Iterator[None]:
+        (self.folder / "master").mkdir(exist_ok=True)
+        with master(self.folder / "master") as self._master:
+            yield
+
+    def drive(self, robot: str, seed: int, faults: bool, record: Path) -> None:
+        assert self._master is not None
+        self.workspace.run("rosparam", "set", "/use_sim_time", "true", master=self._master)
+        package = package_of(robot)
+        with self.workspace.start(
+            "rosrun", package, package, f"_rate:={RATE}", master=self._master
+        ):
+            env = self.workspace.environment("devel", self._master) | simulation_environment()
+            env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES), env["PYTHONPATH"]))
+            bridge(sys.executable, robot, 1, seed, faults, record, env)
+
+
+def package_of(robot: str) -> str:
+    return f"{GUARDED[robot]}_supervisor" if robot in GUARDED else f"{robot}_controller"
+
+
+def generate(robot: str, folder: Path, target: str) -> None:
+    """Generate the package of a robot into the workspace's ``src``."""
+    model = GUARDED.get(robot, robot)
+    arguments = ["--target", target, "--mode", "supervisor" if robot in GUARDED else "controller"]
+    arguments += ["--output", str(folder / "src"), "--package", package_of(robot)]
+    done = run_robosc(["generate", str(HERE / model / f"{model}.rscd"), *arguments], folder, {})
+    if done.returncode != 0:
+        raise SystemExit(done.stderr)
+
+
+def bridge(
+    python: str, robot: str, ros: int, seed: int, faults: bool, record: Path, env: dict[str, str]
+) -> None:
+    """Run the bridge to its end."""
+    command = [python, "-m", "physics.bridge", robot, "--ros", str(ros), "--seed", str(seed)]
+    command += ["--controller", package_of(robot), "--record", str(record)]
+    command += ["--faults"] if faults else []
+    subprocess.run(command, env=env, check=True, timeout=300)
+
+
+def main() -> int:
+    args = parse_arguments()
+    reason = missing()
+    if reason is not None:
+        print(f"gallery: {reason}", file=sys.stderr)
+        return 1
+    started = time.monotonic()
+    robots = args.robots or names()
+    ros = Ros1(CACHE / f"ros{args.ros}")
+    ros.build(robots)
+    print(f"generated and built in {time.monotonic() - started:.0f} s")
+    failed = False
+    with ros.running():
+        for robot in robots:
+            for seed in range(1, args.worlds + 1) if args.worlds else [0]:
+                record = CACHE / f"{robot}-{seed}.json"
+                ros.drive(robot, seed, bool(args.worlds), record)
+                failed |= tell(json.loads(record.read_text(encoding="utf-8")))
+                if not args.worlds:
+                    draw(record)
+    return int(failed)
+
+
+def tell(run: dict[str, Any]) -> bool:
+    """Print one run; whether it failed."""
+    violations = sum(run["violations"].values())
+    print(
+        f"{run['world']:15} world {run['seed']:2}  "
+        f"{'done  ' if run['succeeded'] else 'FAILED'} after {run['simulated']:5.1f} s "
+        f"({run['real']:.1f} s real)  {violations} violations of {run['judgements']} judgements  "
+        f"{'; '.join(run['faults'])}{run['violations'] or ''}",
+        flush=True,
+    )
+    return bool(violations) or not run["succeeded"]
+
+
+def draw(record: Path) -> None:
+    """Draw the path and the film of a run beside its record."""
+    path, film = record.with_suffix(".png"), record.with_suffix(".gif")
+    env = os.environ | simulation_environment()
+    env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES)))
+    command = [sys.executable, "-m", "physics.film", record, path, film]
+    subprocess.run(command, env=env, check=True, timeout=300)
+    print(f"  path {path.relative_to(ROOT)}, film {film.relative_to(ROOT)}")
+
+
+def parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="./dev gallery", description=__doc__.split("\n")[0])
+    parser.add_argument("robots", nargs="*", choices=[*names(), []], metavar="NAME")
+    parser.add_argument("--ros", type=int, choices=(1, 2), default=1)
+    parser.add_argument("--worlds", type=int, default=0, help="so many worlds with planted faults")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
