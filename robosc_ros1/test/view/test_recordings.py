@@ -45,7 +45,7 @@ def test_every_moment_has_the_state_that_the_events_led_to(log: Path) -> None:
             continue
         moment = recording.moment({"at": at})
         controller = follower.controller
-        assert controller is not None and moment["lost"] is None
+        assert controller is not None
         assert moment["state"]["components"] == controller.components()
         assert moment["state"]["variables"] == controller.variables()
         assert moment["events"][-1] == entry.document
@@ -63,6 +63,9 @@ def test_documents_follow_their_schemas(log: Path) -> None:
     overview = recording.overview({})
     assert len(overview["times"]) == len(overview["sorts"]) == news["hello"]["count"]
     assert set(overview["sorts"]) == {"c", "r"}
+    first = [json.loads(line)["event"]["name"] for line in log.read_text().splitlines()[:5]]
+    assert [overview["names"][n] for n in overview["name"][:5]] == first
+    assert overview["departures"] == []
 
 
 def test_where_a_log_leaves_the_model_the_last_state_stays(tmp_path: Path) -> None:
@@ -78,12 +81,49 @@ def test_where_a_log_leaves_the_model_the_last_state_stays(tmp_path: Path) -> No
     path = tmp_path / "wrong.jsonl"
     path.write_text("\n".join([*lines, json.dumps(forbidden), json.dumps(late)]), encoding="utf-8")
     recording = Recording(line_follower(), str(path), Hub())
+    (departure,) = recording.overview({})["departures"]
+    reason = departure.pop("reason")
+    assert "disables grab" in reason
+    assert departure == {"at": len(lines) + 1, "until": len(lines) + 2}
     good = recording.moment({"at": len(lines)})
-    assert good["lost"] is None
     for at in (len(lines) + 1, len(lines) + 2):
         bad = recording.moment({"at": at})
-        assert "disables grab" in bad["lost"]
         assert bad["state"]["components"] == good["state"]["components"]
+
+
+def test_a_departure_ends_with_its_run(tmp_path: Path) -> None:
+    run = log_of(line_follower(), FREE, 0.3)
+    gap = [*run[:2], *run[3:]]
+    path = tmp_path / "runs.jsonl"
+    path.write_text("\n".join([*gap, *run, *gap]), encoding="utf-8")
+    departures = Recording(line_follower(), str(path), Hub()).overview({})["departures"]
+    found = [(d["at"], d["until"], "are missing" in d["reason"]) for d in departures]
+    second = len(gap) + len(run)
+    assert found == [(3, len(gap), True), (second + 3, second + len(gap), True)]
+
+
+def test_the_whole_log_is_searched(log: Path) -> None:
+    recording = Recording(line_follower(), str(log), Hub())
+    documents = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    for text, name, value in (
+        ("Obstructed", "distance", "obstructed"),
+        ("move.request {linear: {x: 0.2}, angular: {z: 0", "move", None),
+        ("nothing like it", "", None),
+    ):
+        hits = recording.search({"text": text})["hits"]
+        assert hits == [
+            place
+            for place, document in enumerate(documents, 1)
+            if document["event"]["name"] == name and value in (None, document["event"]["value"])
+        ]
+        found = recording.events({"places": hits[-5:]})["events"]
+        assert found == [documents[place - 1] for place in hits[-5:]]
+
+
+@pytest.mark.parametrize("document", [{"text": 1}, {}, None, []])
+def test_what_is_no_text_is_not_searched_for(log: Path, document: Any) -> None:
+    with pytest.raises(Unable, match="no text"):
+        Recording(line_follower(), str(log), Hub()).search(document)
 
 
 def test_a_second_run_begins_anew(tmp_path: Path) -> None:
@@ -99,6 +139,8 @@ def test_a_second_run_begins_anew(tmp_path: Path) -> None:
 def test_moments_outside_the_log_are_refused(log: Path, document: Any) -> None:
     with pytest.raises(Unable, match="events 1 to"):
         Recording(line_follower(), str(log), Hub()).moment(document)
+    with pytest.raises(Unable, match="events 1 to"):
+        Recording(line_follower(), str(log), Hub()).events({"places": [1, document]})
 
 
 @pytest.mark.parametrize("text", ["", "no log\n", '{"version": 1}\n'])

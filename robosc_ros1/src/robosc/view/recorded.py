@@ -7,6 +7,7 @@ follows the log as in ``robosc replay``.
 from __future__ import annotations
 
 from collections import Counter
+from functools import cached_property
 from typing import Any
 
 from robosc.emit.modeldata import model_document
@@ -55,12 +56,13 @@ class _Moment:
         return other
 
     def take(self, entry: LogEntry) -> None:
-        if entry.number == 1:
+        runs = self.follower.runs
+        told = len(self.follower.departures) + len(self.follower.missing)
+        self.follower.take(entry)
+        if self.follower.runs > runs:
             self.counts.clear()
             self.counters.clear()
             self.stopped = self.lost = None
-        told = len(self.follower.departures) + len(self.follower.missing)
-        self.follower.take(entry)
         if self.follower.controller is not None:
             self.shown = self.follower.controller
         elif len(self.follower.departures) + len(self.follower.missing) > told:
@@ -93,31 +95,83 @@ class Recording:
         self._entries = list(read_log(log))
         if not self._entries:
             raise UsageError(f"{log} holds no events")
-        moment = _Moment(Follower(supervisor))
-        self._moments = []
-        for place, entry in enumerate(self._entries):
-            if place % _STRIDE == 0:
-                self._moments.append(moment.fork())
-            moment.take(entry)
+        self._moments: list[_Moment] = []
+        self._departures: list[Json] = []
+        self._follow(supervisor)
         source = file_of(supervisor.plant.robot.span)
         hub.put("model", dump(model_document(supervisor, source)))
         hub.put("hello", dump({"source": "log", "title": log, "count": len(self._entries)}))
 
+    def _follow(self, supervisor: Supervisor) -> None:
+        """Keep a moment every _STRIDE events, and where the log leaves the model and until when."""
+        moment = _Moment(Follower(supervisor))
+        lost = None
+        for place, entry in enumerate(self._entries):
+            if place % _STRIDE == 0:
+                self._moments.append(moment.fork())
+            moment.take(entry)
+            if moment.lost is not None and moment.lost != lost:
+                at = place + 1
+                self._departures.append({"at": at, "until": at, "reason": moment.lost})
+            elif moment.lost is not None:
+                self._departures[-1]["until"] = place + 1
+            lost = moment.lost
+
     @property
     def answers(self) -> Answers:
-        return {"/moment": self.moment, "/overview": self.overview}
+        return {
+            "/moment": self.moment,
+            "/overview": self.overview,
+            "/search": self.search,
+            "/events": self.events,
+        }
 
     def overview(self, _: Any) -> Json:
-        """When each event was, in seconds since 1970, and of what sort: a letter for each."""
+        """Of each event when it was, in seconds since 1970, its sort as a letter, and the place of
+        its name in ``names``. ``departures`` tell where the log leaves the model: ``at`` an event,
+        and the state is not known ``until`` another.
+        """
+        names: dict[str, int] = {}
+        name = [names.setdefault(e.name or e.kind, len(names)) for e in self._entries]
         return {
             "times": [_time(entry) for entry in self._entries],
             "sorts": "".join(map(_sort, self._entries)),
+            "names": list(names),
+            "name": name,
+            "departures": self._departures,
         }
+
+    def search(self, document: Any) -> Json:
+        """The places of the events, from 1, that have a text in their name, value, outcome or
+        detail. Raises Unable.
+        """
+        match document:
+            case {"text": str(text)}:
+                wanted = text.lower()
+            case _:
+                raise Unable("there is no text to search for")
+        return {"hits": [place for place, t in enumerate(self._texts, 1) if wanted in t]}
+
+    def events(self, document: Any) -> Json:
+        """The events at some places. Raises Unable."""
+        match document:
+            case {"places": [*places]} if len(places) <= _SHOWN and all(map(self._has, places)):
+                return {"events": [self._entries[place - 1].document for place in places]}
+            case _:
+                raise Unable(f"the log has events 1 to {len(self._entries)}")
+
+    def _has(self, place: Any) -> bool:
+        return isinstance(place, int) and 1 <= place <= len(self._entries)
+
+    @cached_property
+    def _texts(self) -> list[str]:
+        """What is searched, by event."""
+        return [_text(entry) for entry in self._entries]
 
     def moment(self, document: Any) -> Json:
         """The state after the first ``at`` events, and the last of these. Raises Unable."""
         match document:
-            case {"at": int(at)} if 1 <= at <= len(self._entries):
+            case {"at": int(at)} if self._has(at):
                 pass
             case _:
                 raise Unable(f"the log has events 1 to {len(self._entries)}")
@@ -128,7 +182,6 @@ class Recording:
         return {
             "state": self._state(moment, shown[-1]),
             "events": [entry.document for entry in shown],
-            "lost": moment.lost,
         }
 
     def _state(self, moment: _Moment, last: LogEntry) -> Json | None:
@@ -156,7 +209,31 @@ def _time(entry: LogEntry) -> float:
 
 
 def _sort(entry: LogEntry) -> str:
-    """``x`` for what did not go well, ``c`` for the controller, ``r`` for the robot."""
+    """``x`` for what did not go well, ``t`` for an internal transition, ``c`` for the controller,
+    ``r`` for the robot."""
     if entry.outcome != "applied":
         return "x"
-    return "c" if entry.kind in ("request", "cancel", "tau") else "r"
+    if entry.kind == "tau":
+        return "t"
+    return "c" if entry.kind in ("request", "cancel") else "r"
+
+
+def _text(entry: LogEntry) -> str:
+    """An event as the page writes it, in small letters."""
+    detail = entry.document.get("detail") or ""
+    return f"{entry.text} {_words(entry.value)} {entry.outcome} {detail}".lower()
+
+
+def _words(value: Any) -> str:
+    match value:
+        case None:
+            return ""
+        case dict():
+            return "{" + ", ".join(f"{key}: {_words(part)}" for key, part in value.items()) + "}"
+        case list():
+            return f"[{', '.join(map(_words, value))}]"
+        case bool():
+            return "true" if value else "false"
+        case float():
+            return f"{value:.6g}" if abs(value) < 1e5 else f"{value:.1f}"
+    return str(value)

@@ -66,6 +66,9 @@ class CommandRow {
 }
 
 function reasonLine(reason) {
-  const place = reason.place ? [make("span", { className: "place" }, reason.place), " "] : [];
+  const { place: whole } = reason;
+  // Of the model's own file, the line says enough.
+  const short = whole?.startsWith(`${page.source}:`) ? whole.replace(`${page.source}:`, "line ") : whole;
+  const place = whole ? [make("span", { className: "place", title: whole }, short), " "] : [];
   return make("div", { className: isWaiting(reason) ? "why wait" : "why" }, ...place, reason.text);
 }

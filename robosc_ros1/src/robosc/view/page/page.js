@@ -9,7 +9,7 @@ const PACE = 100; // milliseconds between two changes of what is read, not watch
 const BROKEN = 7000; // milliseconds of silence; the server says something every two seconds
 
 const page = {
-  hello: null, model: null, state: null, status: null,
+  hello: null, model: null, source: null, state: null, status: null,
   cards: new Map(), rows: new Map(),
   followed: new Map(), // component to the state that the events led to so far
   events: [], fresh: [], number: 0, time: 0, run: 0, later: null,
@@ -18,6 +18,7 @@ const page = {
   heard: performance.now(), // when the server said something
   shown: null, // the state that the page shows
   unlisted: [], listed: 0, // events that the list does not have yet, and when it was told last
+  listing: null, // what the list shows where it is not the last events: hits of a search
   held: false, waiting: false, redrawList: true,
   choices: [],
 };
@@ -144,6 +145,7 @@ function greet(hello) {
   byId("undo").hidden = Boolean(hello.clock);
   byId("scrub").hidden = hello.source !== "log";
   byId("freeze").hidden = hello.source === "log";
+  byId("hits").hidden = hello.source !== "log";
   if (hello.source === "model" && !hello.clock) write(byId("playing-title"), "What can happen");
   if (hello.source === "log") recording.begin(hello);
 }
@@ -158,6 +160,7 @@ function build(model, text) {
   const bare = new Set(model.communications.filter((c) => c.request === "none").map((c) => c.name));
   const rows = commands.map((command) => new CommandRow(command, !bare.has(command.event.name)));
   page.model = text;
+  page.source = model.source;
   page.cards = new Map(drawn.map((component, i) => [component.name, cards[i]]));
   page.rows = new Map(rows.map((row) => [row.key, row]));
   page.followed.clear();
@@ -263,7 +266,7 @@ function now() {
 
 function showStatus() {
   const live = page.hello?.source !== "log";
-  if (live) gauge("events/s", page.times.mean(now()).toFixed(1));
+  if (live && page.hello) gauge("events/s", page.times.mean(now()).toFixed(1));
   const counters = page.state?.counters ?? {};
   for (const name of ["inputs", "commands", "errors"]) gauge(name, String(counters[name] ?? 0));
   for (const name of ["mismatches", "blocked", "failed", "undefined", "late"]) {
@@ -295,21 +298,29 @@ function tell(id, text) {
 }
 
 function showEvents(fresh) {
-  const list = byId("events");
+  const log = page.hello?.source === "log";
   const wanted = byId("filter").value.trim().toLowerCase();
-  const fits = (document) => searchText(document).includes(wanted);
-  if (page.redrawList) {
-    const rows = page.events.filter(fits).slice(-SHOWN).reverse().map(eventRow);
-    list.replaceChildren(...rows);
-    page.redrawList = false;
-  } else if (fresh.length) {
-    const rows = fresh.filter(fits).slice(-SHOWN).reverse().map(eventRow);
-    list.prepend(...rows);
-    while (list.childElementCount > SHOWN) list.lastElementChild.remove();
-  }
+  listEvents(fresh, log ? "" : wanted);
+  if (log && recording.at) recording.fill(page.times);
   const style = getComputedStyle(document.documentElement);
   const names = ["--robot", "--accent", "--line", "--halt", "--quiet", "--rule", "--ink"];
   const colours = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(name)]));
   page.times.drawRates(byId("rates"), now(), colours);
-  page.times.drawLanes(byId("lanes"), now(), colours, wanted);
+  const hits = recording.hits?.all;
+  const fits = !log ? (tick) => tick.text.includes(wanted) : hits ? (tick) => hits.has(tick.place) : () => true;
+  page.times.drawLanes(byId("lanes"), now(), colours, fits);
+}
+
+function listEvents(fresh, wanted) {
+  const list = byId("events");
+  const fits = (document) => searchText(document).includes(wanted);
+  if (page.redrawList) {
+    const rows = (page.listing ?? page.events.filter(fits)).slice(-SHOWN).reverse().map(eventRow);
+    list.replaceChildren(...rows);
+    page.redrawList = false;
+  } else if (fresh.length && !page.listing) {
+    const rows = fresh.filter(fits).slice(-SHOWN).reverse().map(eventRow);
+    list.prepend(...rows);
+    while (list.childElementCount > SHOWN) list.lastElementChild.remove();
+  }
 }

@@ -84,7 +84,7 @@ function light(element) {
 }
 
 function eventRow(document) {
-  const { event, outcome, detail, time } = document;
+  const { event, outcome, detail, time, place } = document;
   const text = make("span", {}, eventName(event));
   const value = wordsOf(document);
   if (value) text.append(" ", make("span", { className: "value" }, value));
@@ -93,7 +93,14 @@ function eventRow(document) {
   if (document.missed) {
     text.append(make("div", { className: "gap" }, `${document.missed} before it were not told`));
   }
-  return make("li", { className: sortOf(document) }, make("time", {}, clock(time)), text);
+  const row = make("li", { className: sortOf(document) }, make("time", {}, clock(time)), text);
+  if (place) row.dataset.place = place;
+  const left = place && recording.departureAt(place);
+  if (left) {
+    row.classList.add("beyond");
+    if (left.at === place) text.append(make("div", { className: "left-here" }, `Event ${place} leaves the model: ${left.reason}`));
+  }
+  return row;
 }
 
 function clock(seconds) {

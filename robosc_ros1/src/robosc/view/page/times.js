@@ -8,11 +8,12 @@ const LANES = 8;
 const LANE = 15; // pixels
 const RATE = 48; // pixels for how often per second
 const LATELY = 5; // seconds over which that is the mean
-const TICKS = 4000;
+const LATE = 0.25; // seconds that events may be under way to the page
+const FEW = 2000; // ticks that are kept whatever their age
 
 const SORTS = [["robot", "--robot"], ["own", "--accent"], ["step", "--line"], ["bad", "--halt"]];
 const searchText = (document) =>
-  `${eventName(document.event)} ${wordsOf(document)} ${document.outcome}`.toLowerCase();
+  `${eventName(document.event)} ${wordsOf(document)} ${document.outcome} ${document.detail ?? ""}`.toLowerCase();
 const sortOf = ({ event, outcome }) =>
   outcome !== "applied" ? "bad" : event.kind === "tau" ? "step" : isOwn(event) ? "own" : "robot";
 
@@ -29,12 +30,16 @@ function blank(canvas) {
   return { context, width, height };
 }
 
+const tickOf = (time, document) => ({
+  time, name: document.event.name || document.event.kind, sort: sortOf(document), text: searchText(document),
+});
+
 /** When events were, by this machine's clock: how many per second, and each on a line of its own. */
 class Times {
   constructor() { this.clear(); }
 
-  clear() {
-    Object.assign(this, { seconds: new Map(), ticks: [], shown: [], latest: 0 });
+  clear(shown = []) {
+    Object.assign(this, { seconds: new Map(), ticks: [], shown, latest: 0, kept: FEW });
   }
 
   count(time, sort) {
@@ -48,9 +53,12 @@ class Times {
   }
 
   tick(time, document) {
-    const name = document.event.name || document.event.kind;
-    this.ticks.push({ time, name, sort: sortOf(document), text: searchText(document) });
-    if (this.ticks.length > 2 * TICKS) this.ticks.splice(0, TICKS);
+    this.ticks.push(tickOf(time, document));
+    if (this.ticks.length > 2 * this.kept) {
+      const first = this.ticks.findIndex((t) => t.time > time - WINDOW);
+      this.ticks.splice(0, first);
+      this.kept = Math.max(FEW, this.ticks.length);
+    }
   }
 
   /** Mean of the last whole seconds. */
@@ -88,43 +96,55 @@ class Times {
     context.fillText("last minute", width, 9);
   }
 
-  /** A lane for each communication that was heard of, if there is room; who has one keeps it. */
-  drawLanes(canvas, now, colours, wanted) {
+  /**
+   * Up to LANES communications that were heard of in the last seconds, each with its events and its
+   * rate; who has a lane keeps it. And how many have none.
+   */
+  lanes(now, fits) {
     const begin = now - WINDOW;
     const first = this.ticks.findLastIndex((t) => t.time < begin) + 1;
-    const ticks = this.ticks.slice(first).filter((t) => t.text.includes(wanted));
-    const names = new Set(ticks.map((t) => t.name));
-    const stay = this.shown.filter((name) => names.delete(name));
-    const lanes = [...stay, ...[...names].slice(0, LANES - stay.length)].sort();
-    const hidden = stay.length + names.size - lanes.length;
-    this.shown = lanes;
+    const found = new Map();
+    for (let i = first; i < this.ticks.length; i++) {
+      const tick = this.ticks[i];
+      if (!fits(tick)) continue;
+      const lane = found.get(tick.name) ?? { name: tick.name, ticks: [], rate: 0 };
+      if (!lane.ticks.length) found.set(tick.name, lane);
+      lane.ticks.push(tick);
+      if (tick.time > now - LATE - LATELY && tick.time <= now - LATE) lane.rate += 1 / LATELY;
+    }
+    const stay = this.shown.filter((name) => found.has(name));
+    const others = [...found.keys()].filter((name) => !stay.includes(name));
+    this.shown = [...stay, ...others.slice(0, LANES - stay.length)].sort();
+    return { lanes: this.shown.map((name) => found.get(name)), hidden: found.size - this.shown.length };
+  }
+
+  drawLanes(canvas, now, colours, fits) {
+    const { lanes, hidden } = this.lanes(now, fits);
     const tall = `${(Math.max(1, lanes.length) + 1) * LANE}px`;
     if (canvas.style.height !== tall) canvas.style.height = tall;
     const { context, width } = blank(canvas);
     context.font = SMALL;
-    const rates = new Map(lanes.map((name) => [name, 0]));
-    for (const t of ticks) if (t.time > now - LATELY && rates.has(t.name)) rates.set(t.name, rates.get(t.name) + 1);
-    const widest = Math.max(20, ...lanes.map((name) => context.measureText(name).width));
+    const widest = Math.max(20, ...lanes.map(({ name }) => context.measureText(name).width));
     const left = Math.min(width * 0.45, widest + RATE);
-    const x = (time) => left + ((time - begin) / WINDOW) * (width - left - 2);
-    context.fillStyle = colours["--rule"];
-    lanes.forEach((_, i) => context.fillRect(left, i * LANE + LANE / 2, width - left, 1));
-    const places = new Map(lanes.map((name, i) => [name, i * LANE]));
-    for (const [sort, colour] of SORTS) {
-      context.fillStyle = colours[colour];
-      for (const tick of ticks) {
-        const y = tick.sort === sort ? places.get(tick.name) : undefined;
-        if (y !== undefined) context.fillRect(x(tick.time), y + 2, 2, LANE - 4);
+    const x = (time) => left + ((time - now + WINDOW) / WINDOW) * (width - left - 2);
+    lanes.forEach((lane, i) => {
+      const y = i * LANE;
+      context.fillStyle = colours["--rule"];
+      context.fillRect(left, y + LANE / 2, width - left, 1);
+      for (const [sort, colour] of SORTS) {
+        context.fillStyle = colours[colour];
+        // Many events at one place are drawn once.
+        const columns = new Set(lane.ticks.filter((t) => t.sort === sort).map((t) => Math.round(x(t.time))));
+        for (const column of columns) context.fillRect(column, y + 2, 2, LANE - 4);
       }
-    }
-    context.fillStyle = colours["--ink"];
-    lanes.forEach((name, i) => context.fillText(fit(context, name, left - RATE), 0, (i + 1) * LANE - 4));
+      context.fillStyle = colours["--ink"];
+      context.fillText(fit(context, lane.name, left - RATE), 0, y + LANE - 4);
+      context.fillStyle = colours["--quiet"];
+      context.textAlign = "right";
+      context.fillText(lane.rate ? `${lane.rate.toFixed(1)}/s` : "", left - 6, y + LANE - 4);
+      context.textAlign = "left";
+    });
     context.fillStyle = colours["--quiet"];
-    context.textAlign = "right";
-    for (const [name, count] of rates) {
-      context.fillText(count ? `${(count / LATELY).toFixed(1)}/s` : "", left - 6, places.get(name) + LANE - 4);
-    }
-    context.textAlign = "left";
     const y = (lanes.length + 1) * LANE - 2;
     context.fillText(hidden ? `and ${hidden} more` : "", 0, y);
     for (const ago of [0, 5, 10, 15]) {

@@ -27,10 +27,18 @@ function hold(on) {
   else schedule();
 }
 
+function filter() {
+  if (page.hello?.source === "log") recording.search(byId("filter").value.trim());
+  page.redrawList = true;
+  remember();
+  schedule();
+}
+
 function onKey(event) {
   const typing = event.target.matches("input:not([type=range]), select, textarea");
   if (typing) {
     if (event.key === "Escape") event.target.blur();
+    if (event.key === "Enter" && event.target.id === "filter" && recording.hits) recording.next(event.shiftKey ? -1 : 1);
     return;
   }
   if (event.ctrlKey || event.metaKey || event.altKey || byId("help-box").open) return;
@@ -41,6 +49,8 @@ function onKey(event) {
   else if (event.key === "?") byId("help-box").showModal();
   else if (log && event.key === "ArrowLeft") recording.step(event.shiftKey ? -100 : -1);
   else if (log && event.key === "ArrowRight") recording.step(event.shiftKey ? 100 : 1);
+  else if (log && recording.hits && event.key === "n") recording.next(1);
+  else if (log && recording.hits && event.key === "N") recording.next(-1);
   else if (page.choices.length && /^[1-9]$/.test(event.key)) listedChoices()[event.key - 1]?.fire();
   else if (page.choices.length && event.key === "u") play({ undo: 1 });
   else if (page.choices.length && event.key === "r") play({ random: 1 });
@@ -50,7 +60,7 @@ function onKey(event) {
 
 byId("freeze").addEventListener("click", () => hold(!page.held));
 byId("help").addEventListener("click", () => byId("help-box").showModal());
-byId("filter").addEventListener("input", () => { page.redrawList = true; schedule(); });
+byId("filter").addEventListener("input", filter);
 byId("undo").addEventListener("click", () => play({ undo: 1 }));
 byId("random").addEventListener("click", () => play({ random: 1 }));
 byId("restart").addEventListener("click", () => play({ restart: true }));
@@ -61,6 +71,18 @@ byId("moment").addEventListener("input", (event) => {
   recording.pause();
   recording.go(Number(event.target.value));
 });
+byId("goto").addEventListener("change", (event) => {
+  const place = recording.placeOf(event.target.value.trim());
+  event.target.setCustomValidity(place ? "" : "Neither the number of an event nor a time as 13:05:07");
+  if (event.target.reportValidity()) recording.jump(place);
+});
+byId("departure").addEventListener("click", () => recording.jump(recording.nextDeparture().at));
+byId("previous").addEventListener("click", () => recording.next(-1));
+byId("next").addEventListener("click", () => recording.next(1));
+byId("events").addEventListener("click", ({ target }) => {
+  const place = Number(target.closest("li")?.dataset.place);
+  if (place) recording.jump(place);
+});
 document.addEventListener("keydown", onKey);
 document.addEventListener("visibilitychange", () => link.follow());
 addEventListener("resize", schedule);
@@ -70,4 +92,5 @@ setInterval(() => {
   if (page.held) showStatus();
   else schedule();
 }, 250);
+byId("filter").value = restored.filter;
 link.follow();
