@@ -99,6 +99,9 @@ def generated_text(result: Generated) -> str:
         changes.append(f"{len(files.removed)} removed")
     lines = [sizes(result.supervisor), f"{files.folder}: {', '.join(changes)}"]
     lines += [f"    {path}" for path in files.written]
+    if files.edited:
+        lines.append("changed by hand, and so kept as it is (--force replaces it):")
+        lines += [f"    {path}" for path in files.edited]
     if files.kept:
         lines.append("no part of the package any more, but changed by hand, and so kept:")
         lines += [f"    {path}" for path in files.kept]

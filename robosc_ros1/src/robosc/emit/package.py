@@ -31,10 +31,12 @@ class File:
 
 @dataclass(frozen=True)
 class Package:
-    """A package: its name and its files by path below its folder, in order of their paths."""
+    """A package: its name, its files by path below its folder, in order of their paths, and the
+    version of ROS that it is for (empty: any)."""
 
     name: str
     files: Mapping[str, File]
+    target: str = ""
 
 
 def frozen_files(files: Mapping[str, File]) -> Mapping[str, File]:

@@ -11,20 +11,28 @@ from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
 
-from robosc.emit.package import MARKER, File
+from robosc.emit.own_lines import text_of, with_own_lines
+from robosc.emit.package import MARKER, File, Package
 
-__all__ = ["RECORD", "is_as_recorded", "read_record", "record_of"]
+__all__ = ["RECORD", "is_as_recorded", "read_record", "record_of", "recorded_target"]
 
 RECORD = "generated.sha256"
 
 _LINE = re.compile(r"([0-9a-f]{64})  (.+)")
 
 
-def record_of(files: Mapping[str, File]) -> File:
-    """The record of these files."""
-    lines = [f"# What was {MARKER} here; it replaces and removes only what is still the same."]
-    lines += [f"{sha256(file.content.encode()).hexdigest()}  {p}" for p, file in files.items()]
+def record_of(package: Package) -> File:
+    """The record of a package's files, as they are without lines of the user's own."""
+    target = f" for {package.target}" if package.target else ""
+    lines = [f"# What was {MARKER}{target}; it replaces and removes only what is still the same."]
+    lines += [f"{_hash(file.content.encode())}  {path}" for path, file in package.files.items()]
     return File("\n".join(lines) + "\n")
+
+
+def recorded_target(folder: Path) -> str:
+    """The version of ROS that the package in a folder is for; empty if that is not recorded."""
+    found = re.match(rf"# What was {MARKER} for (\w+);", text_of(folder / RECORD))
+    return "" if found is None else found[1]
 
 
 def read_record(folder: Path) -> dict[str, str] | None:
@@ -46,13 +54,19 @@ def read_record(folder: Path) -> dict[str, str] | None:
 
 
 def is_as_recorded(folder: Path, path: str, record: Mapping[str, str]) -> bool:
-    """Whether a file of the package has the content that robosc gave it."""
+    """Whether a file of the package has the content that robosc gave it, the user's own lines
+    apart."""
     place = folder / path
     if path not in record or not place.is_file():
         return False
     if any((folder / part).is_symlink() for part in (Path(path), *Path(path).parents)):
         return False  # it lies somewhere else, whatever it is
-    return sha256(place.read_bytes()).hexdigest() == record[path]
+    own = with_own_lines(text_of(place), "").encode()
+    return record[path] in (_hash(place.read_bytes()), _hash(own))
+
+
+def _hash(content: bytes) -> str:
+    return sha256(content).hexdigest()
 
 
 def _is_below(path: str) -> bool:

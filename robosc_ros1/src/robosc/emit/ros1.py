@@ -63,7 +63,8 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "test/plant_data.py": File(plant_module(robot, source)),
         "README.md": File(_readme(supervisor, context)),
     }
-    return Package(package, frozen_files({**files, **runtime_files(f"{module}/_runtime", files)}))
+    files |= runtime_files(f"{module}/_runtime", files)
+    return Package(package, frozen_files(files), "ros1")
 
 
 def _readme(supervisor: Supervisor, context: PackageContext) -> str:

@@ -60,7 +60,5 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     }
     texts = {path: File(text) for path, text in files.items()}
     texts |= {p: File(render(t, context), executable=True) for p, t in programs.items()}
-    return Package(
-        package,
-        frozen_files({**texts, **runtime_files(f"{module}/_runtime", texts)}),
-    )
+    texts |= runtime_files(f"{module}/_runtime", texts)
+    return Package(package, frozen_files(texts), "ros1")

@@ -75,7 +75,8 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "test/plant_data.py": File(plant_module(robot, source)),
         **{f"{package}/{name}": File(verbatim(f"ros2/{name}")) for name in WIRING},
     }
-    return Package(package, frozen_files({**files, **runtime_files(f"{package}/_runtime", files)}))
+    files |= runtime_files(f"{package}/_runtime", files)
+    return Package(package, frozen_files(files), "ros2")
 
 
 def package_context(

@@ -55,4 +55,5 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "README.md": render("ros2/supervisor_README.md.jinja", readme),
     }
     texts = {path: File(text) for path, text in files.items()}
-    return Package(package, frozen_files({**texts, **runtime_files(f"{package}/_runtime", texts)}))
+    texts |= runtime_files(f"{package}/_runtime", texts)
+    return Package(package, frozen_files(texts), "ros2")

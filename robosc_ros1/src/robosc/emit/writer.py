@@ -2,7 +2,8 @@
 
 Files that robosc did not write, or that somebody changed since, are never replaced unless that is
 asked for, and folders not even then; files whose content does not change are not touched, so that
-nothing is built again. The new package is made complete beside the old one and takes its place in
+nothing is built again. What the user is meant to edit stays: files in ``config/`` that were changed,
+and the lines of :mod:`robosc.emit.own_lines`. The new package is made complete beside the old one and takes its place in
 one step: whatever ends robosc meanwhile, the folder holds the one or the other.
 """
 
@@ -17,12 +18,13 @@ import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robosc.emit.atomic_replacement import exchange, link_tree, rescue
+from robosc.emit.own_lines import own_lines, text_of, with_own_lines
 from robosc.emit.package import File, Package
-from robosc.emit.record import RECORD, is_as_recorded, read_record, record_of
+from robosc.emit.record import RECORD, is_as_recorded, read_record, record_of, recorded_target
 from robosc.errors import UsageError
 
 __all__ = ["Written", "write"]
@@ -32,13 +34,15 @@ __all__ = ["Written", "write"]
 class Written:
     """What happened: paths below ``folder``, each list in order.
 
-    ``kept`` are files that are no part of the package any more, but were changed by hand.
+    ``edited`` are configuration files that were changed by hand and stay as they are; ``kept`` are
+    files that are no part of the package any more, but were changed by hand.
     """
 
     folder: Path
     written: tuple[str, ...]
     unchanged: tuple[str, ...]
     removed: tuple[str, ...]
+    edited: tuple[str, ...]
     kept: tuple[str, ...]
 
 
@@ -109,17 +113,54 @@ def _write(package: Package, target: Path, force: bool) -> Written:
 
 
 def _update(package: Package, target: Path, folder: Path, force: bool) -> Written:
-    files = {**package.files, RECORD: record_of(package.files)}
     record = read_record(folder) or {}
+    if not force:
+        _demand_target(package, target, folder)
+    files = {**package.files, RECORD: record_of(package)}
+    edited = [] if force else [path for path in files if _is_edited(folder, path, record)]
+    files = {
+        path: replace(file, content=with_own_lines(file.content, own_lines(text_of(folder / path))))
+        for path, file in files.items()
+        if path not in edited
+    }
     fresh = {path: file for path, file in files.items() if not _is_same(folder / path, file)}
     gone = _make_way(folder, target, list(fresh), record, force)
-    lost = [path for path in sorted(record) if path not in files and (folder / path).exists()]
-    stale = [path for path in lost if is_as_recorded(folder, path, record)]
+    lost = [p for p in sorted(record) if p not in package.files and (folder / p).exists()]
+    stale = [
+        path
+        for path in lost
+        if is_as_recorded(folder, path, record) and not own_lines(text_of(folder / path))
+    ]
     kept = [path for path in lost if path not in stale]
     if fresh or stale:
         _apply(_Change(folder, fresh, frozenset(gone + stale)))
     unchanged = [path for path in files if path not in fresh]
-    return Written(target, tuple(fresh), tuple(unchanged), tuple(stale), tuple(kept))
+    return Written(
+        target, tuple(fresh), tuple(unchanged), tuple(stale), tuple(edited), tuple(kept)
+    )
+
+
+def _demand_target(package: Package, target: Path, folder: Path) -> None:
+    """Raise UsageError if the package in the folder is for another version of ROS."""
+    present = recorded_target(folder)
+    if present and package.target and present != package.target:
+        raise UsageError(
+            f"{target} holds a package for {present}, and this one is for {package.target}: choose"
+            " another folder with --output, or another name with --package\n"
+            "(--force replaces the package)"
+        )
+
+
+def _is_edited(folder: Path, path: str, record: Mapping[str, str]) -> bool:
+    """Whether a file is one that its user may change, and did."""
+    place = folder / path
+    return (
+        path.startswith("config/")
+        and path in record
+        and place.is_file()
+        and not place.is_symlink()
+        and not is_as_recorded(folder, path, record)
+    )
 
 
 def _is_same(path: Path, file: File) -> bool:

@@ -2,6 +2,16 @@
 from setuptools import setup
 
 PACKAGE = "gauntlet_controller"
+SCRIPTS = ["gauntlet_controller = gauntlet_controller.node:main"]
+DATA = [
+    ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
+    ("share/" + PACKAGE, ["package.xml"]),
+    ("share/" + PACKAGE + "/launch", ["launch/gauntlet_controller.launch.py"]),
+    ("share/" + PACKAGE + "/config", ["config/gauntlet_controller.yaml"]),
+]
+
+# begin of your own lines: they stay when robosc generates again
+# end of your own lines
 
 setup(
     name=PACKAGE,
@@ -11,14 +21,9 @@ setup(
     maintainer_email="robosc@example.org",
     license="BSD-3-Clause",
     packages=[PACKAGE, PACKAGE + "._runtime"],
-    data_files=[
-        ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
-        ("share/" + PACKAGE, ["package.xml"]),
-        ("share/" + PACKAGE + "/launch", ["launch/gauntlet_controller.launch.py"]),
-        ("share/" + PACKAGE + "/config", ["config/gauntlet_controller.yaml"]),
-    ],
+    data_files=DATA,
     install_requires=["setuptools"],
     extras_require={"test": ["pytest"]},
     zip_safe=True,
-    entry_points={"console_scripts": ["gauntlet_controller = gauntlet_controller.node:main"]},
+    entry_points={"console_scripts": SCRIPTS},
 )
