@@ -143,6 +143,26 @@ def test_why_a_goal_is_not_cancelled(execute: bool) -> None:
     assert kind == "synthesis" and text.startswith("grab.cancel can never be allowed: after")
 
 
+@pytest.mark.parametrize("event", ["grab", "set_light_state"])
+def test_a_busy_command_is_refused_for_the_same_reasons_in_every_mode(
+    supervisor: Supervisor, event: str
+) -> None:
+    def reasons(execute: bool) -> list[tuple[str, str]]:
+        player = session(supervisor, execute=execute)
+        orders = ["set_light_state", "distance 0.1", "stop", "grab"]
+        play(player, *(["distance 0.1"] if execute else orders))
+        (command,) = [
+            c
+            for c in player.machine.commands()
+            if (c.event.name, c.event.kind.value) == (event, "request")
+        ]
+        return [(r.kind, r.text) for r in command.reasons]
+
+    assert reasons(False)[0] == ("phase", "it is busy")
+    assert "synchronisation" in dict(reasons(False))
+    assert reasons(False) == reasons(True)
+
+
 @pytest.mark.parametrize("side", [-3, 0, 7])
 @pytest.mark.parametrize("tags", [[], [2], [0, 1]])
 def test_values_are_converted_as_the_controller_converts_messages(

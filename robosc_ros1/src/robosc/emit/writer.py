@@ -135,9 +135,7 @@ def _update(package: Package, target: Path, folder: Path, force: bool) -> Writte
     if fresh or stale:
         _apply(_Change(folder, fresh, frozenset(gone + stale)))
     unchanged = [path for path in files if path not in fresh]
-    return Written(
-        target, tuple(fresh), tuple(unchanged), tuple(stale), tuple(edited), tuple(kept)
-    )
+    return Written(target, tuple(fresh), tuple(unchanged), tuple(stale), tuple(edited), tuple(kept))
 
 
 def _demand_target(package: Package, target: Path, folder: Path) -> None:

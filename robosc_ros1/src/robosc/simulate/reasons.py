@@ -49,7 +49,6 @@ def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iter
     if event.phase is not None and state[event.phase.variable] not in event.phase.sources:
         phase = plant.variables[event.phase.variable].values[state[event.phase.variable]]
         yield Reason("phase", f"it is {phase}")
-        return
     # Whether the plant can do it does not hang on what the environment makes of it.
     after = outcome(plant, event, next(valuations(event)), state)
     if after is Verdict.OUT_OF_RANGE:
