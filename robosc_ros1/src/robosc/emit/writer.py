@@ -2,9 +2,10 @@
 
 Files that robosc did not write, or that somebody changed since, are never replaced unless that is
 asked for, and folders not even then; files whose content does not change are not touched, so that
-nothing is built again. What the user is meant to edit stays: files in ``config/`` that were changed,
-and the lines of :mod:`robosc.emit.own_lines`. The new package is made complete beside the old one and takes its place in
-one step: whatever ends robosc meanwhile, the folder holds the one or the other.
+nothing is built again. What the user is meant to edit stays: files in ``config/`` that were
+changed, and the lines of :mod:`robosc.emit.own_lines`. The new package is made complete beside the
+old one and takes its place in one step: whatever ends robosc meanwhile, the folder holds the one or
+the other.
 """
 
 from __future__ import annotations
