@@ -54,6 +54,7 @@ def cut(rng: random.Random, parts: list[str]) -> None:
     del parts[rng.randrange(1, len(parts)) :]
 
 
+@pytest.mark.slow
 @settings(
     derandomize=True,
     deadline=None,

@@ -170,6 +170,7 @@ def test_explore_text(robosc: Robosc, folder: Path) -> None:
     assert "      dark.response(true) -> 1" in lines
 
 
+@pytest.mark.slow
 def test_output_is_the_same_each_time(robosc: Robosc, folder: Path) -> None:
     first = robosc("explore", "--json", "large.rscd", PYTHONHASHSEED="1").stdout
     assert first == robosc("explore", "--json", "large.rscd", PYTHONHASHSEED="2").stdout

@@ -217,6 +217,7 @@ def mutants(source: str) -> Iterator[tuple[str, str]]:
                     yield "\n".join([*lines[:number], spoilt, *lines[number + 1 :]]), spoilt
 
 
+@pytest.mark.slow
 def test_it_finds_every_fault_that_matters(judging: Any, source: str) -> None:
     tried = [(line, judged(judging, faulty).faults) for faulty, line in mutants(source)]
     assert [line.strip() for line, faults in tried if not faults] == HARMLESS

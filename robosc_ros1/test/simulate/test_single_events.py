@@ -31,6 +31,7 @@ def player(supervisor: Supervisor) -> Session:
     return session(supervisor)
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=40)
 @given(seed=st.integers(0, 10**6))
 def test_a_random_walk_stays_within_the_explored_transitions(seed: int) -> None:
@@ -57,6 +58,7 @@ def test_a_random_walk_stays_within_the_explored_transitions(seed: int) -> None:
         assert (before, number, parameter_values(event, value), machine.plant_state) in steps
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=25)
 @given(seed=st.integers(0, 10**6))
 def test_commands_are_enabled_where_they_can_be_fired(seed: int) -> None:
@@ -99,6 +101,7 @@ def test_goto_takes_a_shortest_way(player: Session) -> None:
     assert play(player, "goto ObstacleGrabber.grabbing").text == "it holds already"
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=25)
 @given(seed=st.integers(0, 10**6))
 def test_no_way_is_shorter(seed: int) -> None:

@@ -26,6 +26,7 @@ def page(shown: str) -> str:
     return f"{_PAGE}<pre>{text.replace(chr(4), '</span>')}</pre>"
 
 
+@pytest.mark.slow
 def test_the_way_to_an_obstacle(tmp_path: Path) -> None:
     reason = missing_browser()
     if reason is not None:

@@ -48,6 +48,7 @@ def test_the_reason_in_a_long_line_is_the_overflow() -> None:
         assert len(reason.trace) == 2 * (k + 1) * (i + 1)
 
 
+@pytest.mark.slow
 def test_a_guard_over_all_others() -> None:
     """All but one philosopher wait: 3^24 combinations of what the guard of the last one reads."""
     found = synthesize_bdd(plant_of(families.philosophers(25)))
@@ -80,6 +81,7 @@ def test_product_beyond_64_bits() -> None:
     assert found.controlled_transitions == 2**70 * 140 + 1
 
 
+@pytest.mark.slow
 def test_gauges_are_compared_by_bits() -> None:
     """Two thousand five hundred values each, whose pairs nobody could look at."""
     found = supervisor_of(steep_families.gauges(2500), "bdd")

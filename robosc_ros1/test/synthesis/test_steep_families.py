@@ -34,6 +34,7 @@ SMALL = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("family", SMALL)
 def test_engines_agree_with_the_oracle(family: str, engine: str) -> None:
@@ -58,6 +59,7 @@ def test_guards_are_short(family: str, size: tuple[int, ...], longest: int, engi
     assert max(map(len, guards)) <= longest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("long", [0, 10_000], ids=["every way", "first way"])
 def test_guards_made_without_tables_are_exact(
@@ -72,6 +74,7 @@ def test_guards_made_without_tables_are_exact(
         assert differences(robot, Oracle(robot), engine) == [], seed
 
 
+@pytest.mark.slow
 def test_fixpoints_are_the_same_after_a_race(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fixpoint, "_FIRST_BUDGET", 1)
     monkeypatch.setattr(fixpoint, "_MORE", 2)

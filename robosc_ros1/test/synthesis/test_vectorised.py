@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthesis.plants import plant_of
@@ -135,6 +136,7 @@ def check(expr: Expr) -> None:
 PLANT_COLOURS = ("red", "green", "blue")
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=300)
 @given(conditions)
 def test_conditions(expr: Expr) -> None:
