@@ -191,6 +191,13 @@ GUARDED_CIRCLE = SENSORS + (
 """Its internal transitions end, but only their guards tell so."""
 
 
+@pytest.fixture
+def in_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Robots of independent parts are solved as a whole."""
+    monkeypatch.setattr(compute, "independent_parts", lambda plant, size: [plant])
+
+
+@pytest.mark.usefixtures("in_one_piece")
 @pytest.mark.parametrize("engine", ["dense", "bdd"])
 def test_a_large_system_without_end_is_told(engine: str) -> None:
     found = supervisor_of(steep_families.restless(18), engine)
@@ -199,6 +206,7 @@ def test_a_large_system_without_end_is_told(engine: str) -> None:
     assert found.step_bound is None
 
 
+@pytest.mark.usefixtures("in_one_piece")
 @pytest.mark.parametrize("engine", ["dense", "bdd"])
 def test_a_large_system_whose_automata_end_by_themselves(engine: str) -> None:
     states = "initial marked state a { transition goto b } state b { transition goto c }"
@@ -209,6 +217,7 @@ def test_a_large_system_whose_automata_end_by_themselves(engine: str) -> None:
     assert "properties-unchecked" in {d.code for d in found.diagnostics}
 
 
+@pytest.mark.usefixtures("in_one_piece")
 def test_a_fixpoint_tells_that_guards_end_it() -> None:
     pytest.importorskip("oxidd")
     found = supervisor_of(GUARDED_CIRCLE, "bdd")
@@ -216,6 +225,7 @@ def test_a_fixpoint_tells_that_guards_end_it() -> None:
     assert found.step_bound == 1
 
 
+@pytest.mark.usefixtures("in_one_piece")
 def test_no_controller_without_a_bound_on_its_steps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

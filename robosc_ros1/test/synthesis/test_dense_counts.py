@@ -222,7 +222,8 @@ def test_product_beyond_machine_integers_is_refused_before_anything_is_allocated
     many = "".join(
         f"component S{i} {{ outgoing message m{i} with type: integer(0..99) behaviour {{"
         f" variable x: integer(0..99) initial marked state s {{ on response from m{i} do x := value"
-        f" }} }} incoming message go{i} with type: none }} requirement go{i} needs S{i}.x > 3 "
+        f" }} }} incoming message go{i} with type: none }}"
+        f" requirement go{i} needs S{i}.x > S{(i + 1) % 12}.x "
         for i in range(12)
     )
     with pytest.raises(StateSpaceError, match=r"about 10\^24 combinations"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Iterator
 from functools import partial
@@ -21,6 +22,7 @@ from robosc.synthesis.dense.search import DenseSystem
 from robosc.synthesis.dense.transitions import Compiler
 from robosc.synthesis.formatting import amount, contributors, listing
 from robosc.synthesis.guards import GuardInputs, make_guard
+from robosc.synthesis.parts import combined, independent_parts
 from robosc.synthesis.result import Sizes, make_supervisor
 from robosc.synthesis.vectorised import support
 
@@ -38,6 +40,10 @@ _DENSE_PAIRS = 10_000
 _MOST_VALUES = 2**14
 _SMALL = 2**12
 """Products up to this size are not worth looking for dependent axes."""
+_WHOLE = 2**12
+"""Products up to this size are not worth taking apart."""
+_TOGETHER = {"dense": 2**6, "bdd": 2**60}
+"""Up to which size small parts are better solved together, as measured."""
 
 
 def synthesize(
@@ -49,12 +55,28 @@ def synthesize(
     """The supervisor of a plant.
 
     ``engine`` is ``auto``, ``dense`` or ``bdd``. ``max_states`` bounds the product space of the
-    dense engine, axes that depend on each other counted once. An empty supervisor is a result, not
-    an error.
+    dense engine, that of each independent part by itself, axes that depend on each other counted
+    once. An empty supervisor is a result, not an error.
 
     Raises:
         StateSpaceError: the product is larger than ``max_states``, and no other engine may be used.
     """
+    parts = [plant]
+    if prod(variable.size for variable in plant.variables) > _WHOLE:
+        symbolic = engine == "bdd" or (engine == "auto" and available())
+        parts = independent_parts(plant, _TOGETHER["bdd" if symbolic else "dense"])
+    found = []
+    for part in parts:
+        found.append(_synthesize(part, engine, max_states, progress))
+        if found[-1].engine == "bdd" and part is not plant:
+            gc.collect()  # else the diagrams of one part stay beside those of the next
+    return found[0] if len(found) == 1 else combined(plant, found)
+
+
+def _synthesize(
+    plant: Plant, engine: str, max_states: int, progress: Progress | None
+) -> Supervisor:
+    """The supervisor of a plant as a whole."""
     if engine == "bdd":
         return _symbolic(plant, progress)
     either = engine == "auto" and available()

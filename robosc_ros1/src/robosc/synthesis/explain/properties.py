@@ -53,7 +53,8 @@ _NAMES = ("bounded response", "confluence", "nonblocking under control")
 def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
     """The properties of the controller of a supervisor that is not empty."""
     stepping = any(g.event.kind is EventKind.TAU and g.status != "never" for g in guards)
-    if not stepping and not system.plant.robot.preferences:
+    yields_to = system.plant.robot.yields_to
+    if not stepping and not any(guard.event.key in yields_to for guard in guards):
         return Properties(tuple((name, True) for name in _NAMES), 0)
     if controlled_states > _MOST_STATES:
         return _of_large(system, guards, controlled_states)
@@ -130,6 +131,7 @@ class _Controller:
         self.preferred = {
             requests[key]: [events[requests[other]] for other in others]
             for key, others in plant.robot.yields_to.items()
+            if key in requests  # the plant may be a part of the robot
         }
         self.completions: dict[PlantState, _Completion] = {}
         self.came: dict[PlantState, PlantState] = {}

@@ -58,7 +58,8 @@ class _Examiner:
 
     def topics(self) -> Iterator[Diagnostic]:
         by_topic: dict[str, list[str]] = {}
-        for key, communication in self.robot.communications.items():
+        for key in self.requests:
+            communication = self.robot.communications[key]
             if communication.kind is Kind.INCOMING:
                 by_topic.setdefault(communication.identifier.lstrip("/"), []).append(key)
         for keys in by_topic.values():
@@ -143,8 +144,10 @@ class _Examiner:
     # --- requirements
 
     def requirements(self) -> Iterator[Diagnostic]:
-        for requirement in self.robot.requirements:
-            yield from self._requirement(requirement)
+        numbers = {number for _, number in self.plant.invariants}
+        numbers.update(number for event in self.plant.events for number in event.requirements)
+        for number in sorted(numbers):
+            yield from self._requirement(self.robot.requirements[number])
 
     def _requirement(self, requirement: Requirement) -> Iterator[Diagnostic]:
         kept = self.plant.view.expression(requirement.condition)
