@@ -151,9 +151,9 @@ def log_of(supervisor: Supervisor, *lines: tuple[str, str, Any] | float) -> list
 
 def is_in(component: str, state: str) -> str:
     """A component's card tells the state, and lights it in the diagram."""
-    card = f"[data-component={component}]"
-    lit = f"document.querySelector('{card} .state.active text')?.textContent === '{state}'"
-    return f"document.querySelector('{card}')?.dataset.state === '{state}' && {lit}"
+    card = f"[data-component='{component}']"
+    lit = f'document.querySelector("{card} .state.active text")?.textContent === "{state}"'
+    return f'document.querySelector("{card}")?.dataset.state === "{state}" && {lit}'
 
 
 def command_is(command: str, word: str) -> str:

@@ -36,8 +36,8 @@ _SILENCE = 2.0
 """Seconds after which a stream without news says so: the page takes silence for a broken link."""
 _LONGEST = 100_000
 _POLICY = (
-    "default-src 'self'; img-src 'self' data:; object-src 'none'; base-uri 'none'; form-action 'none';"
-    " frame-ancestors 'none'"
+    "default-src 'self'; img-src 'self' data:; object-src 'none'; base-uri 'none';"
+    " form-action 'none'; frame-ancestors 'none'"
 )
 
 Answers: TypeAlias = Mapping[str, Callable[[Any], Any]]

@@ -10,13 +10,13 @@ const lampWord = ({ enabled, blocked_by: reasons }) =>
 const LAMPS = { enabled: "lamp on", waiting: "lamp wait", forbidden: "lamp off" };
 
 class CommandRow {
-  constructor(command, hasData) {
+  constructor(event, hasData) {
     this.lamp = make("span", { className: "lamp", role: "img" });
     this.tally = make("span", { className: "tally" });
     this.below = make("div", { className: "below reasons" });
     this.sent = make("div", { className: "below sent", hidden: !hasData });
-    const { name, kind } = command.event;
-    this.key = eventName(command.event);
+    const { name, kind } = event;
+    this.key = eventName(event);
     this.name = make("button", { className: "command-name", type: "button", title: "Unfold" },
       name, make("small", {}, ` ${kind}`));
     this.name.setAttribute("aria-expanded", "false");

@@ -64,11 +64,11 @@ class Diagram {
   }
 
   nodes() {
-    const { states, transitions } = this.component;
+    const { states, transitions, room = "" } = this.component; // room for what stands behind names
     const nodes = states.map((state) => {
       const loops = transitions.filter(
         (t) => t.from === state.name && (t.to === null || t.to === state.name));
-      const half = Math.max(34, widthOf(state.name, "600 12.5px") / 2 + 14);
+      const half = Math.max(34, widthOf(state.name + room, "600 12.5px") / 2 + 14);
       const label = loops.length ? sizeOf(loops) : null;
       return {
         state, half, label, left: half + (state.initial ? 28 : 0), right: half + (label ? label.width + 26 : 0),

@@ -153,26 +153,27 @@ function greet(hello) {
 function build(model, text) {
   if (text === page.model) return; // the stream was opened again
   const drawn = model.components.filter((c) => c.states.length);
-  const cards = drawn.map((component, i) => new Card(component, i, fireByName));
+  const cards = componentCards(drawn, fireByName);
   const rest = model.components.filter((c) => !c.states.length).map((c) => c.name);
   const note = rest.length ? [make("p", { className: "others" }, `Without behaviour: ${rest.join(", ")}`)] : [];
-  const commands = model.commands.filter((c) => c.event.kind !== "tau");
   const bare = new Set(model.communications.filter((c) => c.request === "none").map((c) => c.name));
-  const rows = commands.map((command) => new CommandRow(command, !bare.has(command.event.name)));
-  page.model = text;
+  const commands = model.commands.filter((c) => c.event.kind !== "tau");
   page.source = model.source;
-  page.cards = new Map(drawn.map((component, i) => [component.name, cards[i]]));
-  page.rows = new Map(rows.map((row) => [row.key, row]));
+  const rows = commandRows(commands, (command) => !bare.has(command.event.name));
+  page.model = text;
+  page.cards = cards.all;
+  page.rows = rows.all;
   page.followed.clear();
   // A node that begins again may be another robot's: its state comes within a second.
   if (page.state && !drawn.every((c) => own(page.state.components, c.name) !== undefined)) page.state = null;
   page.shown = null;
   document.title = `${model.robot} · robosc`;
   write(byId("robot"), model.robot);
-  byId("components").replaceChildren(...cards.map((c) => c.element), ...note);
-  byId("overview").hidden = cards.length < MANY;
-  byId("overview").replaceChildren(...cards.map((c) => make("li", {}, c.link)));
-  byId("command-list").replaceChildren(...[...page.rows.values()].map((r) => r.element));
+  byId("components").replaceChildren(...cards.shown.map((c) => c.element), ...note);
+  byId("overview").hidden = cards.shown.length < MANY;
+  byId("overview").replaceChildren(...cards.shown.map((c) => make("li", {}, c.link)));
+  byId("command-list").replaceChildren(...rows.elements);
+  restoreOpen();
 }
 
 function render() {
@@ -229,19 +230,24 @@ function showState(state) {
 
 const phases = new Map();
 
+/** Communications and their phases; of copies how many are in each. */
 function showPhases(communications) {
-  const names = Object.keys(communications);
-  if (names.length !== phases.size || names.some((name) => !phases.has(name))) {
+  const groups = families(Object.keys(communications), (name) => name);
+  const label = (group) => (group.length > 1 ? familyName(group[0]) : group[0]);
+  if (groups.length !== phases.size || groups.some((group) => !phases.has(label(group)))) {
     phases.clear();
-    for (const name of names) phases.set(name, make("li"));
+    for (const group of groups) phases.set(label(group), make("li"));
     byId("phases").replaceChildren(...phases.values());
-    byId("calls").hidden = !names.length;
+    byId("calls").hidden = !groups.length;
   }
-  for (const [name, item] of phases) {
-    const phase = communications[name];
-    write(item, `${name} ${phase}`);
-    toggle(item, "busy", phase === "busy");
-    item.dataset.phase = phase;
+  for (const group of groups) {
+    const item = phases.get(label(group));
+    const counts = new Map();
+    for (const name of group) counts.set(communications[name], (counts.get(communications[name]) ?? 0) + 1);
+    const told = [...counts].map(([phase, count]) => (group.length > 1 ? `${count} ${phase}` : phase));
+    write(item, `${label(group)} ${told.sort().join(", ")}`);
+    toggle(item, "busy", counts.has("busy"));
+    item.dataset.phase = [...counts.keys()].sort().join(" ");
   }
 }
 

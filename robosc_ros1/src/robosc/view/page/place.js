@@ -5,6 +5,7 @@
 const restored = (() => {
   const given = new URLSearchParams(location.hash.slice(1));
   return {
+    open: given.getAll("open"),
     at: Number(given.get("at")) || null,
     filter: given.get("filter") ?? "",
   };
@@ -19,6 +20,14 @@ function remember() {
     const place = new URLSearchParams();
     if (page.hello?.source === "log") place.set("at", recording.at);
     if (byId("filter").value) place.set("filter", byId("filter").value);
+    for (const [name, card] of page.cards) if (card instanceof Copy && card.card) place.append("open", name);
     history.replaceState(null, "", `#${place}`);
   }, 500);
+}
+
+function restoreOpen() {
+  for (const name of restored.open) {
+    const copy = page.cards.get(name);
+    if (copy instanceof Copy) copy.unfold(true);
+  }
 }

@@ -14,7 +14,7 @@ const recording = {
     this.count = hello.count;
     Object.assign(byId("moment"), { min: 1, max: hello.count, value: 1 });
     const { times, sorts, names, name, departures } = await post("overview", {});
-    const ticks = times.map((time, i) => ({ time, name: names[name[i]], sort: SORT_OF_LETTER[sorts[i]], place: i + 1 }));
+    const ticks = times.map((time, i) => ({ time, name: familyName(names[name[i]]), sort: SORT_OF_LETTER[sorts[i]], place: i + 1 }));
     Object.assign(this, { times, ticks, departures });
     byId("departure").hidden = !departures.length;
     await this.go(restored.at ?? 1);

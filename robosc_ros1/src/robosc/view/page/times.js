@@ -31,7 +31,7 @@ function blank(canvas) {
 }
 
 const tickOf = (time, document) => ({
-  time, name: document.event.name || document.event.kind, sort: sortOf(document), text: searchText(document),
+  time, name: familyName(document.event.name) || document.event.kind, sort: sortOf(document), text: searchText(document),
 });
 
 /** When events were, by this machine's clock: how many per second, and each on a line of its own. */
