@@ -318,10 +318,10 @@ _ALL = (
     _error(
         _TYPES,
         "variable-type",
-        "Variables hold a boolean, integer, double, string or enum value; never arrays, objects or"
-        " `none`.",
-        "variable ranges: array(double)",
-        "Keep the part that you need, or convert the whole by an enum.",
+        "A variable cannot be of type `none`, an object or array variable has no initial value, and"
+        " a constant is of a basic type or an enum.",
+        "variable nothing: none",
+        "Use another type; an object or array holds nothing until something is assigned to it.",
     ),
     _error(
         _TYPES,
@@ -767,6 +767,15 @@ _ALL = (
         " message's defaults are sent then, usually zeros.",
         "provide move with { x: 1.0 } if A.clear",
         "Add a provide statement for that case, or a requirement that forbids the command then.",
+    ),
+    _plant(
+        Severity.WARNING,
+        "nothing-to-send",
+        "The command's data read an object or an array, and the command can be enabled before"
+        " anything was assigned to it. It is not sent then; the running controller counts and"
+        " reports that.",
+        "provide drive with { target_pose: Operator.goal }   // before the first goal",
+        "Enter a state when the data come, and let the command need it.",
     ),
     _plant(
         Severity.WARNING,

@@ -14,7 +14,7 @@ import time
 from collections import deque
 
 from plant_data import PLANT
-from shadow import Shadow, Wrong, attribute_of, field_of, same, told_as
+from shadow import Shadow, Undefined, Wrong, attribute_of, field_of, same, told_as
 
 PATIENCE = 60.0
 """Seconds after which something that must come has not come."""
@@ -254,14 +254,21 @@ class Judge:
             self._input(kind, key, value)
 
     def _is_refused(self, name):
-        """Whether an allowed command is not sent because a number in its data is not finite."""
+        """Whether an allowed command is not sent because a number in its data is not finite, or
+        because nothing has come yet of its data."""
         key = self.shadow.keys[name]
         self.shadow._check_request(key)
-        return not is_finite(self.shadow.data(key))
+        try:
+            return not is_finite(self.shadow.data(key))
+        except Undefined:
+            return True
 
     def _command(self, kind, key, value):
         if kind == "request":
-            data = self.shadow.data(key)
+            try:
+                data = self.shadow.data(key)
+            except Undefined:
+                raise Wrong("%s is sent though nothing of its data has come" % key) from None
             if not alike(value, data):
                 name = PLANT_COMMUNICATIONS[key]["name"]
                 self.faults.append("%s is sent with %r, not %r" % (name, value, data))
@@ -313,7 +320,7 @@ class Judge:
         )
 
     def _has(self, type_, message, path, part):
-        for step in path.replace("[", ".[").split("."):
+        for step in path.replace("[", ".[").split(".") if path else ():
             if step[0] == "[":
                 type_, message = type_[1], message[int(step[1:-1])]
             else:

@@ -13,7 +13,7 @@ class Wrong(Exception):
 
 
 class Undefined(Exception):
-    """An expression reads an array element that did not come."""
+    """An expression reads an array element that did not come, or data of which nothing has come."""
 
 
 def attribute_of(message, name):
@@ -28,7 +28,21 @@ def only_field(message):
 
 
 def field_of(message, name):
+    if isinstance(message, dict):
+        return message[name]
     return getattr(message, attribute_of(message, name))
+
+
+def plain(value):
+    """A message or an array as dicts and lists; anything else as it is."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, dict):
+        return {name: plain(part) for name, part in value.items()}
+    if isinstance(value, (list, tuple, bytes)) or hasattr(value, "tolist"):
+        return [plain(part) for part in value]
+    names = getattr(value, "__slots__", None) or vars(value)
+    return {n.lstrip("_"): plain(getattr(value, n)) for n in names if n != "_check_fields"}
 
 
 def double(number):
@@ -224,6 +238,8 @@ class Shadow:
         if operator == "literal":
             return arguments[0]
         if operator == "variable":
+            if self.variables[arguments[0]] is None:
+                raise Undefined
             return self.variables[arguments[0]]
         if operator == "state":
             return self.states[arguments[0]] == arguments[1]
@@ -239,6 +255,10 @@ class Shadow:
             return -self.evaluate(arguments[0], message)
         if operator == "bound":
             return self.value(arguments[1], arguments[2], self.bound[arguments[0]])
+        if operator == "part":
+            return self.value(arguments[1], arguments[2], self.evaluate(arguments[0], message))
+        if operator == "holds":
+            return self.comes_true(arguments[0], message)
         if operator == "convert":
             return self.convert(arguments[0], self.evaluate(arguments[1], message))
         if operator == "each":
@@ -253,6 +273,13 @@ class Shadow:
         if operator == "=>":
             return (not left) or self.evaluate(arguments[1], message)
         return OPERATORS[operator](left, self.evaluate(arguments[1], message))
+
+    def comes_true(self, condition, message):
+        """Whether a condition is true, or what it reads is there."""
+        try:
+            return self.evaluate(condition, message) is not False
+        except Undefined:
+            return False
 
     def aggregate(self, arguments, message):
         """What goes through an array; where an element leaves it undefined, that does not count."""
@@ -479,7 +506,11 @@ class Shadow:
             raise Wrong("%s cancelled though every requirement on it is met" % key)
 
     def data(self, key):
-        """The fields that a request must carry now; None: no provide statement applies."""
+        """The fields that a request must carry now; None: no provide statement applies.
+
+        Raises:
+            Undefined: nothing has come yet of what it would carry.
+        """
         for provide in self.plant["provides"]:
             if provide["communication"] != key:
                 continue
@@ -490,16 +521,27 @@ class Shadow:
     def _fields(self, data):
         if "fields" in data:
             return {name: self._fields_or_value(inner) for name, inner in data["fields"]}
-        return {data["field"]: self.evaluate(data["value"])}
+        if "whole" in data:
+            return plain(self.evaluate(data["whole"]))
+        return {data["field"]: plain(self.evaluate(data["value"]))}
 
     def _fields_or_value(self, data):
         if "elements" in data:
             return [self._fields_or_value(element) for element in data["elements"]]
-        return self._fields(data) if "fields" in data else self.evaluate(data["value"])
+        return self._fields(data) if "fields" in data else plain(self.evaluate(data["value"]))
 
 
 def told_as(told, value):
     """Whether JSON that tells of a value tells this one; it has strings for NaN and infinities."""
+    value = plain(value)
+    if isinstance(value, dict):
+        return (
+            isinstance(told, dict)
+            and set(told) == set(value)
+            and all(told_as(told[name], part) for name, part in value.items())
+        )
+    if isinstance(value, list):
+        return isinstance(told, list) and len(told) == len(value) and all(map(told_as, told, value))
     if isinstance(told, str) and isinstance(value, (int, float)):
         return told in ("NaN", "Infinity", "-Infinity") and same(float(told), double(value))
     return told == value

@@ -20,7 +20,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from roslib.message import get_message_class as message_class
 from rospy.impl.tcpros_base import TCPROSTransport
 
-from ._runtime.values import only_field
+from ._runtime.values import fields_of, only_field
 from .ros_watch import Refused, ask
 
 RESULT_TIMEOUT = 2.0
@@ -33,13 +33,13 @@ def fill(message, data):
     """The message with the given fields set, all others as they are; or the data, if a message."""
     if isinstance(data, type(message)):
         return data
-    for name, value in (data or {}).items():
+    for name, value in fields_of(data, message.__slots__):
         name = name or only_field(message)
         if not hasattr(message, name):
             name += "_"  # a Python keyword
         old = getattr(message, name)
-        if isinstance(value, dict):
-            fill(old, value)
+        if hasattr(old, "__slots__"):
+            setattr(message, name, fill(old, value))
         elif isinstance(value, list):
             setattr(message, name, _array(message, name, value))
         else:
@@ -63,13 +63,17 @@ def compose(message, data):
     """
     if isinstance(data, type(message)):
         return data
-    _stamp(fill(message, data), data or {})
+    fill(message, data)
+    if data is None or isinstance(data, dict):
+        _stamp(message, data or {})
     return message
 
 
 def _stamp(message, data):
     for name, inner in _headers(type(message)):
         given = data.get(name) or {}
+        if not isinstance(given, dict):
+            continue  # it came as a whole, with its stamps
         if inner:
             _stamp(getattr(message, name), given)
         elif "stamp" not in given:

@@ -8,7 +8,7 @@ import re
 import struct
 import sys
 
-from ._runtime.values import only_field
+from ._runtime.values import fields_of, only_field
 
 
 @functools.lru_cache(maxsize=None)
@@ -29,7 +29,7 @@ def _writer(kind, name):
     if array:
         return _array_writer(kind, name, array[1] or array[3], array[2], array[4])
     if "/" in kind:
-        return lambda value: fill(_message_class(kind)(), value)
+        return lambda value: _filled(_message_class(kind)(), value)
     fits = _limits(kind)
 
     def write(value):
@@ -38,6 +38,13 @@ def _writer(kind, name):
         return value
 
     return write
+
+
+def _filled(message, value):
+    """The message with what was stored, or with the given fields set."""
+    if isinstance(value, type(message)):
+        return sendable(copy.deepcopy(value))
+    return fill(message, value)
 
 
 def _array_writer(kind, name, element, most, length):
@@ -49,7 +56,7 @@ def _array_writer(kind, name, element, most, length):
         return most is None or len(values) <= int(most)
 
     def write_array(values):
-        if not isinstance(values, list) or not fits(values):
+        if isinstance(values, (str, dict)) or not fits(values):
             raise ValueError("%s is %r, which is no %s" % (name, values, kind))
         return [write(value) for value in values]
 
@@ -91,7 +98,7 @@ def fill(message, data):
     """The message with the given fields set, all others as they are; or the data, if a message."""
     if isinstance(data, type(message)):
         return data
-    for name, value in (data or {}).items():
+    for name, value in fields_of(data, _writers(type(message))):
         name = name or only_field(message)
         writers = _writers(type(message))
         if name not in writers:
@@ -111,14 +118,18 @@ def compose(message, data, clock):
     A message that comes ready made is sent as it is, and so is a stamp that the data give.
     """
     if isinstance(data, type(message)):
-        return data
-    _stamp(fill(message, data), data or {}, clock)
+        return sendable(copy.deepcopy(data)) if has_oddities(type(message)) else data
+    fill(message, data)
+    if data is None or isinstance(data, dict):
+        _stamp(message, data or {}, clock)
     return message
 
 
 def _stamp(message, data, clock):
     for name, inner in _headers(type(message)):
         given = data.get(name) or {}
+        if not isinstance(given, dict):
+            continue  # it came as a whole, with its stamps
         if inner:
             _stamp(getattr(message, name), given, clock)
         elif "stamp" not in given:

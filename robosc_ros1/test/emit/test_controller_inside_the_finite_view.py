@@ -6,7 +6,9 @@ on any numbers, must be one of the plant, and must stay in the controlled system
 
 from __future__ import annotations
 
+import math
 import random
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -19,6 +21,7 @@ from robosc.ir.finite.terms import value_of
 from robosc.ir.lower import lower
 from robosc.ir.step import Verdict, holds, outcome
 from robosc.model.entities import EventKind
+from robosc.model.evaluation import part_of_value
 from robosc.model.expr import StateRef, ValueRef, VariableRef
 from robosc.model.resolve import load
 from robosc.model.types import Value
@@ -48,8 +51,8 @@ class Run:
                 return found
             case StateRef(component=component, state=name):
                 return bool(self.controller.components()[component] == name)
-            case ValueRef():
-                return value
+            case ValueRef(path=path):
+                return part_of_value(value, path)
         raise TypeError(leaf)
 
     def state(self) -> PlantState:
@@ -85,7 +88,8 @@ class Run:
             _call(self.controller, entry.apply)
             return True
         try:
-            _call(self.controller, entry.apply, value)
+            read = value if isinstance(value, int | float | str | None) else entry.read(None, value)
+            _call(self.controller, entry.apply, read)
         except Mismatch:
             return False
         return True
@@ -108,7 +112,7 @@ def taken(run: Run, parameter: Parameter, value: Value | None) -> Value | None:
     try:
         if parameter.test is not None:
             return value_of(parameter.test, lambda leaf: run.look(leaf, value))
-        return value
+        return None if value is None else part_of_value(value, parameter.path)
     except Undefined:
         return None
 
@@ -156,3 +160,83 @@ def test_steps_on_exact_data_are_steps_of_the_plant(seed: int, computed: bool) -
         step(run, event, value)
         for condition, _ in run.plant.invariants:
             assert holds(run.plant, condition, run.state())
+
+
+OBJECTS = """
+robot R {{
+    interface links use Place from nowhere_msgs
+    datatype object Place {{ x: double route: array(Stop) levels: array(double) }}
+    datatype object Stop {{ y: integer }}
+    component Sensor {{
+        outgoing message place with type: Place links links
+        behaviour {{
+            variable here: Place
+            variable there: Place
+            variable levels: array(double)
+            variable far: boolean
+            variable x: double
+            initial marked state s {{
+                on response from place {guards[0]} do {actions[0]}
+                on request to swap do there := here, {actions[1]} goto t
+            }}
+            marked state t {{
+                on response from place {guards[1]} do {actions[2]} goto s
+                on request to swap do {actions[3]} goto s
+                transition if {conditions[0]} goto s
+            }}
+        }}
+    }}
+    component Base {{
+        incoming message swap with type: none
+        incoming message drive with type: Place links links
+        incoming message go with type: none
+    }}
+    requirement drive needs {conditions[1]}
+    requirement {conditions[2]} disables go
+    provide drive with Sensor.{sent}
+}}
+"""
+CONDITIONS = (
+    "Sensor.here.x > 0.5", "!(Sensor.here.x > Sensor.there.x)", "Sensor.x > 0",
+    "Sensor.far => Sensor.here.route[0].y > 1", "Sensor.there.x <= 0.5 or Sensor.far",
+    "any(p.y > 1 for p in Sensor.here.route)", "min(l for l in Sensor.levels) < 1",
+    "Sensor.levels[1] > Sensor.levels[0] and !Sensor.far", "length(Sensor.there.levels[0..1]) = 2",
+)  # fmt: skip
+ACTIONS = (
+    "here := value", "levels := value.levels", "here := value, levels := value.levels",
+    "x := value.x", "far := value.route[0].y > 1", "levels := value.levels[1..2]",
+)  # fmt: skip
+MOVES = (
+    "far := here.x > 0.5", "x := here.x", "here := there", "levels := there.levels",
+    "x := levels[1]", "far := there.route[length(levels)].y > 0",
+)  # fmt: skip
+GUARDS = ("", "if value.x > 0.5", "if value.x > Sensor.here.x", "if value.route[0].y > 1")
+
+
+def object_model(rng: random.Random) -> str:
+    first, third = rng.sample(ACTIONS, 2)
+    second, fourth = rng.choice(MOVES[:2] + MOVES[4:]), rng.choice(MOVES)
+    return OBJECTS.format(
+        guards=rng.sample(GUARDS, 2),
+        actions=(first, second, third, fourth),
+        conditions=rng.sample(CONDITIONS, 3),
+        sent=rng.choice(["here", "there"]),
+    )
+
+
+def some_place(rng: random.Random) -> Any:
+    route = [SimpleNamespace(y=rng.randint(0, 3)) for _ in range(rng.randint(0, 2))]
+    levels = [rng.choice([0.5, 1.5, 2.5]) for _ in range(rng.randint(0, 3))]
+    x = rng.choice([0.25, 0.5, 0.75, math.nan])
+    return SimpleNamespace(x=x, route=route, levels=levels)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_steps_on_objects_and_arrays_are_steps_of_the_plant(seed: int) -> None:
+    rng = random.Random(seed)
+    robot, diagnostics = load(Source("model.rscd", object_model(rng)))
+    assert robot is not None, diagnostics
+    run = Run(synthesize(lower(robot)))
+    for _ in range(150):
+        event = rng.choice(run.plant.events)
+        step(run, event, some_place(rng) if event.name == "place" else None)

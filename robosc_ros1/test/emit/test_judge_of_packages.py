@@ -13,6 +13,8 @@ import sys
 import threading
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -23,6 +25,7 @@ from runtime.lamp_robot import PlayedPort
 
 from robosc.emit.common import plant_module
 from robosc.emit.engine import verbatim
+from robosc.model.entities import Robot as ModelRobot
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.report import dump, event_document, state_document
@@ -40,11 +43,17 @@ def source() -> str:
 @pytest.fixture(scope="module")
 def judging(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """The module ``judge`` as it lies in the package."""
-    folder = tmp_path_factory.mktemp("package_test")
+    robot = supervisor_of(MODEL.read_text(encoding="utf-8")).plant.robot
+    with judging_of(robot, tmp_path_factory.mktemp("package_test")) as judge:
+        yield judge
+
+
+@contextmanager
+def judging_of(model: ModelRobot, folder: Path) -> Iterator[Any]:
+    """The module ``judge`` of a package of this model."""
     for name in ("judge.py", "shadow.py"):
         (folder / name).write_text(verbatim(f"common/{name}"), encoding="utf-8")
-    robot = supervisor_of(MODEL.read_text(encoding="utf-8")).plant.robot
-    (folder / "plant_data.py").write_text(plant_module(robot, "model.rscd"), encoding="utf-8")
+    (folder / "plant_data.py").write_text(plant_module(model, "model.rscd"), encoding="utf-8")
     sys.path.insert(0, str(folder))
     try:
         judge = importlib.import_module("judge")

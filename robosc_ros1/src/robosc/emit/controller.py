@@ -55,7 +55,7 @@ _PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
 _RESERVED = """
     After Command Communication Controller Input Mismatch Requirement Tau Undefined annotations
     ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS REQUIREMENTS STEP_BOUND
-    assigned components copy count_undefined given holds in_range kept message only_field
+    assigned components copied copy count_undefined given holds in_range kept message only_field
     optional self undefined value variables
 """
 
@@ -80,7 +80,7 @@ def _tables(context: ControllerContext) -> tuple[str, ...]:
 def _imports(context: ControllerContext) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What is used of each module of the runtime: all expressions are text in the context."""
     text = repr(context).replace("\\n", " ")
-    modules = {"functions": [], "values": ["given", "in_range", "only_field", "optional"]}
+    modules = {"functions": [], "values": ["copied", "given", "in_range", "only_field", "optional"]}
     for name, function in HELPERS.items():
         modules[function.__module__.rpartition(".")[2]].append(name)
     used = {
@@ -224,7 +224,7 @@ class _Builder:
                 attributes.append(
                     AttributeView(
                         self.attributes.variables[variable.key],
-                        literal(variable.initial),
+                        "None" if variable.initial is None else literal(variable.initial),
                         f"variable {variable.name}: {variable.type}{what}",
                     )
                 )

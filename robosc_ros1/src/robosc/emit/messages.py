@@ -67,7 +67,7 @@ def reading(
 def provide_view(provide: Provide, communication: Communication, spelling: Spelling) -> ProvideView:
     """A provide statement: its condition and the dict of the fields that it sets."""
     text = _data(provide.data, communication.request, spelling)
-    if not isinstance(provide.data, DataObject):
+    if not isinstance(communication.request, ObjectType):
         field = communication.binding.request_field
         text = f"{{{literal(field or '')}: {text}}}"
     condition = None if provide.condition is None else spelling.text(provide.condition)
@@ -84,6 +84,8 @@ def _data(data: Data, type_: Type, spelling: Spelling) -> str:
     if isinstance(data, DataArray):
         element = type_.element if isinstance(type_, ArrayType) else NoneType()
         return f"[{', '.join(_data(value, element, spelling) for value in data.elements)}]"
+    if isinstance(type_, ArrayType | ObjectType):
+        return f"copied({spelling.text(data)})"
     if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
         # A message's floating point field takes a float, not an integer.
         if isinstance(data, Literal) and isinstance(data.value, int):

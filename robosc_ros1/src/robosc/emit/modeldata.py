@@ -30,6 +30,7 @@ from robosc.model.expr import (
     Leaf,
     Literal,
     Operation,
+    Part,
     PhaseRef,
     StateRef,
     ValueRef,
@@ -212,7 +213,7 @@ def plant_data(robot: Robot) -> dict[str, Json]:
             {
                 "communication": p.communication,
                 "condition": None if p.condition is None else _tree(p.condition, enums),
-                "data": _data(p.data, robot.communications[p.communication], enums),
+                "data": _provided(p.data, robot.communications[p.communication], enums),
             }
             for p in robot.provides
         ],
@@ -303,6 +304,13 @@ def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
     }
 
 
+def _provided(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:
+    """Provided data: of fields, of the only field, or a whole object that was stored."""
+    if isinstance(data, Operation | Leaf) and isinstance(communication.request, ObjectType):
+        return {"whole": _tree(data, enums)}
+    return _data(data, communication, enums)
+
+
 def _data(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:
     if isinstance(data, DataArray):
         return {"elements": [_data(d, communication, enums) for d in data.elements]}
@@ -332,6 +340,8 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
             return ["convert", _type(node.type, enums), *operands]
         if isinstance(node, Aggregate):
             return ["each", node.operator, node.variable, *operands]
+        if isinstance(node, Part):
+            return ["part", *operands, list(node.path), _type(node.type, enums)]
         return [node.operation.key, *operands]
 
     return fold(expr, leaf, operation)

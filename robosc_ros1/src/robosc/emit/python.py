@@ -14,6 +14,7 @@ from robosc.model.expr import (
     Expr,
     Leaf,
     Literal,
+    Part,
     PhaseRef,
     StateRef,
     TestRef,
@@ -26,6 +27,7 @@ from robosc.model.expr import (
     with_operands,
 )
 from robosc.model.types import (
+    ArrayType,
     BooleanType,
     EnumType,
     IntegerType,
@@ -102,7 +104,8 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
             case VariableRef(component=component, variable=name):
                 if name == _LOCATION:
                     return f"self.{attributes.locations[component]}"
-                return f"self.{attributes.variables[f'{component}.{name}']}"
+                text = f"self.{attributes.variables[f'{component}.{name}']}"
+                return f"given({text})" if isinstance(node.type, ArrayType | ObjectType) else text
             case StateRef() | TestRef():
                 raise AssertionError("states and tests are spread before")
             case PhaseRef(communication=key):
@@ -121,7 +124,11 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
     def convert(enum: EnumType, text: str) -> str:
         return converted(enum, text, attributes.enums, "self.count_undefined")
 
-    return to_python(_spread(exact(expr)), leaf, _literal, convert)
+    def part(node: Part, whole: str) -> str:
+        text = defined_access(whole, node.path)
+        return converted(node.type, text, attributes.enums, "self.count_undefined")
+
+    return to_python(_spread(exact(expr)), leaf, _literal, convert, part)
 
 
 def _spread(expr: Expr) -> Expr:
@@ -156,7 +163,10 @@ def in_enum_rule(expr: Expr, enums: Mapping[EnumType, str]) -> str:
                 return converted(node.type, access(element_name(name), path), enums)
         raise TypeError(f"{node} in the rule of an enum")
 
-    return to_python(expr, leaf, _literal, lambda enum, text: converted(enum, text, enums))
+    def part(node: Part, whole: str) -> str:
+        return converted(node.type, defined_access(whole, node.path), enums)
+
+    return to_python(expr, leaf, _literal, lambda enum, text: converted(enum, text, enums), part)
 
 
 def access(root: str, path: Path) -> str:
@@ -164,6 +174,17 @@ def access(root: str, path: Path) -> str:
     return root + "".join(
         f"[{part}]" if isinstance(part, int) else f".{field_attribute(part)}" for part in path
     )
+
+
+def defined_access(root: str, path: Path) -> str:
+    """A part of what is stored or computed, which is undefined where an array is too short."""
+    text = root
+    for part in path:
+        if isinstance(part, int):
+            text = f"element({text}, {part})"
+        else:
+            text = f"{text}.{field_attribute(part)}"
+    return text
 
 
 def converted(

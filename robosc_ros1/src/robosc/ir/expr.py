@@ -19,9 +19,11 @@ from robosc.model.expr import (
     Convert,
     ElementRef,
     Expr,
+    Holds,
     Leaf,
     Literal,
     Operation,
+    Part,
     PhaseRef,
     StateRef,
     TestRef,
@@ -174,8 +176,13 @@ def to_dsl(
         return Spelled(_literal(node), _UNARY_LEVEL if negative else _ATOM)
 
     def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
-        if isinstance(node, Convert):
-            return Spelled(f"{node.type.name}({operands[0].text})", _ATOM)
+        match node:
+            case Convert():
+                return Spelled(f"{node.type.name}({operands[0].text})", _ATOM)
+            case Part(path=path):
+                return Spelled(f"{operands[0]:{_ATOM}}{_parts(path)}", _ATOM)
+            case Holds():
+                return operands[0]
         return node.operation.text.of(operands)
 
     def of_aggregate(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
@@ -229,8 +236,9 @@ def to_python(
     leaf: Callable[[Leaf], str],
     literal: Callable[[Literal], str] = lambda node: repr(node.value),
     convert: Callable[[EnumType, str], str] | None = None,
+    part: Callable[[Part, str], str] | None = None,
 ) -> str:
-    """The expression as Python source; ``leaf``, ``literal`` and ``convert`` spell the parts.
+    """The expression as Python source; ``leaf``, ``literal``, ``convert`` and ``part`` spell parts.
 
     Division reads ``divide(a, b)``, and an integer that may be too large for the double beside it
     ``widen(a)``: the caller's namespace must hold the functions of ``HELPERS``.
@@ -248,6 +256,9 @@ def to_python(
         if isinstance(node, Convert):
             assert convert is not None
             return Spelled(convert(node.type, operands[0].text), PYTHON_ATOM)
+        if isinstance(node, Part):
+            assert part is not None
+            return Spelled(part(node, operands[0].text), PYTHON_ATOM)
         if isinstance(node.type, DoubleType) and operation.python.level < PYTHON_ATOM:
             operands = tuple(
                 Spelled(f"widen({text.text})", PYTHON_ATOM) if may_be_huge(part) else text

@@ -38,7 +38,7 @@ from robosc.model.entities import (
     Tau,
     Variable,
 )
-from robosc.model.expr import TRUE, ChoiceRef, Expr, TestRef, ValueRef, VariableRef, walk
+from robosc.model.expr import TRUE, ChoiceRef, Expr, Holds, TestRef, ValueRef, VariableRef, walk
 from robosc.model.types import Type, Value, domain
 
 __all__ = ["lower"]
@@ -93,7 +93,7 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
     for test in view.tests:
         classes = view.values(None, test)
         outcomes = _values(test.type, test.name) if classes is None else classes
-        labels = None if classes is None else _labels(classes, test, robot)
+        labels = _labels_of_test(test) if classes is None else _labels(classes, test, robot)
         initial = outcomes.index(view.initial(test))
         yield StateVariable(
             VariableKind.TEST, test.name, outcomes, initial, labels=labels, test=test
@@ -266,15 +266,17 @@ class _Context:
             guard = after.transition.guard
             taken = Taken(after.transition, () if guard is None else (guard,), "state")
             edge = self._edge(component, location, taken)
+            automaton = LocalAutomaton(component.name, variable, (edge,), True)
+            scope = EventKind.AFTER, component.name
             yield Event(
                 kind=EventKind.AFTER,
                 name=component.name,
                 key=component.name,
                 index=after.index,
                 controllable=EventKind.AFTER.controllable,
-                parameters=(),
+                parameters=tuple(self._parameters((automaton,), scope)),
                 phase=None,
-                automata=(LocalAutomaton(component.name, variable, (edge,), True),),
+                automata=(automaton,),
                 requirement=None,
                 requirements=(),
                 span=after.span,
@@ -319,6 +321,14 @@ def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:
     if isinstance(term, TestRef):
         return VariableKind.TEST, term.name
     return VariableKind.DATA, f"{term.component}.{term.variable}"
+
+
+def _labels_of_test(test: TestRef) -> tuple[str, ...] | None:
+    """What users see of whether an object or an array is there; of other tests, the outcome."""
+    match test.subject:
+        case Holds(operand=VariableRef()):
+            return f"no {test.name}", test.name
+    return None
 
 
 def _labels(classes: Classes, term: Term, robot: Robot) -> tuple[str, ...]:

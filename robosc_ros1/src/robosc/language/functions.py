@@ -12,7 +12,7 @@ from robosc.language.operators import BINARY, PYTHON_ATOM, Operand, Operator, Ra
 from robosc.runtime import functions as runtime
 from robosc.runtime.values import widen
 
-__all__ = ["AGGREGATES", "CALLS", "CONVERSION", "FUNCTIONS", "HELPERS"]
+__all__ = ["AGGREGATES", "CALLS", "CONVERSION", "FUNCTIONS", "HELPERS", "PART", "PRESENCE"]
 
 _ATOM = 9
 
@@ -101,6 +101,17 @@ CONVERSION = Operator(
 )
 """An enum as a function. What it makes of a value, and its name, are each enum's own."""
 
+PART = Operator(
+    "part", _ATOM, Operand.BASIC, Result.ELEMENT, _no_function, "", _never, Text("{*}", PYTHON_ATOM)
+)
+"""A part of an object or an array. What it gives is said by its path."""
+
+PRESENCE = Operator(
+    "holds", _ATOM, Operand.BASIC, Result.BOOLEAN, runtime.is_so, "", _never,
+    python=Text("is_so(lambda: {0:0})", PYTHON_ATOM), written=Text("{0:0}", 0),
+)  # fmt: skip
+"""Whether a condition is true where data that it reads may not be there; or whether they are."""
+
 AGGREGATES: Mapping[str, Operator] = {
     a.spelling: a
     for a in (
@@ -115,7 +126,10 @@ AGGREGATES: Mapping[str, Operator] = {
 """What goes through an array: functions of the list of what each element gives."""
 
 HELPERS: Mapping[str, Callable[..., Any]] = {
-    **{function.__name__: function for function in (widen, runtime.defined, runtime.where)},
+    **{
+        function.__name__: function
+        for function in (widen, runtime.defined, runtime.where, runtime.is_so)
+    },
     **{
         operation.scalar.__name__: operation.scalar
         for operation in (*BINARY.values(), *CALLS.values(), *AGGREGATES.values())

@@ -22,12 +22,13 @@ from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, BOOLEAN, expected_type
 from robosc.model.expr import Expr
 from robosc.model.expressions import Incoming, Typer, is_value, no_value
+from robosc.model.presence import condition_on_data
 from robosc.model.reach import check_reach
 from robosc.model.report import Report, listing
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.targets import Targets
-from robosc.model.types import DoubleType, EnumType, Type, Value
-from robosc.model.values import check_range, coerce, default_value
+from robosc.model.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value
+from robosc.model.values import check_range, coerce, default_value, describe
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -94,16 +95,26 @@ class BehaviourResolver:
         if type_ is None:
             self.whole = False
             return None
+        name = self._instance.name
+        if node.initial is None and isinstance(type_, ArrayType | ObjectType):
+            return Variable(node.name.text, name, type_, None, False, span=node.name.span)
         initial = self._initial(node, type_)
         if initial is None:
             self.whole = False
             return None
-        name = self._instance.name
         return Variable(node.name.text, name, type_, initial, False, span=node.name.span)
 
     def _initial(self, node: VariableNode, type_: Type) -> Value | None:
         if node.initial is None:
             return default_value(type_)
+        if isinstance(type_, ArrayType | ObjectType):
+            self._report.add(
+                "variable-type",
+                node.initial.span,
+                f"'{node.name.text}' cannot have an initial value: it is {describe(type_)}",
+                "it holds nothing until something is assigned to it",
+            )
+            return None
         typer = Typer(
             self._report,
             self._instance.types,
@@ -240,7 +251,8 @@ class BehaviourResolver:
         guard = self._typer(incoming).check(node, BOOLEAN, "a guard")
         if guard is None:
             self.whole = False
-        return guard
+            return None
+        return condition_on_data(guard)
 
     def _goto(self, name: Name | None) -> str | None:
         if name is None:

@@ -25,6 +25,7 @@ from robosc.model.expr import (
     Expr,
     Literal,
     Operation,
+    Part,
     ValueRef,
     VariableRef,
     walk,
@@ -129,7 +130,7 @@ def _assignments(model: Model | Robot) -> Iterator[tuple[Component, Assignment]]
 def _check_finite(assignment: Assignment, report: Report) -> None:
     """What a finite variable of the state takes must be finite, unless it is only compared."""
     for part in _taken(assignment.value):
-        leaf = isinstance(part, VariableRef | ValueRef) and domain(part.type) is None
+        leaf = isinstance(part, VariableRef | ValueRef | Part) and domain(part.type) is None
         if leaf and part.span is not None:
             report.add(
                 "not-finite",
@@ -143,7 +144,7 @@ def _check_finite(assignment: Assignment, report: Report) -> None:
 def _taken(expr: Expr) -> Iterator[Expr]:
     """The parts of an expression that do not merely stand in a comparison or a question."""
     yield expr
-    if isinstance(expr, Convert) or (isinstance(expr, Aggregate) and domain(expr.type)):
+    if isinstance(expr, Convert | Part) or (isinstance(expr, Aggregate) and domain(expr.type)):
         return
     if isinstance(expr, Operation) and not expr.operation.is_comparison:
         for operand in expr.operands:

@@ -20,7 +20,6 @@ from robosc.model.types import (
     ObjectType,
     Type,
 )
-from robosc.model.values import is_basic
 from robosc.names import ros_name_fault, snake_case
 from robosc.source import Span
 from robosc.syntax.nodes import (
@@ -111,24 +110,15 @@ def _duplicate(
 
 def _variable_type(instance: Instance, node: VariableNode, report: Report) -> Type | None:
     type_ = instance.types.resolve(node.type)
-    if type_ is None or is_basic(type_) or isinstance(type_, EnumType):
+    if not isinstance(type_, NoneType):
         return type_
     report.add(
         "variable-type",
         node.type.span,
-        f"variable '{node.name.text}' cannot be {_with_article(type_)}",
-        "use string, boolean, integer, double or an enum that converts what you need",
+        f"variable '{node.name.text}' cannot be of type none",
+        "use any other type",
     )
     return None
-
-
-def _with_article(type_: Type) -> str:
-    match type_:
-        case ArrayType():
-            return "an array"
-        case ObjectType():
-            return f"an object ({type_})"
-    return f"of type {type_}"
 
 
 # --- communications ------------------------------------------------------------------------------

@@ -96,12 +96,15 @@ class Communication:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A component's variable. ``in_state`` is False for data-only ones (LANGUAGE section 4)."""
+    """A component's variable. ``in_state`` is False for data-only ones (LANGUAGE section 4).
+
+    ``initial`` is None for an object or an array, which holds nothing at the start.
+    """
 
     name: str
     component: str
     type: Type
-    initial: Value
+    initial: Value | None
     in_state: bool
     span: Span = _span()
 

@@ -22,15 +22,16 @@ from robosc.model.expr import (
     Leaf,
     Literal,
     Operation,
+    Part,
     ValueRef,
     fold,
     walk,
 )
 from robosc.model.types import EnumType, Value
-from robosc.runtime.functions import element
+from robosc.runtime.functions import element, is_so
 from robosc.runtime.values import Undefined
 
-__all__ = ["Undefined", "constant", "converted", "evaluate", "scalar_of"]
+__all__ = ["Undefined", "constant", "converted", "evaluate", "part_of_value", "scalar_of"]
 
 
 def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
@@ -46,7 +47,7 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
         if isinstance(node, Literal):
             return node.value
         if isinstance(node, ElementRef):
-            return _part(bound[node.variable], node.path)
+            return part_of_value(bound[node.variable], node.path)
         found = lookup(node)
         if found is None:
             raise Undefined
@@ -64,10 +65,13 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
         result: Value = node.operation.scalar(results)
         return result
 
-    return fold(expr, leaf, _apply, _lazily, bound=aggregate)
+    def total(operand: Callable[[], Value]) -> Value:
+        return is_so(operand)
+
+    return fold(expr, leaf, _apply, _lazily, bound=aggregate, total=total)
 
 
-def _part(value: Any, path: tuple[str | int, ...]) -> Value:
+def part_of_value(value: Any, path: tuple[str | int, ...]) -> Value:
     """A part of an object that came in, of a message or as a mapping."""
     for part in path:
         if isinstance(part, str):
@@ -89,7 +93,17 @@ def _lazily(node: Binary, left: Value, right: Callable[[], Value]) -> Value:
 
 def scalar_of(node: Operation) -> Callable[..., Value]:
     """What an operation makes of the values of its operands."""
-    return partial(converted, node.type) if isinstance(node, Convert) else node.operation.scalar
+    match node:
+        case Convert(type=type_):
+            return partial(converted, type_)
+        case Part():
+            return partial(_typed_part, node)
+    return node.operation.scalar
+
+
+def _typed_part(node: Part, whole: Value) -> Value:
+    part = part_of_value(whole, node.path)
+    return converted(node.type, part) if isinstance(node.type, EnumType) else part
 
 
 def converted(enum: EnumType, value: Any) -> Value:
@@ -97,7 +111,7 @@ def converted(enum: EnumType, value: Any) -> Value:
 
     def look(leaf: Leaf) -> Value | None:
         assert isinstance(leaf, ValueRef)
-        part = _part(value, leaf.path)
+        part = part_of_value(value, leaf.path)
         return converted(leaf.type, part) if isinstance(leaf.type, EnumType) else part
 
     for rule in enum.rules:

@@ -13,16 +13,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias, TypeVar
 
-from robosc.language.functions import AGGREGATES, CALLS, CONVERSION
+from robosc.language.functions import AGGREGATES, CALLS, CONVERSION, PART, PRESENCE
 from robosc.language.operators import BINARY, UNARY, Operator
-from robosc.model.types import BooleanType, EnumType, Type, Value
+from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type, Value
 from robosc.source import Span
 
 __all__ = [
     "FALSE", "TRUE", "Aggregate", "Binary", "Call", "ChoiceRef", "Convert", "ElementRef", "Expr",
-    "Leaf", "Literal", "Operation", "PhaseRef", "StateRef", "TestRef", "Unary", "ValueRef",
-    "VariableRef", "all_names", "fold", "may_be_undefined", "path_text", "rewritten", "walk",
-    "with_operands",
+    "Holds", "Leaf", "Literal", "Operation", "Part", "PhaseRef", "StateRef", "TestRef", "Unary",
+    "ValueRef", "VariableRef", "all_names", "fold", "may_be_undefined", "part_of", "path_text",
+    "rewritten", "walk", "with_operands",
 ]  # fmt: skip
 
 
@@ -222,9 +222,55 @@ class Convert:
         return (self.argument,)
 
 
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of an object or array: member names and indexes, as in ``Operator.goal.pose.x``."""
+
+    operand: Expr
+    path: tuple[str | int, ...]
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def operator(self) -> str:
+        return "part"
+
+    @property
+    def operation(self) -> Operator:
+        return PART
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.operand,)
+
+
+@dataclass(frozen=True, slots=True)
+class Holds:
+    """Whether a condition is true, or data are there; False where the operand is undefined."""
+
+    operand: Expr
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def type(self) -> Type:
+        return BooleanType()
+
+    @property
+    def operator(self) -> str:
+        return "holds"
+
+    @property
+    def operation(self) -> Operator:
+        return PRESENCE
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.operand,)
+
+
 Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef | TestRef | ElementRef
 """What an expression reads."""
-Operation: TypeAlias = Unary | Binary | Call | Aggregate | Convert
+Operation: TypeAlias = Unary | Binary | Call | Aggregate | Convert | Part | Holds
 Expr: TypeAlias = Literal | Leaf | Operation
 
 TRUE = Literal(True, BooleanType())
@@ -240,6 +286,7 @@ def fold(
     lazy: Callable[[Binary, T, Callable[[], T]], T] | None = None,
     known: Callable[[Expr], T | None] | None = None,
     bound: Callable[[Aggregate, T, Callable[[Expr], T]], T] | None = None,
+    total: Callable[[Callable[[], T]], T] | None = None,
 ) -> T:
     """What is made of an expression from what is made of its parts, from the leaves up.
 
@@ -248,7 +295,8 @@ def fold(
     that of the right; without it they count as strict. ``known`` may give the result for a part as
     a whole, so that nothing below it is looked at. ``bound`` is given the result for the array of
     an aggregate, and a function that makes those of its element and condition, once or for each
-    element of the array; without it these are operands like others.
+    element of the array; without it these are operands like others. ``total`` is given a function
+    that makes the result for what is asked whether it holds.
     """
 
     def visit(node: Expr) -> T:
@@ -263,6 +311,8 @@ def fold(
             return strict(node, (left, visit(node.right)))
         if bound is not None and isinstance(node, Aggregate):
             return bound(node, visit(node.array), visit)
+        if total is not None and isinstance(node, Holds):
+            return total(lambda: visit(node.operand))
         if isinstance(node, Operation):
             return strict(node, tuple(visit(operand) for operand in node.operands))
         return leaf(node)
@@ -286,6 +336,10 @@ def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
             return replace(node, operands=operands)
         case Convert():
             return replace(node, argument=operands[0])
+        case Part():
+            return part_of(operands[0], node.path, node.type, node.span)
+        case Holds():
+            return replace(node, operand=operands[0])
         case Aggregate():
             array, element, *condition = operands
             return replace(
@@ -293,11 +347,29 @@ def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
             )
 
 
+def part_of(
+    whole: Expr, path: tuple[str | int, ...], type_: Type, span: Span | None = None
+) -> Expr:
+    """A part of what an expression gives."""
+    match whole:
+        case ChoiceRef():
+            return Part(whole, path, type_, span)
+        case ValueRef(path=before):
+            return ValueRef((*before, *path), type_, span)
+        case Part(operand=operand, path=before):
+            return Part(operand, (*before, *path), type_, span)
+    return Part(whole, path, type_, span)
+
+
 def may_be_undefined(expr: Expr) -> bool:
     """Whether an expression can be undefined, as what reads an element of an array is."""
-    for part in walk(expr):
+    for part in walk(expr, inside=lambda node: not isinstance(node, Holds)):
         match part:
-            case ValueRef(path=path) | ElementRef(path=path) if not all_names(path):
+            case VariableRef(type=ArrayType() | ObjectType()):
+                return True  # it may hold nothing yet
+            case ValueRef(path=path) | ElementRef(path=path) | Part(path=path) if not all_names(
+                path
+            ):
                 return True
             case Call(operator="element") | Aggregate(operator="min" | "max"):
                 return True
@@ -309,13 +381,16 @@ def all_names(path: tuple[str | int, ...]) -> bool:
     return all(isinstance(part, str) for part in path)
 
 
-def walk(expr: Expr) -> Iterator[Expr]:
-    """The expression and all its parts, in source order, without recursion."""
+def walk(expr: Expr, inside: Callable[[Expr], bool] = lambda node: True) -> Iterator[Expr]:
+    """The expression and all its parts, in source order, without recursion.
+
+    Only the operands of those parts are visited for which ``inside`` holds.
+    """
     stack = [expr]
     while stack:
         node = stack.pop()
         yield node
-        if isinstance(node, Operation):
+        if isinstance(node, Operation) and inside(node):
             stack.extend(reversed(node.operands))
 
 

@@ -35,6 +35,8 @@ from robosc.model.expr import (
     StateRef,
     Unary,
     ValueRef,
+    VariableRef,
+    part_of,
 )
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
@@ -64,6 +66,7 @@ from robosc.syntax.nodes import (
     ExprNode,
     InNode,
     LiteralNode,
+    MemberNode,
     Name,
     SliceNode,
     UnaryNode,
@@ -117,7 +120,10 @@ class Typer:
             case Access() if node.root.text in self._bound and not is_escaped(node.root):
                 found = self._element(node)
             case Access() if not is_value(node):
-                return self._choose(node, expected, place)
+                whole = self._meanings.whole_of(node)
+                if whole is None:
+                    return self._choose(node, expected, place)
+                found = self._part_of_variable(node, *whole)
             case Access():
                 found = self._value(node)
             case LiteralNode():
@@ -132,6 +138,8 @@ class Typer:
                 found = typed_membership(node, self.check, self._report)
             case ElementNode():
                 found = typed_element(node, self.check)
+            case MemberNode():
+                found = self._member(node)
             case SliceNode():
                 found = typed_section(node, self.check)
             case AggregateNode():
@@ -198,7 +206,7 @@ class Typer:
         return Binary(node.operator, left, right, type_, node.span)
 
     def _equality(self, node: BinaryNode) -> Expr | None:
-        open_left, open_right = _is_open(node.left), _is_open(node.right)
+        open_left, open_right = self._is_open(node.left), self._is_open(node.right)
         place = f"'{node.operator}'"
         if open_left and open_right:
             assert isinstance(node.left, Access) and isinstance(node.right, Access)
@@ -227,6 +235,15 @@ class Typer:
             return None
         left, right = (other, known) if open_left else (known, other)
         return Binary(node.operator, left, right, BooleanType(), node.span)
+
+    def _is_open(self, node: ExprNode) -> bool:
+        """Whether a side of a comparison is a name whose meaning the other side decides."""
+        return (
+            isinstance(node, Access)
+            and not is_value(node)
+            and (node.root.text not in self._bound or is_escaped(node.root))
+            and self._meanings.whole_of(node) is None
+        )
 
     def _silently(self, node: ExprNode, place: str) -> None:
         """Check what stands beside something with an error: only what is wrong in itself."""
@@ -365,6 +382,27 @@ class Typer:
         type_ = self._part_of(access, self._bound[name])
         return None if type_ is None else ElementRef(name, _path(access), type_, access.span)
 
+    def _member(self, node: MemberNode) -> Expr | None:
+        """A part of an element with a computed index, or of another computed object."""
+        whole = self.check(node.object, ANY, "'.'")
+        if whole is None:
+            return None
+        access = Access(Name("", span=node.span), node.path, span=node.span)
+        type_ = self._part_of(access, whole.type)
+        if type_ is None:
+            return None
+        return part_of(whole, _path(access), _unbounded(type_), node.span)
+
+    def _part_of_variable(self, access: Access, variable: VariableRef, members: int) -> Expr | None:
+        """A part of a variable that is an object or an array."""
+        rest = replace(access, path=access.path[members:])
+        if not rest.path:
+            return variable
+        type_ = self._part_of(rest, variable.type)
+        if type_ is None:
+            return None
+        return part_of(variable, _path(rest), _unbounded(type_), access.span)
+
     # --- value -----------------------------------------------------------------------------------
 
     def _value(self, access: Access) -> Expr | None:
@@ -426,6 +464,11 @@ class Typer:
         return None
 
 
+def _unbounded(type_: Type) -> Type:
+    """The type of a part of a variable: what it holds was never held against a range."""
+    return IntegerType() if isinstance(type_, IntegerType) else type_
+
+
 def _path(access: Access) -> tuple[str | int, ...]:
     return tuple(p.text if isinstance(p, Name) else p for p in access.path)
 
@@ -442,11 +485,6 @@ def _of_three(node: ExprNode, place: str) -> str | None:
 
 
 _VALUE_PLACES = "'value' may stand in enum rules and after 'on response' and 'on feedback'"
-
-
-def _is_open(node: ExprNode) -> bool:
-    """Whether a side of a comparison is a name, so that the other side decides what it means."""
-    return isinstance(node, Access) and not is_value(node)
 
 
 def _may_be_compared(type_: Type) -> bool:

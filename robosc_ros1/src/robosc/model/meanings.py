@@ -9,7 +9,7 @@ from robosc.model.datatypes import TypeTable
 from robosc.model.expr import Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.model.report import Report
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
-from robosc.model.types import BooleanType, EnumType, Type
+from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
 from robosc.model.unknown import NameFaults, last_name
 from robosc.source import Span
 from robosc.syntax.nodes import (
@@ -66,6 +66,29 @@ class Meanings:
             self._types.scope.names.use(access.root, self._declaration(access.root.text))
         return found
 
+    def whole_of(self, access: Access) -> tuple[VariableRef, int] | None:
+        """The object or array of which a name is a part, and how many members name it."""
+        if not access.path or self._symbols is None:
+            return None
+        own, first = self._symbols.own, access.path[0]
+        name = access.root.text
+        if own is not None and _is_whole(own.variables.get(name)):
+            return self._whole(own, Access(access.root, (), span=access.root.span)), 0
+        component = self._symbols.component(name)
+        if component is None or not isinstance(first, Name) or len(access.path) == 1:
+            return None
+        if not _is_whole(component.variables.get(first.text)):
+            return None
+        return self._whole(component, Access(access.root, (first,), span=access.span)), 1
+
+    def _whole(self, component: Instance, access: Access) -> VariableRef:
+        name = last_name(access)
+        type_ = component.variables[name]
+        assert type_ is not None
+        found = VariableRef(component.name, name, type_, access.span)
+        self.record(access, found)
+        return found
+
     def record(self, access: Access, meaning: Expr) -> None:
         """Note what a name means, for editors."""
         if id(meaning) in self._named:
@@ -102,9 +125,7 @@ class Meanings:
     def _no_parts(self, access: Access) -> None:
         part = access.path[1] if isinstance(access.path[0], Name) else access.path[0]
         span = part.span if isinstance(part, Name) else access.span
-        self._report.add(
-            "unknown-member", span, "only 'value' has parts: variables are of basic types"
-        )
+        self._report.add("unknown-member", span, "only 'value', objects and arrays have parts")
 
     def _bare(self, access: Access) -> list[Expr] | None:
         name = access.root.text
@@ -219,6 +240,10 @@ class Meanings:
             seen.add(type_)
             found.append(Literal(name, type_, access.span))
         return found
+
+
+def _is_whole(type_: Type | None) -> bool:
+    return isinstance(type_, ArrayType | ObjectType)
 
 
 def _last(access: Access) -> Name:

@@ -23,6 +23,7 @@ from robosc.model.entities import (
 from robosc.model.expected import BOOLEAN, expected_type
 from robosc.model.expr import Literal
 from robosc.model.expressions import Typer, no_value
+from robosc.model.presence import condition_on_data
 from robosc.model.report import Report
 from robosc.model.ros.links import Binder
 from robosc.model.ros.types import DURATIONS
@@ -37,6 +38,7 @@ from robosc.syntax.nodes import (
     DataNode,
     DataObjectNode,
     DurationNode,
+    LiteralNode,
     PreferNode,
     ProvideNode,
     RequirementNode,
@@ -87,6 +89,7 @@ class StatementResolver:
         if condition is None or not whole:
             return None
         text = fold_text(node.span.text) + (f" ({node.place})" if node.place else "")
+        condition = condition_on_data(condition)
         return Requirement(node.kind, tuple(keys), condition, text, span=node.span)
 
     def preference(self, node: PreferNode) -> Preference | None:
@@ -108,6 +111,7 @@ class StatementResolver:
             condition = self._typer.check(node.condition, BOOLEAN, "the condition")
             if condition is None:
                 return None
+            condition = condition_on_data(condition)
         if info is None or data is None:
             return None
         if info.entity is not None:
@@ -159,6 +163,8 @@ class StatementResolver:
             return None
         if isinstance(type_, ObjectType) and isinstance(node, DurationNode):
             return self._duration(node, type_, place)
+        if isinstance(type_, ArrayType | ObjectType) and not isinstance(node, LiteralNode):
+            return self._typer.check(node, expected_type(type_), place)
         if isinstance(type_, ObjectType):
             names = ", ".join(f"{name}: …" for name, _ in type_.properties)
             self._report.add(

@@ -28,7 +28,7 @@ from .port import Port
 from .recorder import STOP_COMMAND, EventRecorder, Throttle
 from .scheduler import CommandScheduler, ScheduledCommand
 from .settings import Settings
-from .values import Mismatch, demand_finite
+from .values import Mismatch, Undefined, demand_finite
 
 __all__ = ["Engine"]
 
@@ -391,6 +391,8 @@ class Engine:
             self._dispatch(command, data)
         except Exception as error:
             reason = "%s: %s" % (type(error).__name__, error)
+            if isinstance(error, Undefined):
+                reason = "nothing has come yet of the data that it carries"
             self.recorder.counters["failed"] += 1
             self.recorder.record(command.kind, name, data, "failed", reason)
             self._log("error", command.key, "%s could not be sent: %s" % (name, reason))

@@ -10,9 +10,10 @@ from typing import Callable, Iterable, List, Sequence
 from .values import Undefined, Value, widen
 
 __all__ = [
-    "defined", "element", "greatest_of", "least_of", "number_of", "section", "total", "where",
-    "arc_tangent", "as_text", "cosine", "greatest", "has_bits", "hypotenuse", "is_infinite",
-    "is_not_a_number", "least", "rounded", "rounded_down", "rounded_up", "sine", "square_root",
+    "defined", "element", "greatest_of", "is_so", "least_of", "number_of", "section", "total",
+    "where", "arc_tangent", "as_text", "cosine", "greatest", "has_bits", "hypotenuse",
+    "is_infinite", "is_not_a_number", "least", "rounded", "rounded_down", "rounded_up", "sine",
+    "square_root",
 ]  # fmt: skip
 
 
@@ -96,6 +97,17 @@ def has_bits(bits: int, mask: int) -> bool:
 def as_text(value: Value) -> str:
     """A basic value or an enum's as text, spelled as in a model."""
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+# --- data that may not be there ---
+
+
+def is_so(condition: Callable[[], Value]) -> bool:
+    """Whether a condition is true, or data are there; what is undefined is neither."""
+    try:
+        return condition() is not False
+    except IndexError:  # as Undefined is
+        return False
 
 
 # --- arrays ---

@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
+import copy
 import math
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 __all__ = [
-    "Mismatch", "Undefined", "Value", "demand_finite", "divide", "given", "in_range", "jsonable",
-    "only_field", "optional", "remainder", "widen",
+    "Mismatch", "Undefined", "Value", "copied", "demand_finite", "divide", "fields_of", "given",
+    "in_range", "jsonable", "only_field", "optional", "remainder", "widen",
 ]  # fmt: skip
 
 Value = Any
-"""A value of the language: bool, int, float or str; a dict of them by path for an object."""
+"""A value of the language: bool, int, float or str; a dict of them by path for what an event
+brings; a message or an array as it came for an object or an array."""
 
 
 class Mismatch(Exception):
@@ -20,7 +22,7 @@ class Mismatch(Exception):
 
 
 class Undefined(IndexError):
-    """An expression reads an array element that did not come."""
+    """An expression reads an array element that did not come, or data of which nothing has come."""
 
 
 def widen(number: Value) -> float:
@@ -58,7 +60,7 @@ def given(value: Optional[Value]) -> Value:
     """The value, if it came.
 
     Raises:
-        Undefined: it is None, an element past the end of its array.
+        Undefined: it is None: an element past the end of its array, or data not yet there.
     """
     if value is None:
         raise Undefined
@@ -88,9 +90,11 @@ def demand_finite(data: Value, path: str = "") -> None:
     elif isinstance(data, dict):
         for name, part in data.items():
             demand_finite(part, "%s.%s" % (path, name) if path else name)
-    elif isinstance(data, (list, tuple)):
+    elif isinstance(data, (list, tuple)) or hasattr(data, "tolist"):
         for index, part in enumerate(data):
             demand_finite(part, "%s[%d]" % (path, index))
+    elif data is not None and not isinstance(data, (bool, int, str, bytes)):
+        demand_finite(_parts(data), path)
 
 
 _NOT_FINITE = {"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"}
@@ -113,9 +117,30 @@ def jsonable(value: Value) -> Value:
         return value
     if isinstance(value, bytes) or hasattr(value, "tolist"):
         return [jsonable(part) for part in value]
-    # A message in an array: rclpy's fields have an underscore in front, and one more of its own.
-    names = getattr(value, "__slots__", None) or vars(value)
-    return {n.lstrip("_"): jsonable(getattr(value, n)) for n in names if n != "_check_fields"}
+    return {name: jsonable(part) for name, part in _parts(value).items()}
+
+
+def _parts(message: Any) -> Dict[str, Any]:
+    """The fields of a message; those of rclpy have an underscore in front, and one more its own."""
+    names = getattr(message, "__slots__", None) or vars(message)
+    return {n.lstrip("_"): getattr(message, n) for n in names if n != "_check_fields"}
+
+
+def fields_of(data: Value, names: Iterable[str]) -> List[Tuple[str, Value]]:
+    """What data give for a message whose fields have these names: by name, None nothing at all.
+
+    A message of another type gives those of its fields that have the same name.
+    """
+    if data is None or isinstance(data, dict):
+        return list((data or {}).items())
+    parts = _parts(data)
+    names = [name.lstrip("_") for name in names]
+    return [(name, parts[name]) for name in names if name in parts]
+
+
+def copied(data: Value) -> Value:
+    """A copy of data that were stored: who sends it may change it."""
+    return copy.deepcopy(data)
 
 
 def optional(part: Callable[[], Value]) -> Optional[Value]:

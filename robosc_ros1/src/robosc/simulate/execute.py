@@ -18,7 +18,7 @@ from robosc.ir.automaton import Event, Plant, value_parts
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import Expr, path_text
-from robosc.model.types import IntegerType
+from robosc.model.types import IntegerType, ObjectType
 from robosc.runtime import model as runtime
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
@@ -26,7 +26,7 @@ from robosc.runtime.port import Data, Port
 from robosc.runtime.recorder import Entry, EventRecorder
 from robosc.runtime.report import blocked_by
 from robosc.runtime.settings import ParameterError, Settings, read
-from robosc.runtime.values import in_range
+from robosc.runtime.values import Undefined, in_range
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.generated import make_controller, state_of_controller
 from robosc.simulate.machine import (
@@ -184,7 +184,7 @@ class Execution:
             Command(
                 self._events[c.key, c.kind],
                 self._reasons(c),
-                None if c.data is None else c.data(self._controller),
+                None if c.data is None else _data(c.data, self._controller),
                 counts[c.key, c.kind],
             )
             for c in self._controller.COMMANDS
@@ -265,6 +265,14 @@ class Execution:
         return event, complete(robot, event, random_raw(robot, event, rng), label(event))
 
 
+def _data(data: Callable[[Controller], Any], controller: Controller) -> Any:
+    """What a command would carry; None if nothing has come of it yet."""
+    try:
+        return data(controller)
+    except Undefined:
+        return None
+
+
 def _settings(supervisor: Supervisor, parameters: Mapping[str, Any]) -> Settings:
     try:
         communications = declared_communications(supervisor.plant.robot)
@@ -299,7 +307,7 @@ def _reader(plant: Plant, event: Event) -> Callable[[Controller, Given], Any]:
         for path, type_ in {(): whole, **parts}.items():
             if isinstance(type_, IntegerType) and type_.bounds and given.get(path) is not None:
                 in_range(given[path], *type_.bounds, "the value")
-        if () in given:
+        if () in given and not isinstance(whole, ObjectType):
             return given[()]
         return {path_text(path): given.get(path) for path in parts}
 

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, BinaryIO
 
 from robosc.errors import UsageError
@@ -19,11 +20,13 @@ from robosc.ir.automaton import value_parts
 from robosc.language.events import EventKind
 from robosc.model.expr import path_text
 from robosc.model.types import (
+    ArrayType,
     BooleanType,
     DoubleType,
     EnumType,
     IntegerType,
     NoneType,
+    ObjectType,
     StringType,
     Type,
 )
@@ -31,7 +34,7 @@ from robosc.model.values import describe
 from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.report import blocked_by
-from robosc.runtime.values import Mismatch, jsonable
+from robosc.runtime.values import Mismatch, Undefined, jsonable
 from robosc.simulate.generated import make_controller
 from robosc.simulate.values import value_type
 from robosc.supervisor import Supervisor
@@ -227,7 +230,11 @@ def _perform(controller: Controller, command: Command, value: Any, stopping: boo
         return "; ".join(f"{r['text']} ({r['place']})" if "place" in r else r["text"]
                          for r in reasons)  # fmt: skip
     if command.data is not None:
-        provided = json.loads(json.dumps(jsonable(command.data(controller))))
+        try:
+            data = command.data(controller)
+        except Undefined:
+            return "nothing has come yet of the data that it carries"
+        provided = json.loads(json.dumps(jsonable(data)))
         # A node that guards another controller passes that one's data, and does not tell them.
         if value is not None and provided != value:
             return f"the model sends {json.dumps(provided)}, the log has {json.dumps(value)}"
@@ -258,7 +265,7 @@ def _restored(told: Any, parts: dict[str, Type]) -> Any:
     """
     if not parts:
         return None
-    if "" in parts:
+    if "" in parts and not isinstance(parts[""], ObjectType):
         return _value(told, parts[""])
     if not isinstance(told, dict) or set(told) != set(parts):
         raise ValueError(f"it has the parts {', '.join(parts)}")
@@ -289,6 +296,11 @@ def _value(told: Any, type_: Type) -> Any:
             return told
         case StringType() if isinstance(told, str):
             return told
+        case ArrayType(element=element) if isinstance(told, list):
+            return [_value(item, element) for item in told]
+        case ObjectType(properties=properties) if isinstance(told, dict):
+            members = dict(properties)
+            return SimpleNamespace(**{n: _value(v, members[n]) for n, v in told.items()})
     raise ValueError(f"it carries {describe(type_)}")
 
 

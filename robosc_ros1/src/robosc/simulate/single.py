@@ -9,12 +9,13 @@ from __future__ import annotations
 import random
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 from robosc.ir.automaton import Edge, Event, Parameter, Plant, PlantState, value_parts
 from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.ir.finite.terms import value_of
 from robosc.ir.step import Values, Verdict, valuations
-from robosc.model.entities import EventKind, Variable
+from robosc.model.entities import EventKind, Robot, Variable
 from robosc.model.expr import Expr, ValueRef, VariableRef, path_text, walk
 from robosc.model.types import DoubleType, IntegerType, Value, domain
 from robosc.runtime.values import widen
@@ -35,6 +36,7 @@ from robosc.simulate.values import (
     given_json,
     given_text,
     hint,
+    part_given,
     random_raw,
 )
 from robosc.supervisor import Guard, Step, Supervisor
@@ -47,7 +49,7 @@ __all__ = ["SingleEvents"]
 MOST_STATES = 1_000_000
 """How many states ``goto`` looks at before it gives up."""
 
-_Moment = tuple[PlantState, Mapping[str, Value]]
+_Moment = tuple[PlantState, Mapping[str, Value | None]]
 
 
 class SingleEvents:
@@ -146,7 +148,7 @@ class SingleEvents:
             Command(
                 event,
                 reasons(self.supervisor, guard, self._now[0]),
-                sent_data(self.plant.robot, event.key, state)
+                _data(self.plant.robot, event.key, state)
                 if event.kind is EventKind.REQUEST
                 else None,
             )
@@ -159,7 +161,7 @@ class SingleEvents:
         state = self.state
 
         def look(leaf: Leaf) -> Value | None:
-            return given.get(leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
+            return part_given(given, leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
 
         def value(parameter: Parameter) -> Value | None:
             if parameter.path in given or parameter.test is None:
@@ -185,7 +187,7 @@ class SingleEvents:
         if event.kind.of_component:
             (value,) = tau_values(self.plant, event, before, after)
         elif event.kind is EventKind.REQUEST:
-            value = sent_data(self.plant.robot, event.key, self.state)
+            value = _data(self.plant.robot, event.key, self.state)
         decided = zip((p.path for p in event.parameters), values, strict=True)
         assigned = list(self._assigned(event, {**dict(decided), **given}))
         self._past.append(self._now)
@@ -209,7 +211,7 @@ class SingleEvents:
         state = self.state
 
         def look(leaf: Leaf) -> Value | None:
-            return given.get(leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
+            return part_given(given, leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
 
         for automaton in event.automata:
             for edge in automaton.edges:
@@ -303,6 +305,14 @@ class SingleEvents:
         raw = random_raw(self.plant.robot, event, rng)
         free = complete(self.plant.robot, event, raw, label(event))
         return event, {**free, **taken}
+
+
+def _data(robot: Robot, key: str, state: State) -> dict[str, Any] | None:
+    """What a request carries now; None also where nothing has come of it yet."""
+    try:
+        return sent_data(robot, key, state)
+    except Undefined:
+        return None
 
 
 def _known(event: Event, values: Values) -> bool:

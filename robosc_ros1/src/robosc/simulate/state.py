@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
@@ -21,7 +21,7 @@ class State:
     """Component to its state, ``Component.variable`` to its value, key to the phase."""
 
     components: Mapping[str, str]
-    variables: Mapping[str, Value]
+    variables: Mapping[str, Value | None]
     phases: Mapping[str, str]
     tests: Mapping[str, Value] = field(default_factory=dict)
     """What tests of data came to, by name: where single events choose them."""
@@ -65,7 +65,7 @@ def is_true(condition: Expr, look: Callable[[Leaf], Value | None]) -> bool:
         return False
 
 
-def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value]) -> State:
+def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value | None]) -> State:
     """A state of the plant, with the data beside it, in model order."""
     found: dict[VariableKind, dict[str, Value]] = {kind: {} for kind in VariableKind}
     for variable, index in zip(plant.variables, state, strict=True):
@@ -95,9 +95,8 @@ def sent_data(robot: Robot, key: str, state: State) -> dict[str, Any] | None:
         if provide.condition is not None and not state.holds(provide.condition):
             continue
         data = _plain(provide.data, communication.request, state)
-        if isinstance(provide.data, DataObject):
-            assert isinstance(data, dict)
-            return data
+        if isinstance(communication.request, ObjectType):
+            return cast(dict[str, Any], data)
         return {communication.binding.request_field or "": data}
     return None
 

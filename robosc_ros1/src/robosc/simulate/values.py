@@ -11,7 +11,7 @@ import json
 import math
 import random
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from types import SimpleNamespace
 from typing import Any, TypeAlias, cast
 
@@ -19,6 +19,7 @@ from robosc.ir.automaton import Event, value_parts
 from robosc.ir.expr import Leaf
 from robosc.ir.step import Values, missing_together
 from robosc.model.entities import EventKind, Robot
+from robosc.model.evaluation import part_of_value
 from robosc.model.expr import ValueRef, path_text
 from robosc.model.types import (
     ArrayType,
@@ -33,14 +34,14 @@ from robosc.model.types import (
     Value,
 )
 from robosc.model.values import default_value, describe
-from robosc.runtime.values import jsonable
+from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import is_true
 from robosc.synthesis.formatting import listing
 
 __all__ = [
     "Given", "Path", "Raw", "complete", "given_json", "given_text", "hint", "literal_text",
-    "parameter_values", "parse_raw", "random_raw", "value_type",
+    "parameter_values", "parse_raw", "part_given", "random_raw", "value_type",
 ]  # fmt: skip
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -157,7 +158,9 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
     given: dict[Path, Value | None] = {}
     for path, part in value_parts(event).items():
         name = f"{path_text(path)} of {label}"
-        if path in fields and fields[path] is not None:
+        if isinstance(part, ArrayType | ObjectType) and path not in fields:
+            given[path] = _assembled(part, path, fields, name)
+        elif path in fields and fields[path] is not None:
             given[path] = _converted(part, fields[path], name)
         elif any(isinstance(step, int) for step in path):
             given[path] = None
@@ -173,11 +176,24 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
     return given
 
 
+def _assembled(type_: Type, path: Path, fields: Mapping[Path, Raw], what: str) -> Value:
+    """A part as a whole, from what was given of its members; the others are as by default."""
+    if path in fields:
+        return _converted(type_, fields[path], what)
+    if not isinstance(type_, ObjectType):
+        return _default(type_)
+    parts = {
+        name: _assembled(inner, (*path, name), fields, f"{what}.{name}")
+        for name, inner in type_.properties
+    }
+    return cast(Value, SimpleNamespace(**parts))
+
+
 def _by_path(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw]:
     """Parts by path, each of which the type must have."""
     found: dict[Path, Raw] = {}
     for text, value in raw.items():
-        if not _PATH.fullmatch(text):
+        if text and not _PATH.fullmatch(text):
             raise InvalidLine(f"'{text}' is no part of a value: write pose.x or ranges[0]")
         path = tuple(m.group(1) or int(m.group(2)) for m in _STEP.finditer(text))
         inner: Type | None = type_
@@ -278,7 +294,10 @@ def hint(robot: Robot, event: Event) -> str:
         return ""
     if isinstance(type_, ObjectType):
         parts = value_parts(event).items()
-        return ", ".join(f"{path_text(path)}: {_choices(part)}" for path, part in parts)
+        return ", ".join(
+            f"{path_text(path)}: {_choices(part)}" if path else _choices(part)
+            for path, part in parts
+        )
     return _choices(type_)
 
 
@@ -313,16 +332,42 @@ def literal_text(value: Value | None) -> str:
 
 def given_text(given: Given) -> str:
     """``free``; ``x: 1.0, kind: free``; empty for no value."""
-    if () in given:
+    if () in given and not _is_object(given[()]):
         return literal_text(given[()])
-    return ", ".join(f"{path_text(path)}: {literal_text(v)}" for path, v in given.items())
+    flat = {leaf: v for path, value in given.items() for leaf, v in _leaves(path, value)}
+    return ", ".join(f"{path_text(path)}: {literal_text(v)}" for path, v in flat.items())
+
+
+def _is_object(value: Any) -> bool:
+    return isinstance(value, SimpleNamespace)
+
+
+def _leaves(path: Path, value: Value | None) -> Iterator[tuple[Path, Value | None]]:
+    """The members of an object, down to those that are none."""
+    if not _is_object(value):
+        yield path, value
+        return
+    for name, inner in vars(value).items():
+        yield from _leaves((*path, name), inner)
+
+
+def part_given(given: Given, path: Path) -> Value | None:
+    """A part that came by itself, or with a whole; None if it is not there."""
+    for length in range(len(path), -1, -1):
+        if path[:length] in given:
+            found: Any = given[path[:length]]
+            try:
+                return part_of_value(found, path[length:]) if found is not None else None
+            except Undefined:
+                return None
+    return None
 
 
 def given_json(given: Given) -> Any:
     """As in the documents of a running controller: a literal, parts by path, or None."""
     if not given:
         return None
-    if () in given:
+    if () in given and not _is_object(given[()]):
         return jsonable(given[()])
     return {path_text(path): jsonable(value) for path, value in given.items()}
 

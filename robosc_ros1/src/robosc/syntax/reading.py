@@ -19,7 +19,6 @@ from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ArgumentNode,
-    MemberNode,
     ParameterNode,
 )
 
@@ -47,7 +46,6 @@ _LOOKAHEAD = 8
 
 PENDING: dict[type, str] = {
     ArgumentNode: "arguments of an import",
-    MemberNode: "computed indexes",
     ParameterNode: "parameters",
 }
 """Nodes whose meaning is not there yet; whoever gives them one removes them here."""

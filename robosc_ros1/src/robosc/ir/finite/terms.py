@@ -27,6 +27,7 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
+    may_be_undefined,
     walk,
 )
 from robosc.model.types import (
@@ -140,9 +141,13 @@ class Terms:
         return self._pairs[left, right], False
 
     def _seen(self, test: TestRef) -> TestRef | ChoiceRef:
-        """The test where it stands: what reads ``value`` is known only when the event happens."""
+        """The test where it stands: what reads ``value`` is known only when the event happens.
+
+        So is what reads data that may not be there, which only assignments do.
+        """
         read = [test.subject] if test.other is None else [test.subject, test.other]
-        return self.choice(test) if any(reads_value(part) for part in read) else test
+        at_event = any(reads_value(part) or may_be_undefined(part) for part in read)
+        return self.choice(test) if at_event else test
 
     def choice(self, test: TestRef) -> ChoiceRef:
         return ChoiceRef((test.name,), test.type, test=test)

@@ -27,14 +27,17 @@ from robosc.model.entities import (
     Assignment,
     Component,
     EventKind,
+    Provide,
     ResultTransition,
     Robot,
     Variable,
+    data_expressions,
 )
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
     Expr,
+    Holds,
     Literal,
     TestRef,
     Unary,
@@ -45,14 +48,16 @@ from robosc.model.expr import (
     walk,
 )
 from robosc.model.types import (
+    ArrayType,
     BooleanType,
     DoubleType,
     IntegerType,
+    ObjectType,
     Value,
     domain,
 )
 
-__all__ = ["FiniteView", "finite_view", "may_be_missing", "reference_to"]
+__all__ = ["FiniteView", "finite_view", "may_be_missing", "reference_to", "sent_wholes"]
 
 Scope: TypeAlias = tuple[EventKind, str] | None
 """Where ``value`` means something: an event, by its communication's key."""
@@ -94,6 +99,10 @@ class FiniteView:
     def values(self, scope: Scope, term: Term) -> Classes | None:
         """The classes of a term that is a number or a string without bounds."""
         return self._classes.get((scope, term))
+
+    def is_there(self, variable: VariableRef) -> TestRef:
+        """Whether an object or an array that provided data read has come."""
+        return self._terms.computed(Holds(variable))
 
     def initial(self, test: TestRef) -> Value:
         """What a test comes to at the start."""
@@ -149,6 +158,9 @@ class _Builder:
             for _, constant in found
             if isinstance(constant, int | float)
         )
+        for provide in self.robot.provides:
+            for variable in sent_wholes(provide):
+                self.states.setdefault(self.terms.computed(Holds(variable)))
         worked = 0
         while worked < len(self.states):
             term = list(self.states)[worked]
@@ -237,10 +249,11 @@ class _Builder:
         changed = read & given.keys()
         if not changed:
             return None
+        uncertain = any(may_be_undefined(given[name]) for name in changed)
         if (
             self._together(read, component, transition)
             # Of several changes at once some may not happen.
-            or (len(changed) > 1 and any(may_be_undefined(given[name]) for name in changed))
+            or (uncertain and (len(changed) > 1 or isinstance(term.subject, Holds)))
             or any(self._rounded(name, given[name]) for name in changed)
         ):
             return _anything(term)
@@ -277,6 +290,8 @@ class _Builder:
     def _substituted(self, test: TestRef, given: Mapping[tuple[str, str], Expr]) -> Expr:
         subject = _substitute(test.subject, given)
         if test.other is None:
+            if _is_there(subject):
+                return Literal(True, test.type)
             if is_constant(subject):
                 return Literal(evaluate(subject, lambda leaf: None), test.type)
             return self._known(self.terms.computed(subject))
@@ -371,6 +386,23 @@ def may_be_missing(term: Term) -> bool:
         case ValueRef():
             return may_be_undefined(term)
     return False
+
+
+def sent_wholes(provide: Provide) -> Iterator[VariableRef]:
+    """The objects and arrays that provided data read: until they are there, nothing is sent."""
+    for expr in data_expressions(provide.data):
+        for part in walk(expr):
+            if isinstance(part, VariableRef) and isinstance(part.type, ArrayType | ObjectType):
+                yield replace(part, span=None)
+
+
+def _is_there(subject: Expr) -> bool:
+    """Whether this asks for data that are there for sure."""
+    return (
+        isinstance(subject, Holds)
+        and isinstance(subject.operand.type, ArrayType | ObjectType)
+        and not may_be_undefined(subject.operand)
+    )
 
 
 def _substitute(expr: Expr, given: Mapping[tuple[str, str], Expr]) -> Expr:

@@ -12,6 +12,7 @@ from itertools import combinations
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.expr import conjunction, disjunction, negation, to_dsl
+from robosc.ir.finite.view import sent_wholes
 from robosc.ir.partial_evaluation import holds
 from robosc.model.entities import EventKind, Kind, Provide, Requirement
 from robosc.model.expr import TRUE, Expr, StateRef
@@ -100,6 +101,7 @@ class _Examiner:
                 command = enabled(self.plant, self.requests[key])
                 yield from self._together(key, provides, command)
                 yield from self._missing(key, provides, command)
+                yield from self._nothing_to_send(key, provides, command)
 
     def _together(
         self, key: str, provides: Sequence[Provide], command: Expr
@@ -136,6 +138,31 @@ class _Examiner:
                 self.robot.communications[key].span,
                 f"add a provide statement for that case, or a requirement that forbids {name} then",
             )
+
+    def _nothing_to_send(
+        self, key: str, provides: Sequence[Provide], command: Expr
+    ) -> Iterator[Diagnostic]:
+        """Data that may not have come when a command is to be sent with them."""
+        earlier: list[Expr] = []
+        for provide in provides:
+            condition = self._condition(provide)
+            for variable in dict.fromkeys(sent_wholes(provide)):
+                absent = negation(self.plant.view.is_there(variable))
+                when = self._when(conjunction([command, condition, *earlier, absent]))
+                if when is not None:
+                    yield self._about_absence(key, provide, to_dsl(variable, self.robot), when)
+            earlier.append(negation(condition))
+
+    def _about_absence(self, key: str, provide: Provide, data: str, when: str) -> Diagnostic:
+        name = self.robot.display_names[key]
+        return Diagnostic(
+            Severity.WARNING,
+            "nothing-to-send",
+            f"{name} can be enabled while {data}, which it carries, holds nothing: {when}; it is"
+            " not sent then",
+            provide.span,
+            f"let {name} need a state that is entered when {data} is assigned",
+        )
 
     def _condition(self, provide: Provide) -> Expr:
         condition = provide.condition

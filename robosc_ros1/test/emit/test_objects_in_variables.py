@@ -1,0 +1,124 @@
+"""Variables that are objects or arrays: stored as they came, read in part, sent as a whole."""
+
+from __future__ import annotations
+
+import array
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from emit.generated_code import controller_class, controller_source, supervisor_of
+from emit.test_judge_of_packages import judged, judging_of
+from runtime.lamp_robot import PlayedPort
+
+from robosc.runtime.engine import Engine
+from robosc.runtime.report import state_document
+from robosc.runtime.values import demand_finite, fields_of, jsonable
+
+MODEL = """
+robot Courier {
+    interface links use Place from nowhere_msgs
+    datatype object Place { x: double name: string }
+    datatype object Order { to: Place weight: double }
+    component Operator {
+        outgoing message place with type: Place links links
+        behaviour {
+            variable goal: Place
+            initial marked state on { on response from place do goal := value }
+        }
+    }
+    component Base {
+        incoming message drive with type: Order links links
+        incoming message point with type: Place links links
+    }
+    requirement drive needs !(Operator.goal.x < 0)
+    provide drive with { to: Operator.goal, weight: Operator.goal.x * 2 }
+    provide point with Operator.goal
+}
+"""
+
+
+class Played:
+    """A controller at work, on messages that are given to it."""
+
+    def __init__(self) -> None:
+        self.port = PlayedPort()
+        made, _ = controller_class(supervisor_of(MODEL))
+        self.engine = Engine(made(), self.port, steady=lambda: self.port.time)
+        self.engine.begin()
+        self.engine.cycle()
+
+    def place(self, **fields: Any) -> SimpleNamespace:
+        message = SimpleNamespace(**fields)
+        self.port.time += 1
+        self.engine.post("Operator.place", "response", message)
+        self.engine.cycle()
+        return message
+
+    def outcomes(self, name: str) -> list[Any]:
+        return [(e.outcome, e.value) for e in self.engine.recorder.take() if e.name == name]
+
+
+def test_nothing_is_sent_before_anything_has_come() -> None:
+    played = Played()
+    (entry,) = (e for e in played.engine.recorder.take() if e.name == "point")
+    assert entry.outcome == "failed"
+    assert entry.detail == "nothing has come yet of the data that it carries"
+    assert played.engine.recorder.counters["failed"] == 1
+    assert state_document(played.engine.snapshot(), [])["variables"] == {"Operator.goal": None}
+
+
+def test_a_condition_on_what_is_not_there_does_not_hold() -> None:
+    played = Played()
+    assert not any(e.name == "drive" for e in played.engine.recorder.take())
+    played.place(x=1.0, name="shelf")
+    assert played.outcomes("drive") != []
+
+
+def test_what_came_is_sent_as_a_whole_and_in_part() -> None:
+    played = Played()
+    played.outcomes("")
+    message = played.place(x=1.5, name="shelf")
+    sent = {e.name: e.value for e in played.engine.recorder.take() if e.outcome == "applied"}
+    assert sent["drive"] == {"to": message, "weight": 3.0}
+    assert sent["point"] == message
+    # Whoever sends it may change it, as rospy numbers headers.
+    sent["point"].name = "changed"
+    assert message.name == "shelf"
+
+
+def test_what_came_last_counts() -> None:
+    played = Played()
+    played.place(x=1.5, name="shelf")
+    played.place(x=-1.0, name="door")
+    played.outcomes("")
+    played.place(x=-2.0, name="gate")
+    events = played.engine.recorder.take()
+    assert not any(e.name == "drive" for e in events)
+    assert [e.value.name for e in events if e.name == "point"] == ["gate"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_test_of_the_package_knows_objects(
+    seed: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    supervisor = supervisor_of(MODEL)
+    with judging_of(supervisor.plant.robot, tmp_path_factory.mktemp("package_test")) as judging:
+        judge = judged(judging, controller_source(supervisor), seed)
+    assert judge.faults == []
+    assert judge.events["request", "drive", 0] > 10
+
+
+def test_arrays_of_any_kind_are_told_and_checked_as_lists() -> None:
+    numbers = array.array("d", [0.5, float("inf")])
+    assert jsonable({"a": numbers, "b": b"\x01\x02"}) == {"a": [0.5, "Infinity"], "b": [1, 2]}
+    demand_finite(SimpleNamespace(a=array.array("d", [0.5]), b=b"\x01", c="text"))
+    with pytest.raises(ValueError, match=r"goal.a\[1\] is inf"):
+        demand_finite({"goal": SimpleNamespace(a=numbers)})
+
+
+def test_a_message_of_another_type_gives_the_fields_that_both_have() -> None:
+    data = SimpleNamespace(x=1.0, name="shelf")
+    assert fields_of(data, ["_x", "_y"]) == [("x", 1.0)]
+    assert fields_of({"x": 2.0}, ["_x"]) == [("x", 2.0)]
+    assert fields_of(None, ["_x"]) == []
