@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import random
 from pathlib import Path
 
 import pytest
 import steep_families
+from random_models import random_model
 from synthesis.plants import supervisor_of
+from synthesis.subject import robot_of
 
 from robosc import pipeline
 from robosc.errors import Diagnostic, StateSpaceError
+from robosc.ir.lower import lower
 from robosc.supervisor import Supervisor
-from robosc.synthesis import compute
+from robosc.synthesis import compute, synthesize
+from robosc.synthesis.explain import properties as explain_properties
 
 CONTROL = ("endless-settling", "order-matters", "blocking-under-control")
 
@@ -192,37 +197,109 @@ GUARDED_CIRCLE = SENSORS + (
 
 
 @pytest.fixture
+def symbolic() -> None:
+    pytest.importorskip("oxidd")
+
+
+@pytest.fixture
 def in_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
     """Robots of independent parts are solved as a whole."""
     monkeypatch.setattr(compute, "independent_parts", lambda plant, size: [plant])
 
 
 @pytest.mark.usefixtures("in_one_piece")
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
-def test_a_large_system_without_end_is_told(engine: str) -> None:
-    found = supervisor_of(steep_families.restless(18), engine)
+def test_a_large_system_without_end_is_told() -> None:
+    found = supervisor_of(steep_families.restless(18), "dense")
     assert [d.code for d in found.diagnostics] == ["endless-settling", "properties-unchecked"]
     assert properties(found) == {"bounded response": False}
     assert found.step_bound is None
 
 
 @pytest.mark.usefixtures("in_one_piece")
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
-def test_a_large_system_whose_automata_end_by_themselves(engine: str) -> None:
+def test_a_large_system_whose_automata_end_by_themselves() -> None:
     states = "initial marked state a { transition goto b } state b { transition goto c }"
     states += " marked state c {}"
-    found = supervisor_of(SENSORS + f"component A {{ behaviour {{ {states} }} }}", engine)
+    found = supervisor_of(SENSORS + f"component A {{ behaviour {{ {states} }} }}", "dense")
     assert properties(found) == {"bounded response": True}
     assert found.step_bound == 2
     assert "properties-unchecked" in {d.code for d in found.diagnostics}
 
 
-@pytest.mark.usefixtures("in_one_piece")
-def test_a_fixpoint_tells_that_guards_end_it() -> None:
-    pytest.importorskip("oxidd")
-    found = supervisor_of(GUARDED_CIRCLE, "bdd")
-    assert properties(found) == {"bounded response": True}
-    assert found.step_bound == 1
+@pytest.mark.usefixtures("in_one_piece", "symbolic")
+class TestLargeSystemsSetBySet:
+    def test_no_end(self) -> None:
+        found = supervisor_of(steep_families.restless(40), "bdd")
+        assert [d.code for d in found.diagnostics] == ["endless-settling"]
+        assert properties(found) == {
+            "bounded response": False,
+            "confluence": True,
+            "nonblocking under control": False,
+        }
+        assert found.step_bound is None
+
+    def test_guards_end_it(self) -> None:
+        found = supervisor_of(GUARDED_CIRCLE, "bdd")
+        assert all(properties(found).values())
+        assert found.step_bound == 1
+
+    def test_an_end_that_depends_on_the_order(self) -> None:
+        choice = "initial marked state a { on response from m goto b }"
+        choice += " state b { transition goto a transition goto c } marked state c {}"
+        found = supervisor_of(SENSORS + behaviour(choice), "bdd")
+        assert not properties(found)["confluence"]
+        assert diagnostic(found).message == (
+            "where the internal transitions end depends on their order:"
+            " after m.response, in A.a or in A.c; the controller takes them in source order"
+        )
+
+    def test_no_rest_in_a_marked_state(self) -> None:
+        passing = "initial marked state a { on response from m goto b }"
+        passing += " state b { transition goto c } state c { on request to go goto d }"
+        passing += " marked state d { transition goto c }"
+        go = "component B { incoming message go with type: none }"
+        found = supervisor_of(SENSORS + behaviour(passing, go), "bdd")
+        assert not properties(found)["nonblocking under control"]
+        assert diagnostic(found).message == (
+            "after m.response, A: b->c the controller never again comes to rest in a marked state,"
+            " because it takes the internal transitions as soon as it can"
+        )
+
+    def test_only_in_source_order_it_ends(self) -> None:
+        """In another order A goes round for ever."""
+        first = behaviour(
+            "initial marked state a { on response from m goto b }"
+            " state b { transition goto a transition goto c } state c { transition goto b }"
+        )
+        found = supervisor_of(SENSORS + first, "bdd")
+        assert properties(found)["bounded response"]
+        assert found.step_bound is not None and found.step_bound >= 1
+
+    def test_preferred_commands_are_sent_first(self) -> None:
+        """As long as ``stay`` is enabled, ``leave`` is not sent, and b is not marked."""
+        text = behaviour(
+            "initial marked state a { on response from m goto b }"
+            " state b { on request to stay goto b on request to leave goto a }"
+        )
+        text += "component B { incoming message stay with type: none"
+        text += " incoming message leave with type: none } prefer stay over leave "
+        assert not properties(supervisor_of(SENSORS + text, "bdd"))["nonblocking under control"]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("symbolic")
+def test_random_controllers_set_by_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same as state by state; the bound on steps may be larger."""
+    plants = [lower(robot_of(random_model(random.Random(s), 1 + s % 3))) for s in range(25)]
+    stepwise = [synthesize(plant, "bdd") for plant in plants]
+    monkeypatch.setattr(explain_properties, "_FEW_STATES", 0)
+    for number, (plant, expected) in enumerate(zip(plants, stepwise, strict=True)):
+        found = synthesize(plant, "bdd")
+        assert found.properties == expected.properties, number
+        codes = [[d.code for d in one.diagnostics] for one in (found, expected)]
+        assert codes[0] == codes[1], number
+        bounds = found.step_bound, expected.step_bound
+        assert None in bounds or bounds[0] >= bounds[1], number  # type: ignore[operator]
+        assert (bounds[0] is None) == (bounds[1] is None), number
 
 
 @pytest.mark.usefixtures("in_one_piece")

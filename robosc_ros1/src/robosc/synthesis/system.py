@@ -8,6 +8,7 @@ Questions are conditions over the state, as expressions: where the plant can do 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
 
@@ -20,6 +21,7 @@ from robosc.supervisor import Guard, Step
 from robosc.synthesis.stepper import Stepper
 
 __all__ = [
+    "Runs",
     "System",
     "allowed",
     "enabled",
@@ -29,6 +31,23 @@ __all__ = [
     "steps_of",
     "tau_values",
 ]
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """What becomes of a controller's runs to completion; None where nothing is wrong.
+
+    Each is told by a chain of states in which completions start: the initial state, and after each
+    completion what one event leads to. ``endless``: the last completion goes round. ``differing``:
+    where it ends depends on the order, and may be either of two states. ``stuck``: no marked state
+    at rest can be reached from where it ends. ``longest`` bounds the number of internal transitions
+    of a completion; None if there is no bound.
+    """
+
+    endless: tuple[PlantState, ...] | None
+    differing: tuple[tuple[PlantState, ...], PlantState, PlantState] | None
+    stuck: tuple[PlantState, ...] | None
+    longest: int | None
 
 
 class System(Protocol):
@@ -59,6 +78,12 @@ class System(Protocol):
         """The most internal transitions that can follow one another, in any order.
 
         None: there is no end, or it would be too much work to find out.
+        """
+
+    def runs(self) -> Runs | None:
+        """What becomes of the controller's runs to completion.
+
+        None: it would be too much work to find out.
         """
 
 

@@ -15,8 +15,10 @@ from functools import cached_property
 
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
+from robosc.synthesis.bdd.controller import SymbolicController
 from robosc.synthesis.bdd.engine import Iterates, SymbolicSolution
 from robosc.synthesis.bdd.manager import Bdd
+from robosc.synthesis.system import Runs
 
 __all__ = ["SymbolicSystem"]
 
@@ -48,6 +50,12 @@ class SymbolicSystem:
 
     def longest_completion(self) -> int | None:
         return self.engine.longest_completion(self.solution.states)
+
+    def runs(self) -> Runs | None:
+        try:
+            return SymbolicController(self.solution).runs()
+        except MemoryError:
+            return None
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         """A path to a state where the condition holds: a shortest one unless that is too costly."""

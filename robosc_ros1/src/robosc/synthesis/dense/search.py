@@ -57,6 +57,9 @@ class DenseSystem:
     def longest_completion(self) -> int | None:
         return None
 
+    def runs(self) -> None:
+        return None
+
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         engine = self.solution.engine
         if not engine.count(self.solution.states, engine.compiler.condition(condition)):

@@ -12,9 +12,10 @@ Eclipse ESCET toolset:
 
 Preferences are taken into account: while a preferred command is enabled, the other one is not sent.
 Without both, all three properties follow from synthesis. With them the controlled system is
-walked state by state. Of one that is too large for that, bounded response is proved from the
-components' automata alone or by a greatest fixpoint (:meth:`System.longest_completion`), and
-refuted where a completion near the initial state goes round; a diagnostic tells what was left out.
+walked state by state, or, if it is too large for that, set by set (:meth:`System.runs`). Where that
+is too much work, bounded response is proved from the components' automata alone or by a greatest
+fixpoint (:meth:`System.longest_completion`), and refuted where a completion near the initial state
+goes round; a diagnostic tells what was left out.
 """
 
 from __future__ import annotations
@@ -29,10 +30,12 @@ from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.formatting import amount, listing, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper
-from robosc.synthesis.system import System, make_step
+from robosc.synthesis.system import Runs, System, make_step
 
 __all__ = ["Properties", "examine"]
 
+_FEW_STATES = 10_000
+"""Up to here a walk state by state is as fast as any other way."""
 _MOST_STATES = 100_000
 _FIRST = 2_000
 """Completions that are walked through in a system with more states."""
@@ -56,16 +59,23 @@ def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> 
     yields_to = system.plant.robot.yields_to
     if not stepping and not any(guard.event.key in yields_to for guard in guards):
         return Properties(tuple((name, True) for name in _NAMES), 0)
+    runs = system.runs() if controlled_states > _FEW_STATES else None
+    if runs is not None:
+        return _Controller(system.plant, guards).told(runs, _longest(system))
     if controlled_states > _MOST_STATES:
         return _of_large(system, guards, controlled_states)
     return _Controller(system.plant, guards).examine()
 
 
+def _longest(system: System) -> int | None:
+    """A bound on completions in any order, if there is one."""
+    bound = _longest_locally(system.plant)
+    return system.longest_completion() if bound is None else bound
+
+
 def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
     """What can be told without walking through all states."""
-    bound = _longest_locally(system.plant)
-    if bound is None:
-        bound = system.longest_completion()
+    bound = _longest(system)
     endless = None if bound is not None else _Controller(system.plant, guards).endless(_FIRST)
     holds: tuple[tuple[str, bool], ...] = ()
     if bound is not None or endless is not None:
@@ -152,13 +162,37 @@ class _Controller:
         stuck = self._stuck()
         if stuck is not None and endless is None:
             diagnostics.append(self._blocking(stuck))
-        holds = (
-            ("bounded response", endless is None),
-            ("confluence", differing is None),
-            ("nonblocking under control", stuck is None and endless is None),
-        )
+        answers = (endless is None, differing is None, stuck is None and endless is None)
+        holds = tuple(zip(_NAMES, answers, strict=True))
         bound = max(len(s.path) - 1 for s in self.completions.values())
         return Properties(holds, bound if endless is None else None, tuple(diagnostics))
+
+    def told(self, runs: Runs, bound: int | None) -> Properties:
+        """What was found set by set, in words; ``bound`` is a closer one on completions."""
+        diagnostics: list[Diagnostic] = []
+        if runs.endless is not None:
+            diagnostics.append(self._endless(self._follow(runs.endless)))
+        if runs.differing is not None:
+            chain, one, other = runs.differing
+            diagnostics.append(self._order_matters(self._follow(chain).path[0], one, other))
+        if runs.stuck is not None and runs.endless is None:
+            diagnostics.append(self._blocking(self._follow(runs.stuck).rest))
+        if bound is None:
+            bound = runs.longest
+        ends = runs.endless is None
+        answers = (ends, runs.differing is None, runs.stuck is None and ends)
+        holds = tuple(zip(_NAMES, answers, strict=True))
+        return Properties(holds, bound if ends else None, tuple(diagnostics))
+
+    def _follow(self, chain: Sequence[PlantState]) -> _Completion:
+        """Walk through the completions that start in these states; the last one."""
+        for start in chain:
+            self._completed(start)
+        for before, start in pairwise(chain):
+            rest = self.completions[before].rest
+            self.rests[rest] = before
+            self.came[start] = rest
+        return self.completions[chain[-1]]
 
     def endless(self, most: int) -> Diagnostic | None:
         """A completion that goes round, among the first ones."""

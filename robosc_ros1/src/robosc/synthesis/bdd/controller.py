@@ -1,0 +1,286 @@
+"""The controller that runs a supervisor, symbolically: where its runs to completion begin and end.
+
+After each event the controller takes internal transitions in source order, round by round, until
+none is possible. A round is a function on states, so sets go through it forward and backward, and
+the questions of :mod:`robosc.synthesis.explain.properties` are fixpoints:
+
+- completion ends from the states from which rounds lead to one at rest;
+- its end depends on the order if, for some component, either of two locations can be the last one
+  (internal transitions change nothing but locations);
+- what can reach a marked state at rest is found backward from those.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from robosc.ir.automaton import PlantState
+from robosc.model.entities import EventKind
+from robosc.synthesis.bdd.engine import SymbolicSolution
+from robosc.synthesis.bdd.manager import Bdd
+from robosc.synthesis.bdd.relations import Disjunct, EventRelation
+from robosc.synthesis.system import Runs
+
+__all__ = ["SymbolicController"]
+
+_MOST_NODES = 2**23
+"""New nodes, some seconds of work, beyond which the search gives up."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Move:
+    """What an internal transition does in one location: where it is taken, and what it changes."""
+
+    before: Bdd
+    target: Bdd
+    location: Bdd
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Reached:
+    """What an event led to for the first time: where completion ``starts``, and where it ``rests``.
+
+    ``earlier`` are the states at rest in which the event happened, or more of them.
+    """
+
+    event: int
+    starts: Bdd
+    rests: Bdd
+    earlier: Bdd
+
+
+class SymbolicController:
+    """The controller of a solution that is not empty.
+
+    Its methods raise MemoryError if they would take too many diagram nodes.
+    """
+
+    def __init__(self, solution: SymbolicSolution) -> None:
+        self.states = solution.states
+        self.engine = solution.engine
+        self.encoding = solution.engine.encoding
+        self.manager = solution.engine.manager
+        self.plant = solution.engine.plant
+        self._false = self.manager.false
+        self._most = self.manager.nodes + _MOST_NODES
+        enabled = {
+            event.number: solution.enabled(event)
+            for event in self.engine.events
+            if self.plant.events[event.number].controllable
+        }
+        moves = [self._moves(event.number, enabled) for event in self._events(tau=True)]
+        self._taus = [several for several in moves if several]
+        self._moving = self.manager.union(move.before for tau in self._taus for move in tau)
+        self._others = {
+            event.number: self._at_rest(event, enabled) for event in self._events(tau=False)
+        }
+        self._reached: list[_Reached] = []
+        self._starts = self._rests = self._false
+
+    def runs(self) -> Runs:
+        """What becomes of the controller's runs to completion."""
+        self._run()
+        ending = self._leading(self.states & ~self._moving)
+        endless = self._starts & ~ending
+        return Runs(
+            endless=self._chain(endless),
+            differing=self._differing(),
+            stuck=self._chain_to_rest(self._rests & ~self._reaching()),
+            longest=None if endless != self._false else self._longest(),
+        )
+
+    # --- what the controller does
+
+    def _events(self, tau: bool) -> list[EventRelation]:
+        kinds = self.plant.events
+        return [e for e in self.engine.events if (kinds[e.number].kind is EventKind.TAU) == tau]
+
+    def _moves(self, number: int, enabled: dict[int, Bdd]) -> list[_Move]:
+        (automaton,) = self.plant.events[number].automata
+        axis, value = automaton.variable, self.encoding.value
+        location = self.encoding.now([axis])
+        moves = [
+            _Move(enabled[number] & value(axis, edge.source), value(axis, edge.target), location)
+            for edge in automaton.edges
+            if edge.source != edge.target  # the controller does not take what changes nothing
+        ]
+        return [move for move in moves if move.before != self._false]
+
+    def _at_rest(self, event: EventRelation, enabled: dict[int, Bdd]) -> tuple[Disjunct, ...]:
+        """An event where the controller is at rest and sends nothing that is preferred to it."""
+        here = self.states & ~self._moving & enabled.get(event.number, self.manager.true)
+        taken = self.plant.events[event.number]
+        if taken.kind is EventKind.REQUEST:
+            preferred = self.plant.robot.yields_to.get(taken.key, ())
+            for number, other in enumerate(self.plant.events):
+                if other.kind is EventKind.REQUEST and other.key in preferred:
+                    here = here & ~enabled[number]
+        return tuple(
+            replace(disjunct, relation=disjunct.relation & here)
+            for disjunct in event.disjuncts
+            if not disjunct.stays
+        )
+
+    def _round(self, states: Bdd) -> Bdd:
+        """Where one round of internal transitions, each tried once, leads."""
+        for tau in self._taus:
+            left = states
+            moved = []
+            for move in tau:
+                moved.append(
+                    self.manager.and_exists(states, move.before, move.location) & move.target
+                )
+                left = left & ~move.before
+            states = self.manager.union([left, *moved])
+        return states
+
+    def _before_round(self, states: Bdd) -> Bdd:
+        """From where one round leads into ``states``."""
+        for tau in reversed(self._taus):
+            left = states
+            came = []
+            for move in tau:
+                came.append(self._back(move, states))
+                left = left & ~move.before
+            states = self.manager.union([left, *came])
+        return states
+
+    def _back(self, move: _Move, states: Bdd) -> Bdd:
+        return self.manager.and_exists(states, move.target, move.location) & move.before
+
+    def _completed(self, starts: Bdd) -> Bdd:
+        """The states at rest to which completion leads."""
+        rests, seen, left = self._false, starts, starts
+        while left != self._false:
+            rests = rests | (left & ~self._moving)
+            left = self._round(left & self._moving) & ~seen
+            seen = seen | left
+            self._limit()
+        return rests
+
+    def _leading(self, states: Bdd) -> Bdd:
+        """From where completion passes through ``states``, those included."""
+        return self._closure(
+            states, lambda found: found | (self._before_round(found) & self.states)
+        )
+
+    def _closure(self, states: Bdd, step: Callable[[Bdd], Bdd]) -> Bdd:
+        while True:
+            self._limit()
+            before, states = states, step(states)
+            if states == before:
+                return states
+
+    def _limit(self) -> None:
+        self.manager.collect_garbage()
+        if self.manager.nodes > self._most:
+            raise MemoryError
+
+    # --- from rest to rest
+
+    def _run(self) -> None:
+        """Find all that the controller reaches."""
+        self._add(-1, self.encoding.initial)
+        while True:
+            before = self._rests
+            for number, disjuncts in self._others.items():
+                after = self.manager.union(
+                    self.engine.relations.image(disjunct, self._rests) for disjunct in disjuncts
+                )
+                self._add(number, after & ~self._starts)
+            if self._rests == before:
+                return
+
+    def _add(self, event: int, starts: Bdd) -> None:
+        if starts == self._false:
+            return
+        rests = self._completed(starts) & ~self._rests
+        self._reached.append(_Reached(event, starts, rests, self._rests))
+        self._starts = self._starts | starts
+        self._rests = self._rests | rests
+
+    def _reaching(self) -> Bdd:
+        """The states at rest from which a marked one at rest can be reached."""
+
+        def step(found: Bdd) -> Bdd:
+            into = self._leading(found)
+            for disjuncts in self._others.values():
+                for disjunct in disjuncts:
+                    found = found | (self.engine.relations.preimage(disjunct, into) & self._rests)
+            return found
+
+        return self._closure(self._rests & self.encoding.marked, step)
+
+    def _longest(self) -> int:
+        """No completion takes more internal transitions; there may be less."""
+        rounds, left = 0, self._starts & self._moving
+        while left != self._false:
+            left = self._round(left) & self._moving
+            rounds += 1
+            self._limit()
+        return rounds * len(self._taus)
+
+    # --- any order
+
+    def _differing(self) -> tuple[tuple[PlantState, ...], PlantState, PlantState] | None:
+        """Where completion starts that can end in two states, depending on the order; and those."""
+        ends = self.states & ~self._moving
+        written = {self.plant.events[e.number].automata[0].variable for e in self._events(True)}
+        for axis in sorted(written):
+            seen = self._false
+            for index in range(self.plant.variables[axis].size):
+                here = self.encoding.value(axis, index)
+                to = self._closure(ends & here, self._any_before)
+                chain = self._chain(to & seen & self._starts)
+                if chain is not None:
+                    found = self._closure(self.encoding.state(chain[-1]), self._any_after) & ends
+                    least = self.encoding.least
+                    return chain, least(found & ~here), least(found & here)
+                seen = seen | to
+        return None
+
+    def _any_before(self, states: Bdd) -> Bdd:
+        for tau in self._taus:
+            for move in tau:
+                states = states | self._back(move, states)
+        return states
+
+    def _any_after(self, states: Bdd) -> Bdd:
+        for tau in self._taus:
+            for move in tau:
+                moved = self.manager.and_exists(states, move.before, move.location)
+                states = states | (moved & move.target)
+        return states
+
+    # --- the way there
+
+    def _chain(self, starts: Bdd) -> tuple[PlantState, ...] | None:
+        """Where completions start, one after another, up to one of ``starts``; None without any."""
+        for place, reached in enumerate(self._reached):
+            if reached.starts & starts != self._false:
+                return self._chain_from(place, self.encoding.least(reached.starts & starts))
+        return None
+
+    def _chain_to_rest(self, rests: Bdd) -> tuple[PlantState, ...] | None:
+        """The same up to a completion that ends in one of ``rests``."""
+        for place, reached in enumerate(self._reached):
+            if reached.rests & rests != self._false:
+                return self._chain_from(place, self._start_of(place, rests & reached.rests))
+        return None
+
+    def _start_of(self, place: int, rests: Bdd) -> PlantState:
+        return self.encoding.least(self._leading(rests) & self._reached[place].starts)
+
+    def _chain_from(self, place: int, start: PlantState) -> tuple[PlantState, ...]:
+        chain = [start]
+        while place > 0:
+            reached = self._reached[place]
+            after = self.encoding.state(chain[-1])
+            rests = reached.earlier & self.manager.union(
+                self.engine.relations.preimage(disjunct, after)
+                for disjunct in self._others[reached.event]
+            )
+            place = next(n for n, r in enumerate(self._reached) if r.rests & rests != self._false)
+            chain.append(self._start_of(place, rests & self._reached[place].rests))
+        return tuple(reversed(chain))
