@@ -39,6 +39,7 @@ class _Builder:
     type: str
     computed: bool
     quiet: bool
+    parameter: bool
 
     def pick(self, *options: str) -> str:
         return self.rng.choice(options)
@@ -50,6 +51,8 @@ class _Builder:
     def data(self, *leaves: str) -> str:
         """A number or a string; computed from others if that is allowed."""
         leaf = self.pick(*leaves)
+        if self.parameter and self.rng.random() < 0.25:
+            leaf = "p"
         if self.computed and self.type != "string" and self.rng.random() < 0.15:
             return f"{leaf} {self.pick('+', '-', '*')} {self.pick(*leaves, self.constant())}"
         return leaf
@@ -101,6 +104,7 @@ class _Builder:
 
         return f"""
 robot R {{
+    {f"parameter p: {self.type} = {self.constant()}" if self.parameter else ""}
     interface link use Thing from some_robot_msgs
     component Sensor {{
         outgoing message sense with type: {self.type}
@@ -143,7 +147,10 @@ robot R {{
 """
 
 
-def data_model(rng: random.Random, computed: bool = False) -> str:
-    """The text of a robot without errors; ``computed``: with more than comparisons and copies."""
+def data_model(rng: random.Random, computed: bool = False, parameter: bool = False) -> str:
+    """The text of a robot without errors; ``computed``: with more than comparisons and copies.
+
+    With ``parameter`` there is a parameter p, of the type of all data.
+    """
     type_ = rng.choice(list(CONSTANTS))
-    return _Builder(rng, type_, computed, quiet=rng.random() < 0.8).build()
+    return _Builder(rng, type_, computed, rng.random() < 0.8, parameter).build()

@@ -407,6 +407,13 @@ _ALL = (
         'outgoing message distance with identifier: "/my topic", type: double',
         "Use letters, digits, `_` and `/`, each part beginning with a letter.",
     ),
+    _error(
+        _ROS,
+        "parameter-name",
+        "A parameter of the model has the name that another parameter of the generated node has.",
+        "parameter rate: double = 5.0",
+        "Give it another name.",
+    ),
     # --- behaviour
     _error(
         _BEHAVIOUR,

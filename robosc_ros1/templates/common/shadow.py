@@ -241,6 +241,8 @@ class Shadow:
             if self.variables[arguments[0]] is None:
                 raise Undefined
             return self.variables[arguments[0]]
+        if operator == "parameter":
+            return self.plant["parameters"][arguments[0]]
         if operator == "state":
             return self.states[arguments[0]] == arguments[1]
         if operator == "busy":

@@ -25,7 +25,7 @@ def spelled(name):
     return name.replace("/", ".")
 
 
-def configured(node, communications, topics, defaults):
+def configured(node, controller, topics, defaults):
     """The settings, the quality of service of each message by key, and warnings.
 
     ``topics`` are their names with the keys of the messages on them, ``defaults`` what holds where
@@ -33,7 +33,8 @@ def configured(node, communications, topics, defaults):
     its start and not later; it was made to declare whatever is given, so that a wrong type can be
     told in the same words as everything else.
     """
-    more = qos_parameters(communications)
+    communications = controller.COMMUNICATIONS
+    more = [*controller.PARAMETERS, *qos_parameters(communications)]
     given = shared(communications, {**defaults, **_given(node)}, topics, spelled)
     settings, warnings = read(communications, given, more, spelled)
     for parameter in declared(communications) + more:

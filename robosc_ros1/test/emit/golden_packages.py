@@ -22,8 +22,9 @@ EMITTERS = {
     ("ros2", "supervisor"): ros2_supervisor.emit,
 }
 
-MODELS = ("lantern", "gauntlet")
-"""``lantern`` needs no message definitions; ``gauntlet`` those of gauntlet_interfaces beside it."""
+MODELS = ("lantern", "gauntlet", "thermostat")
+"""``lantern`` needs no message definitions; ``gauntlet`` those of gauntlet_interfaces beside it;
+``thermostat`` has parameters of all types."""
 
 
 def model_path(model: str) -> Path:

@@ -2,7 +2,7 @@
 
 It starts from the resolved model (``robosc.model``) and shares no code with ``robosc.ir`` or the
 engines. A state is a tuple of plain values, one per *slot*: ``("at", component)``,
-``("var", "Component.variable")``, ``("phase", communication)``. Everything else is dictionaries,
+``("var", "Component.variable")``, ``("phase", communication)``, ``("parameter", name)``. Everything else is dictionaries,
 sets and loops that say what the language's documents say, in their order.
 """
 
@@ -31,6 +31,7 @@ from robosc.model.expr import (
     Binary,
     Expr,
     Literal,
+    ParameterRef,
     PhaseRef,
     StateRef,
     Unary,
@@ -104,7 +105,7 @@ def evaluate(expr: Expr, read: Any) -> Any:
     match expr:
         case Literal(value=value):
             return value
-        case VariableRef() | StateRef() | PhaseRef() | ValueRef():
+        case VariableRef() | StateRef() | PhaseRef() | ParameterRef() | ValueRef():
             return read(expr)
         case Unary(operator="!", operand=operand):
             return not evaluate(operand, read)
@@ -227,6 +228,7 @@ class Oracle:
                 if first_phase(communication) is not None:
                     self.slots.append(("phase", communication.key))
         self._found: dict[OracleState, list[tuple[Occurrence, OracleState]]] = {}
+        self.slots += [("parameter", parameter.key) for parameter in robot.parameters]
         self.where = {slot: i for i, slot in enumerate(self.slots)}
 
     # --- what takes part ---------------------------------------------------------------------
@@ -364,18 +366,29 @@ class Oracle:
     # --- the plant ---------------------------------------------------------------------------
 
     @cached_property
-    def initial(self) -> OracleState:
-        values: list[Any] = []
+    def initials(self) -> list[OracleState]:
+        """One for each combination of values of the parameters, which never change."""
+        types = {parameter.key: parameter.type for parameter in self.robot.parameters}
+        values: list[list[Any]] = []
         for what, name in self.slots:
             if what == "at":
                 behaviour = self.robot.component(name).behaviour
                 assert behaviour is not None
-                values.append(next(s.name for s in behaviour.states if s.initial))
+                values.append([next(s.name for s in behaviour.states if s.initial)])
             elif what == "var":
-                values.append(self.variables[name].initial)
+                values.append([self.variables[name].initial])
+            elif what == "phase":
+                values.append([first_phase(self.robot.communications[name])])
             else:
-                values.append(first_phase(self.robot.communications[name]))
-        return tuple(values)
+                found = values_of(types[name], (), self.samples)
+                values.append([v for v in found if not isinstance(v, float) or math.isfinite(v)])
+        return list(product(*values))
+
+    @property
+    def initial(self) -> OracleState:
+        """The initial state of a robot without parameters."""
+        (state,) = self.initials
+        return state
 
     def get(self, state: OracleState, what: str, name: str) -> Any:
         return state[self.where[what, name]]
@@ -396,6 +409,8 @@ class Oracle:
                     return self.get(state, "at", component) == name
                 case PhaseRef(communication=key):
                     return self.get(state, "phase", key) in ("busy", "fresh")
+                case ParameterRef(parameter=parameter):
+                    return self.get(state, "parameter", parameter.key)
                 case ValueRef(path=path):
                     assert occurrence is not None
                     found = dict(occurrence.values)[path]
@@ -532,9 +547,9 @@ class Oracle:
         return self._explore(lambda state, event: True)
 
     def _explore(self, allowed: Any) -> tuple[list[OracleState], list[Transition]]:
-        states = {self.initial: None}
+        states = dict.fromkeys(self.initials)
         transitions = []
-        queue = deque([self.initial])
+        queue = deque(self.initials)
         while queue:
             state = queue.popleft()
             for occurrence, target in self.successors(state):
@@ -622,16 +637,16 @@ class Oracle:
 
     @property
     def empty(self) -> bool:
-        return self.initial not in self.kept
+        return not self.kept.issuperset(self.initials)
 
     @cached_property
     def controlled(self) -> tuple[list[OracleState], list[Transition]]:
         """What can be reached under the supervisor; nothing at all if it is empty."""
         if self.empty:
             return [], []
-        states = {self.initial: None}
+        states = dict.fromkeys(self.initials)
         transitions = []
-        queue = deque([self.initial])
+        queue = deque(self.initials)
         while queue:
             state = queue.popleft()
             for occurrence, target in self.successors(state):
@@ -713,7 +728,7 @@ class Oracle:
         others = [event for event in self.events if event not in self.taus]
         settled: dict[OracleState, OracleState | None] = {}
         edges: dict[OracleState, set[OracleState]] = {}
-        starts = [self.initial]
+        starts = list(self.initials)
         while starts:
             start = starts.pop()
             if start in settled:

@@ -15,6 +15,7 @@ from synthesis.oracle import Event, Oracle, OracleState
 
 from robosc import pipeline
 from robosc.ir.automaton import Plant, PlantState, VariableKind
+from robosc.ir.expr import exact
 from robosc.ir.lower import lower
 from robosc.ir.step import holds
 from robosc.model.entities import Robot
@@ -36,7 +37,12 @@ def robot_of(text: str) -> Robot:
 
 def classified(supervisor: Supervisor, oracle: Oracle, state: OracleState) -> PlantState:
     """The state of the plant that a state of the oracle belongs to."""
-    kinds = {"at": VariableKind.LOCATION, "var": VariableKind.DATA, "phase": VariableKind.PHASE}
+    kinds = {
+        "at": VariableKind.LOCATION,
+        "var": VariableKind.DATA,
+        "phase": VariableKind.PHASE,
+        "parameter": VariableKind.TEST,
+    }
     found = {
         (kinds[what], name): value for (what, name), value in zip(oracle.slots, state, strict=True)
     }
@@ -64,7 +70,7 @@ def differences(text: str, engine: str) -> list[Any]:
         event = Event(guard.event.kind, guard.event.key, guard.event.index)
         for state in states:
             if event in oracle.possible(state):
-                ours_allow = oracle.holds(guard.expr, state)
+                ours_allow = oracle.holds(exact(guard.expr), state)
                 if ours_allow != (event in oracle.enabled(state)):
                     found.append((event, state, ours_allow))
                     break
@@ -73,10 +79,18 @@ def differences(text: str, engine: str) -> list[Any]:
     return found
 
 
+CASES = [(seed, False) for seed in range(25)] + [(seed, True) for seed in range(8)]
+"""Seeds of random models, and whether they have a parameter."""
+
+FREE = [
+    pytest.param(*case, marks=pytest.mark.slow) if case == (14, False) else case for case in CASES
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(25))
-def test_comparisons_with_constants_are_exact(seed: int) -> None:
-    text = data_model(random.Random(seed))
+@pytest.mark.parametrize(("seed", "parameter"), CASES)
+def test_comparisons_with_constants_are_exact(seed: int, parameter: bool) -> None:
+    text = data_model(random.Random(seed), parameter=parameter)
     for engine in ("dense", "bdd"):
         assert not differences(text, engine), text
 
@@ -221,6 +235,7 @@ class Search:
         self.plant = plant
         graph = explore(plant)
         self.states = graph.states
+        self.starts = set(range(graph.starts))
         self.targets: dict[tuple[int, int], set[int]] = {}
         for t in graph.transitions:
             self.targets.setdefault((t.source, t.event), set()).add(t.target)
@@ -258,24 +273,22 @@ class Search:
 
     def reached(self) -> set[int]:
         moves = self.moves()
-        found = {0}
+        found = self.starts
         while more := {t for s, targets in moves if s in found for t in targets} - found:
-            found |= more
+            found = found | more
         return found
 
 
-@pytest.mark.parametrize(
-    "seed", [pytest.param(n, marks=pytest.mark.slow) if n == 14 else n for n in range(25)]
-)
-def test_free_outcomes_are_the_choice_of_the_environment(seed: int) -> None:
+@pytest.mark.parametrize(("seed", "parameter"), FREE)
+def test_free_outcomes_are_the_choice_of_the_environment(seed: int, parameter: bool) -> None:
     rng = random.Random(seed)
-    plant = lower(robot_of(data_model(rng, computed=True)))
+    plant = lower(robot_of(data_model(rng, computed=True, parameter=parameter)))
     while any(weight(event) > 300 for event in plant.events):
-        plant = lower(robot_of(data_model(rng, computed=True)))
+        plant = lower(robot_of(data_model(rng, computed=True, parameter=parameter)))
     search = Search(plant)
     for engine in ("dense", "bdd"):
         supervisor = synthesize(plant, engine)
-        assert supervisor.empty == (0 not in search.kept)
+        assert supervisor.empty == (not search.starts <= search.kept)
         if supervisor.empty:
             continue
         reached = search.reached()

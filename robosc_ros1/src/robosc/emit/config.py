@@ -17,12 +17,21 @@ from typing import Any
 from robosc.emit.python import duration
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Kind, Robot
+from robosc.model.types import (
+    BooleanType,
+    DurationType,
+    EnumType,
+    IntegerType,
+    StringType,
+    Type,
+    Value,
+)
 from robosc.runtime import qos, settings
 from robosc.runtime.model import Communication as Declared
 
 __all__ = [
-    "DEFAULTS", "EVENT_LOG", "OWN", "Config", "declared_communications", "read_own", "read_text",
-    "shared_topics",
+    "DEFAULTS", "EVENT_LOG", "OWN", "Config", "declared_communications", "declared_parameters",
+    "read_own", "read_text", "shared_topics",
 ]  # fmt: skip
 
 EVENT_LOG = "~/.ros/log/{package}.jsonl"
@@ -69,7 +78,7 @@ class Config:
             UsageError: one has a wrong value or is unknown.
         """
         communications = declared_communications(robot)
-        more = qos.qos_parameters(communications)
+        more = [*declared_parameters(robot), *qos.qos_parameters(communications)]
         try:
             given = qos.shared(communications, self.parameters, shared_topics(robot))
             _, warnings = settings.read(communications, given, more)
@@ -94,6 +103,47 @@ def declared_communications(robot: Robot) -> list[Declared]:
         return Declared(key, robot.display_names[key], communication.sort.name, timeout=seconds)
 
     return [declared(c) for c in robot.communications.values()]
+
+
+def declared_parameters(
+    robot: Robot, attributes: Mapping[str, str] | None = None
+) -> list[settings.Parameter]:
+    """The model's parameters as the runtime knows them.
+
+    ``attributes`` are those of the generated controller, by the parameters' keys.
+    """
+    return [
+        settings.Parameter(
+            p.name,
+            meaning=f"parameter {p.key} of the model" + _IN_SECONDS * (p.type == DurationType()),
+            default=p.default,
+            attribute="" if attributes is None else attributes[p.key],
+            **_allowed(p.type, p.default),
+        )
+        for p in robot.parameters
+    ]
+
+
+_IN_SECONDS = ", in seconds"
+_SHORTEST = 1e-3
+
+
+def _allowed(type_: Type, default: Value) -> dict[str, Any]:
+    """What a parameter of a type may be given."""
+    match type_:
+        case BooleanType():
+            return {"type": "boolean"}
+        case IntegerType(bounds=(low, high)):
+            return {"type": "integer", "minimum": low, "maximum": high}
+        case IntegerType():
+            return {"type": "integer"}
+        case DurationType():
+            return {"type": "number", "minimum": min(_SHORTEST, float(default))}
+        case EnumType(values=values):
+            return {"type": "string", "choices": values}
+        case StringType():
+            return {"type": "string"}
+    return {"type": "number"}
 
 
 def shared_topics(robot: Robot) -> list[tuple[str, list[str]]]:

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from robosc.emit.config import Config, declared_communications
+from robosc.emit.config import Config, declared_communications, declared_parameters
 from robosc.emit.naming import place
 from robosc.emit.python import duration
 from robosc.ir.expr import to_dsl
@@ -36,7 +36,8 @@ def parameter_views(
     ``more`` are those that only one version of ROS has.
     """
     views: dict[str, ParameterView] = {}
-    for p in (*settings.declared(declared_communications(robot)), *more):
+    own = declared_parameters(robot)
+    for p in (*own, *settings.declared(declared_communications(robot)), *more):
         argument = p.name.replace("/", "_")
         while argument in views:  # of a.b and of a_b
             argument += "_"
@@ -48,6 +49,8 @@ def parameter_views(
 def _meaning(parameter: settings.Parameter) -> str:
     if parameter.choices:
         return f"{parameter.meaning} ({', '.join(parameter.choices)})"
+    if parameter.minimum is not None and parameter.maximum is not None:
+        return f"{parameter.meaning} ({parameter.minimum} to {parameter.maximum})"
     if parameter.minimum is not None:
         return f"{parameter.meaning} (at least {parameter.minimum:g})"
     return parameter.meaning
@@ -162,7 +165,9 @@ def _diagrams(robot: Robot) -> list[DiagramView]:
                 lines.append(f"{state.name} --> {t.goto or state.name} : {label}")
             for after in state.afters:
                 target = after.transition.goto or state.name
-                lines.append(f"{state.name} --> {target} : after {duration(after.delay):g} s")
+                delay = duration(after.delay)
+                waits = delay if isinstance(delay, str) else f"{delay:g} s"
+                lines.append(f"{state.name} --> {target} : after {waits}")
             for tau in (*behaviour.taus, *state.taus):
                 target = tau.goto or state.name
                 lines.append(f"{state.name} --> {target} : step {tau.index}")

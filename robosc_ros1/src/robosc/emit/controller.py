@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import prod
 
+from robosc.emit.config import declared_parameters
 from robosc.emit.guards import GuardTexts, comment_lines, holds_where
 from robosc.emit.messages import converting_enums, provide_view, reading
 from robosc.emit.naming import PythonNames, place
@@ -18,6 +19,7 @@ from robosc.emit.python import (
     Attributes,
     Spelling,
     converter_counts,
+    converter_parameters,
     duration,
     in_enum_rule,
     literal,
@@ -42,6 +44,7 @@ from robosc.model.types import (
     EnumType,
 )
 from robosc.names import snake_case
+from robosc.runtime.model import Parameter
 from robosc.supervisor import Guard, Supervisor
 
 __all__ = ["ControllerContext", "controller_context"]
@@ -53,10 +56,10 @@ _PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
 
 # What the module imports or defines, and what the base class has.
 _RESERVED = """
-    After Command Communication Controller Input Mismatch Requirement Tau Undefined annotations
-    ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS REQUIREMENTS STEP_BOUND
-    assigned components copied copy count_undefined given holds in_range kept message only_field
-    optional self undefined value variables
+    After Command Communication Controller Input Mismatch Parameter Requirement Tau Undefined
+    annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS REQUIREMENTS PARAMETERS
+    STEP_BOUND assigned components configure copied copy count_undefined given holds in_range kept
+    message only_field optional parameters self undefined value variables
 """
 
 
@@ -72,6 +75,7 @@ def _tables(context: ControllerContext) -> tuple[str, ...]:
         "Input": context.inputs,
         "Requirement": context.requirements,
         "After": context.afters,
+        "Parameter": context.parameters,
         "Tau": context.taus,
     }
     return tuple(sorted(["Controller", *(name for name, entries in used.items() if entries)]))
@@ -124,7 +128,11 @@ class _Builder:
             for c in self.robot.communications.values()
             if c.phases is not None
         }
-        self.attributes = Attributes(locations, variables, phases, functions, entries)
+        parameters = {
+            p.key: self.names.take("_".join(snake_case(part) for part in p.key.split(".")))
+            for p in self.robot.parameters
+        }
+        self.attributes = Attributes(locations, variables, phases, functions, entries, parameters)
         self.spelling = Spelling(self.attributes)
         self.reactions = Reactions(self.plant, self.spelling)
         self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
@@ -168,6 +176,15 @@ class _Builder:
             commands=self._with_preferences(commands),
             taus=tuple(t for t in taus if t.moves),
             afters=tuple(afters),
+            parameters=tuple(
+                AttributeView(
+                    self.attributes.parameters[p.key], literal(p.default), f"{p.key}: {p.type}"
+                )
+                for p in self.robot.parameters
+            ),
+            parameter_rows=tuple(
+                map(_row, declared_parameters(self.robot, self.attributes.parameters))
+            ),
         )
         return context
 
@@ -181,13 +198,13 @@ class _Builder:
             parts.append(literal(self.attributes.phases[communication.key]))
             parts += [f"phases={communication.phases.names}".replace("'", '"')]
         if communication.timeout is not None:
-            parts.append(f"timeout={duration(communication.timeout)!r}")
+            parts.append(f"timeout={literal(duration(communication.timeout))}")
         return ", ".join(parts)
 
     def _enum_view(self, enum: EnumType) -> EnumView:
         rules = tuple(
             (
-                in_enum_rule(rule.condition, self.attributes.enums),
+                in_enum_rule(rule.condition, self.attributes),
                 literal(rule.value),
                 "" if rule.condition.span is None else place(rule.condition.span),
                 may_be_undefined(rule.condition),
@@ -201,6 +218,7 @@ class _Builder:
             converter_counts(enum),
             rules,
             literal(enum.default),
+            tuple(self.attributes.parameters[key] for key in converter_parameters(enum)),
         )
 
     def _components(self) -> Iterator[ComponentView]:
@@ -342,13 +360,15 @@ class _Builder:
         (automaton,) = event.automata
         condition = self.reactions.condition(automaton)
         location = self.attributes.locations[event.key]
+        delay = duration(after.delay)
         return AfterView(
             event.name,
             event.index,
             self.names.take(f"after_{event.index}_of_{snake_case(event.key)}"),
             place(event.span),
             state.name,
-            duration(after.delay),
+            literal(delay),
+            f"~{delay}" if isinstance(delay, str) else f"{delay} s",
             location,
             self.attributes.entries[event.key],
             condition,
@@ -400,3 +420,15 @@ def _step_bound(supervisor: Supervisor) -> int:
         if index in variables and variable.kind is VariableKind.LOCATION
     )
     return max(1, min(combinations, supervisor.controlled_states or combinations, STEP_LIMIT))
+
+
+def _row(parameter: Parameter) -> str:
+    """The entry of a parameter in the table, as arguments."""
+    parts = [literal(parameter.name), literal(parameter.type), literal(parameter.default)]
+    parts.append(literal(parameter.meaning))
+    if parameter.choices:
+        parts.append(f"choices=({', '.join(map(literal, parameter.choices))},)")
+    for name in ("minimum", "maximum"):
+        bound = getattr(parameter, name)
+        parts += [] if bound is None else [f"{name}={bound!r}"]
+    return ", ".join([*parts, f"attribute={literal(parameter.attribute)}"])

@@ -36,15 +36,13 @@ def reading(
 ) -> tuple[str | None, tuple[tuple[str, str], ...]]:
     """How the event's value is taken from ``message``: one expression, or entries by path."""
     type_ = communication.value_type(event.kind)
-    enums = spelling.attributes.enums
-    counter = "self.count_undefined"
     if isinstance(type_, NoneType):
         return None, ()
     carried = type_.source if isinstance(type_, EnumType) else type_
     if isinstance(carried, ObjectType) and isinstance(type_, ObjectType):
         lines = []
         for path, part_type in value_parts(event).items():
-            text = converted(part_type, access("message", path), enums, counter)
+            text = converted(part_type, access("message", path), spelling.attributes)
             if any(isinstance(part, int) for part in path):
                 text = f"optional(lambda: {text})"
             lines.append((literal(path_text(path)), text))
@@ -61,7 +59,7 @@ def reading(
             if name is not None
             else "getattr(message, only_field(message))"
         )
-    return converted(type_, root, enums, counter), ()
+    return converted(type_, root, spelling.attributes), ()
 
 
 def provide_view(provide: Provide, communication: Communication, spelling: Spelling) -> ProvideView:

@@ -30,6 +30,7 @@ from robosc.model.expr import (
     Leaf,
     Literal,
     Operation,
+    ParameterRef,
     Part,
     PhaseRef,
     StateRef,
@@ -77,6 +78,16 @@ def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
                 "place": place(c.span),
             }
             for c in robot.communications.values()
+        ],
+        "parameters": [
+            {
+                "name": parameter.key,
+                "parameter": parameter.name,
+                "type": str(parameter.type),
+                "default": parameter.default,
+                "place": place(parameter.span),
+            }
+            for parameter in robot.parameters
         ],
         "requirements": [
             {
@@ -189,12 +200,13 @@ def plant_data(robot: Robot) -> dict[str, Json]:
 
     Expressions are ``["=", left, right]`` and the like, ``["!", e]``, ``["negative", e]``, and the
     leaves ``["literal", v]``, ``["variable", "C.v"]``, ``["state", "C", "s"]``,
-    ``["value", path, type]``.
+    ``["parameter", name]``, ``["value", path, type]``.
     """
     enums: dict[str, EnumType] = {}
     usage = Usage(robot.components, robot.provides)
     return {
         "robot": robot.name,
+        "parameters": {p.key: p.default for p in robot.parameters},
         "components": [_plant_component(c, enums) for c in robot.components if c.behaviour],
         "communications": [
             _plant_communication(c, robot, enums, usage) for c in robot.communications.values()
@@ -332,6 +344,8 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
                 return ["value", list(path), _type(type_, enums)]
             case ElementRef(variable=name, path=path, type=type_):
                 return ["bound", name, list(path), _type(type_, enums)]
+            case ParameterRef(parameter=parameter):
+                return ["parameter", parameter.key]
             case PhaseRef(communication=key, phase=phase):
                 return [phase, key]
 

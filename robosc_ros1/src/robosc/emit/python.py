@@ -14,6 +14,7 @@ from robosc.model.expr import (
     Expr,
     Leaf,
     Literal,
+    ParameterRef,
     Part,
     PhaseRef,
     StateRef,
@@ -22,6 +23,7 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
     fold,
+    parameters_of,
     path_text,
     walk,
     with_operands,
@@ -38,9 +40,8 @@ from robosc.model.types import (
 )
 
 __all__ = [
-    "Attributes", "Spelling", "access", "converted", "converter_counts", "duration",
-    "in_controller",
-    "in_enum_rule", "literal", "operand", "within",
+    "Attributes", "Spelling", "access", "converted", "converter_counts", "converter_parameters",
+    "duration", "in_controller", "in_enum_rule", "literal", "operand", "within",
 ]  # fmt: skip
 
 Path = tuple[str | int, ...]
@@ -52,7 +53,8 @@ _LOCATION = "\0location"  # no variable can be called so
 class Attributes:
     """The controller's attributes: component to its state, ``Component.variable``, key to phase.
 
-    ``entries`` are those that count how often a component entered a state.
+    ``entries`` are those that count how often a component entered a state, ``parameters`` those
+    that hold parameters, by their keys.
     """
 
     locations: Mapping[str, str]
@@ -60,6 +62,7 @@ class Attributes:
     phases: Mapping[str, str]
     enums: Mapping[EnumType, str]
     entries: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -110,23 +113,24 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
                 raise AssertionError("states and tests are spread before")
             case PhaseRef(communication=key):
                 return f"self.{attributes.phases[key]}"
+            case ParameterRef(parameter=parameter):
+                return f"self.{attributes.parameters[parameter.key]}"
             case ValueRef(path=(), type=ObjectType()):
                 return 'value[""]'
             case ValueRef(path=()):
                 return "value"
             case ElementRef(variable=name, path=path):
                 text = access(element_name(name), path)
-                return converted(node.type, text, attributes.enums, "self.count_undefined")
+                return converted(node.type, text, attributes)
             case ValueRef(path=path):
                 part = f"value[{literal(path_text(path))}]"
                 return f"given({part})" if any(isinstance(p, int) for p in path) else part
 
     def convert(enum: EnumType, text: str) -> str:
-        return converted(enum, text, attributes.enums, "self.count_undefined")
+        return converted(enum, text, attributes)
 
     def part(node: Part, whole: str) -> str:
-        text = defined_access(whole, node.path)
-        return converted(node.type, text, attributes.enums, "self.count_undefined")
+        return converted(node.type, defined_access(whole, node.path), attributes)
 
     return to_python(_spread(exact(expr)), leaf, _literal, convert, part)
 
@@ -152,21 +156,26 @@ def _state_test(operator: str, state: StateRef) -> Binary:
     return Binary(operator, location, Literal(state.state, text), BooleanType())
 
 
-def in_enum_rule(expr: Expr, enums: Mapping[EnumType, str]) -> str:
-    """An expression over the raw ``value`` that an enum converts."""
+def in_enum_rule(expr: Expr, attributes: Attributes) -> str:
+    """An expression over the raw ``value`` that an enum converts, in the enum's function."""
 
     def leaf(node: Leaf) -> str:
         match node:
             case ValueRef(path=path):
-                return converted(node.type, access("value", path), enums)
+                return convert(node.type, access("value", path))
             case ElementRef(variable=name, path=path):
-                return converted(node.type, access(element_name(name), path), enums)
+                return convert(node.type, access(element_name(name), path))
+            case ParameterRef(parameter=parameter):
+                return attributes.parameters[parameter.key]
         raise TypeError(f"{node} in the rule of an enum")
 
-    def part(node: Part, whole: str) -> str:
-        return converted(node.type, defined_access(whole, node.path), enums)
+    def convert(type_: Type, text: str) -> str:
+        return converted(type_, text, attributes, in_rule=True)
 
-    return to_python(expr, leaf, _literal, lambda enum, text: converted(enum, text, enums), part)
+    def part(node: Part, whole: str) -> str:
+        return convert(node.type, defined_access(whole, node.path))
+
+    return to_python(expr, leaf, _literal, convert, part)
 
 
 def access(root: str, path: Path) -> str:
@@ -187,14 +196,19 @@ def defined_access(root: str, path: Path) -> str:
     return text
 
 
-def converted(
-    type_: Type, text: str, enums: Mapping[EnumType, str], counter: str = "undefined"
-) -> str:
-    """What came in as a value of the language: enums applied, ranges checked."""
+def converted(type_: Type, text: str, attributes: Attributes, *, in_rule: bool = False) -> str:
+    """What came in as a value of the language: enums applied, ranges checked.
+
+    The function of an enum gets all that it needs as arguments; ``in_rule`` tells that it is called
+    in another one.
+    """
     match type_:
         case EnumType():
-            extra = f", {counter}" if converter_counts(type_) else ""
-            return f"{enums[type_]}({text}{extra})"
+            here = "" if in_rule else "self."
+            counter = "undefined" if in_rule else "self.count_undefined"
+            arguments = [text, *([counter] if converter_counts(type_) else [])]
+            arguments += [here + attributes.parameters[key] for key in converter_parameters(type_)]
+            return f"{attributes.enums[type_]}({', '.join(arguments)})"
         case IntegerType(bounds=(low, high)):
             return f'in_range({text}, {low}, {high}, "the value")'
     return text
@@ -212,6 +226,12 @@ def converter_counts(enum: EnumType) -> bool:
     return False
 
 
+def converter_parameters(enum: EnumType) -> tuple[str, ...]:
+    """The parameters, by key, that the rules of an enum read, those of enums in them included."""
+    found = (p.key for rule in enum.rules for p in parameters_of(rule.condition))
+    return tuple(dict.fromkeys(found))
+
+
 def within(expr: Expr, type_: Type) -> bool:
     """Whether a value assigned to a variable of this type is surely in its range."""
     if not (isinstance(type_, IntegerType) and type_.bounds):
@@ -220,7 +240,7 @@ def within(expr: Expr, type_: Type) -> bool:
     match expr:
         case Literal(value=int(value)):
             return low <= value <= high
-        case VariableRef() | ValueRef() if isinstance(expr.type, IntegerType):
+        case VariableRef() | ValueRef() | ParameterRef() if isinstance(expr.type, IntegerType):
             bounds = expr.type.bounds
             return bounds is not None and low <= bounds[0] and bounds[1] <= high
     return False
@@ -232,7 +252,9 @@ def operand(expr: Expr, text: str) -> str:
     return f"({text})" if weak else text
 
 
-def duration(expr: Expr) -> float:
-    """A constant duration in seconds."""
+def duration(expr: Expr) -> float | str:
+    """A duration in seconds, or the name of the parameter that says it."""
+    if isinstance(expr, ParameterRef):
+        return expr.parameter.name
     assert isinstance(expr, Literal)
     return float(expr.value)

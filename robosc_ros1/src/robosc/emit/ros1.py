@@ -20,6 +20,7 @@ from robosc.emit.engine import render, verbatim
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.model.entities import Communication, Kind, Robot
+from robosc.model.parameters import with_parameters
 from robosc.names import rostest_name
 from robosc.runtime.settings import GENERAL_RATE
 from robosc.supervisor import Supervisor
@@ -60,7 +61,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "test/play_robot.py": File(render("ros1/play_robot.py.jinja", context), executable=True),
         "test/judge.py": File(verbatim("common/judge.py")),
         "test/shadow.py": File(verbatim("common/shadow.py")),
-        "test/plant_data.py": File(plant_module(robot, source)),
+        "test/plant_data.py": File(plant_module(with_parameters(robot, config.parameters), source)),
         "README.md": File(_readme(supervisor, context)),
     }
     files |= runtime_files(f"{module}/_runtime", files)

@@ -11,6 +11,7 @@ from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.emit.relaying import relay_context
 from robosc.emit.ros1 import WIRING, package_context, spelling
+from robosc.model.parameters import with_parameters
 from robosc.names import rostest_name
 from robosc.supervisor import Supervisor
 
@@ -50,7 +51,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "test/judge.py": verbatim("common/judge.py"),
         "test/guard_judge.py": verbatim("common/guard_judge.py"),
         "test/shadow.py": verbatim("common/shadow.py"),
-        "test/plant_data.py": plant_module(robot, source),
+        "test/plant_data.py": plant_module(with_parameters(robot, config.parameters), source),
         "README.md": render("ros1/supervisor_README.md.jinja", readme),
     }
     programs = {

@@ -25,6 +25,7 @@ from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Kind, Robot
+from robosc.model.parameters import with_parameters
 from robosc.runtime.qos import qos_parameters
 from robosc.supervisor import Supervisor
 
@@ -72,7 +73,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "README.md": File(render("ros2/README.md.jinja", readme)),
         "test/judge.py": File(verbatim("common/judge.py")),
         "test/shadow.py": File(verbatim("common/shadow.py")),
-        "test/plant_data.py": File(plant_module(robot, source)),
+        "test/plant_data.py": File(plant_module(with_parameters(robot, config.parameters), source)),
         **{f"{package}/{name}": File(verbatim(f"ros2/{name}")) for name in WIRING},
     }
     files |= runtime_files(f"{package}/_runtime", files)

@@ -11,6 +11,7 @@ from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.emit.relaying import relay_context
 from robosc.emit.ros2 import WIRING, package_context, spelling
+from robosc.model.parameters import with_parameters
 from robosc.supervisor import Supervisor
 
 __all__ = ["emit"]
@@ -51,7 +52,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "test/judge.py": verbatim("common/judge.py"),
         "test/guard_judge.py": verbatim("common/guard_judge.py"),
         "test/shadow.py": verbatim("common/shadow.py"),
-        "test/plant_data.py": plant_module(robot, source),
+        "test/plant_data.py": plant_module(with_parameters(robot, config.parameters), source),
         "README.md": render("ros2/supervisor_README.md.jinja", readme),
     }
     texts = {path: File(text) for path, text in files.items()}

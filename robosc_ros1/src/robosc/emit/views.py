@@ -14,7 +14,10 @@ __all__ = [
 
 @dataclass(frozen=True)
 class EnumView:
-    """A conversion function; ``rules`` are (condition, value, place, may be undefined)."""
+    """A conversion function; ``rules`` are (condition, value, place, may be undefined).
+
+    ``parameters`` are names of arguments for the parameters that the rules read.
+    """
 
     function: str
     name: str
@@ -22,6 +25,7 @@ class EnumView:
     counts: bool
     rules: tuple[tuple[str, str, str, bool], ...]
     default: str
+    parameters: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -124,14 +128,18 @@ class TauView:
 
 @dataclass(frozen=True)
 class AfterView:
-    """A transition that waits; ``reaction`` is what it does where ``condition`` holds."""
+    """A transition that waits; ``reaction`` is what it does where ``condition`` holds.
+
+    ``delay`` is Python source, ``waits`` how people read it.
+    """
 
     component: str
     number: int
     step: str
     place: str
     state: str
-    delay: float
+    delay: str
+    waits: str
     location: str
     entries: str
     condition: str
@@ -171,5 +179,8 @@ class ControllerContext:
     commands: tuple[CommandView, ...]
     taus: tuple[TauView, ...]
     afters: tuple[AfterView, ...]
+    parameters: tuple[AttributeView, ...] = ()
+    parameter_rows: tuple[str, ...] = ()
+    """The entries of the table of parameters, as arguments."""
     imports: tuple[tuple[str, tuple[str, ...]], ...] = ()
     """What the module imports of the modules of ``_runtime``."""

@@ -12,10 +12,11 @@ state is told by :func:`robosc.ir.step.outcome`; engines compile the same facts 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from itertools import product
 from typing import Literal, TypeAlias
 
 from robosc.ir.expr import exact
@@ -48,7 +49,8 @@ class StateVariable:
     ``Component.variable``. ``values`` are the state names, the phases, or the variable's
     values in order: a tuple, a range for an integer, classes for what is not finite. ``marked`` are
     the indexes at which the variable is marked; None: all (a variable). ``labels`` are what users
-    see where values only represent a class. ``test`` is what a test reads.
+    see where values only represent a class. ``test`` is what a test reads. ``starts`` are the
+    indexes that it can have at the start, ``initial`` first; empty: only that.
     """
 
     kind: VariableKind
@@ -58,6 +60,12 @@ class StateVariable:
     marked: frozenset[int] | None = None
     labels: tuple[str, ...] | None = None
     test: TestRef | None = None
+    starts: tuple[int, ...] = ()
+
+    @property
+    def start_indexes(self) -> tuple[int, ...]:
+        """The indexes that it can have at the start, ``initial`` first."""
+        return self.starts or (self.initial,)
 
     def shown(self, index: int) -> Value:
         """A value as users see it."""
@@ -186,7 +194,13 @@ class Plant:
 
     @cached_property
     def initial(self) -> PlantState:
+        """The initial state where all parameters have their defaults."""
         return tuple(variable.initial for variable in self.variables)
+
+    @property
+    def initial_states(self) -> Iterator[PlantState]:
+        """All initial states, that of the defaults first: parameters are not known beforehand."""
+        return product(*(variable.start_indexes for variable in self.variables))
 
     def is_marked(self, state: PlantState) -> bool:
         return all(

@@ -23,6 +23,7 @@ from robosc.model.expr import (
     Leaf,
     Literal,
     Operation,
+    ParameterRef,
     Part,
     PhaseRef,
     StateRef,
@@ -160,6 +161,8 @@ def to_dsl(
                 | StateRef(component=component, state=name)
             ):
                 return f"{escape(component)}.{escape(name)}"
+            case ParameterRef(parameter=parameter):
+                return ".".join(escape(part) for part in parameter.key.split("."))
             case PhaseRef(communication=key, phase=phase):
                 name = robot.display_names[key]
                 name = key if name in component_names else name

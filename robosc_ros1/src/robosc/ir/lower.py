@@ -94,9 +94,9 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
         classes = view.values(None, test)
         outcomes = _values(test.type, test.name) if classes is None else classes
         labels = _labels_of_test(test) if classes is None else _labels(classes, test, robot)
-        initial = outcomes.index(view.initial(test))
+        starts = view.starts(test, outcomes)
         yield StateVariable(
-            VariableKind.TEST, test.name, outcomes, initial, labels=labels, test=test
+            VariableKind.TEST, test.name, outcomes, starts[0], None, labels, test, starts
         )
 
 

@@ -9,7 +9,16 @@ from typing import TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
-from robosc.model.expr import ElementRef, Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
+from robosc.model.expr import (
+    ElementRef,
+    Expr,
+    ParameterRef,
+    PhaseRef,
+    StateRef,
+    TestRef,
+    ValueRef,
+    VariableRef,
+)
 from robosc.model.types import Value
 
 __all__ = ["Outcome", "Values", "Verdict", "holds", "missing_together", "outcome", "valuations"]
@@ -144,7 +153,7 @@ def _lookup(
                 return state[index[VariableKind.PHASE, key]] == 1
             case ValueRef(path=path):
                 return taken[path]
-            case ElementRef():
-                raise AssertionError("it belongs to its aggregate")
+            case ElementRef() | ParameterRef():
+                raise AssertionError("it belongs to an aggregate, or to a test")
 
     return look

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from robosc.errors import Note
 from robosc.model.communications import resolve_communication
-from robosc.model.durations import resolve_duration
+from robosc.model.durations import DURATION
 from robosc.model.entities import (
     After,
     Assignment,
@@ -198,7 +198,7 @@ class BehaviourResolver:
     def _after(self, node: AfterNode) -> After | None:
         self._afters += 1
         incoming = no_value("nothing comes in when time passes")
-        delay = resolve_duration(node.duration, self._report)
+        delay = self._typer(incoming).check(node.duration, DURATION, "'after'")
         guard = self._guard(node.guard, incoming)
         assignments = self._assignments(node.assignments, incoming)
         goto = self._goto(node.goto)

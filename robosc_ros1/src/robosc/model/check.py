@@ -25,6 +25,7 @@ from robosc.model.expr import (
     Expr,
     Literal,
     Operation,
+    ParameterRef,
     Part,
     ValueRef,
     VariableRef,
@@ -130,7 +131,8 @@ def _assignments(model: Model | Robot) -> Iterator[tuple[Component, Assignment]]
 def _check_finite(assignment: Assignment, report: Report) -> None:
     """What a finite variable of the state takes must be finite, unless it is only compared."""
     for part in _taken(assignment.value):
-        leaf = isinstance(part, VariableRef | ValueRef | Part) and domain(part.type) is None
+        reads = isinstance(part, VariableRef | ValueRef | ParameterRef | Part)
+        leaf = reads and domain(part.type) is None
         if leaf and part.span is not None:
             report.add(
                 "not-finite",

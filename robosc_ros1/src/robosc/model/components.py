@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from robosc.errors import Note
 from robosc.model.datatypes import TypeDeclarations
-from robosc.model.durations import resolve_duration
+from robosc.model.durations import DURATION
 from robosc.model.entities import Communication, Kind
+from robosc.model.expressions import Typer, no_value
 from robosc.model.report import Report
 from robosc.model.ros.links import Binder, Part
-from robosc.model.tables import CommunicationInfo, ComponentTable, Instance
+from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
 from robosc.model.types import (
     ArrayType,
     EnumType,
@@ -225,11 +226,13 @@ def check_local_names(component_table: ComponentTable, report: Report) -> None:
             )
 
 
-def bind(info: CommunicationInfo, binder: Binder, report: Report) -> None:
-    """Resolve identifier and interface of a communication and make it an entity."""
+def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: Report) -> None:
+    """Resolve identifier, timeout and interface of a communication and make it an entity."""
     identifier = _identifier(info, report)
-    written = info.node.timeout
-    timeout = None if written is None else resolve_duration(written, report)
+    timeout = None
+    if info.node.timeout is not None:
+        typer = Typer(report, info.instance.types, symbols, no_value("a timeout is a duration"))
+        timeout = typer.check(info.node.timeout, DURATION, "a timeout")
     interface, known = _interface(info, report)
     if info.request is None or info.response is None or info.feedback is None or not known:
         return

@@ -22,6 +22,7 @@ from robosc.model.types import (
     ArrayType,
     BooleanType,
     DoubleType,
+    DurationType,
     EnumRule,
     EnumType,
     IntegerType,
@@ -158,6 +159,14 @@ class TypeTable:
         table.values = values
         return table
 
+    @property
+    def all_libraries(self) -> dict[str, TypeTable]:
+        """The imported libraries, and those that they import, by name."""
+        found = dict(self.libraries)
+        for table in self.libraries.values():
+            found.update(table.all_libraries)
+        return found
+
     def resolve_all(self) -> None:
         for name in self.scope.datatypes:
             self._named(name)
@@ -277,6 +286,8 @@ class TypeTable:
                 return None if inner is None else ArrayType(inner)
             case RosTypeNode():
                 return self._ros_type(node)
+            case NamedTypeNode(library=Name() as library):
+                return self._of_library(node, library)
             case NamedTypeNode(name=name):
                 self.scope.names.use(name, self.scope.datatypes.get(name.text))
                 if name.text not in self.scope.datatypes:
@@ -290,6 +301,39 @@ class TypeTable:
                     self.scope.used_datatypes.add(name.text)
                 found = self._named(name.text, node)
                 return found if found is None else self._shallow(node, found)
+
+    def of_value(self, node: TypeNode) -> Type | None:
+        """The type of a constant or parameter, which may be a duration."""
+        match node:
+            case NamedTypeNode(name=Name(text="duration"), library=None):
+                if "duration" not in self.scope.datatypes:
+                    return DurationType()
+        return self.resolve(node)
+
+    def _of_library(self, node: NamedTypeNode, library: Name) -> Type | None:
+        """The type ``Library.Name`` of a library from which something is imported."""
+        table = self.libraries.get(library.text)
+        if table is None:
+            if not self.scope.is_unresolved(library.text):
+                self._report.add(
+                    "unknown-type",
+                    library.span,
+                    f"nothing is imported from a library '{library.text}'",
+                    self._report.suggest(library.text, self.libraries, "libraries"),
+                )
+            return None
+        found = table.known(node.name.text)
+        if found is None:
+            self._report.add(
+                "unknown-type",
+                node.name.span,
+                f"library {library.text} has no datatype '{node.name.text}'",
+                self._report.suggest(node.name.text, table.scope.datatypes, "its datatypes"),
+            )
+            return None
+        self.scope.names.use(library, table.scope.node)
+        self.scope.names.use(node.name, table.scope.datatypes[node.name.text])
+        return found
 
     def _ros_type(self, node: RosTypeNode) -> Type | None:
         package, name = node.package, node.type
@@ -325,6 +369,14 @@ class TypeTable:
 
     def _unknown(self, node: NamedTypeNode) -> None:
         if self.scope.is_unresolved(node.name.text, "enum", "object"):
+            return
+        if node.name.text == "duration":
+            self._report.add(
+                "unknown-type",
+                node.name.span,
+                "only constants and parameters are durations",
+                "name what the message has: builtin_interfaces/Duration, or a double of seconds",
+            )
             return
         basic = ("string", "boolean", "double", "integer", "none")
         meant = _FOREIGN.get(node.name.text.lower().rstrip("0123456789"))

@@ -1,32 +1,28 @@
-"""Durations: of timeouts and of ``after``."""
+"""Durations: of timeouts, of ``after``, of constants and parameters, and in data that is sent."""
 
 from __future__ import annotations
 
 import math
 
 from robosc.language.keywords import UNITS
+from robosc.model.expected import expected_type
 from robosc.model.expr import Literal
 from robosc.model.report import Report
-from robosc.model.types import DoubleType
-from robosc.syntax.nodes import DurationNode, ExprNode
+from robosc.model.types import DurationType
+from robosc.syntax.nodes import DurationNode
 
-__all__ = ["resolve_duration"]
+__all__ = ["DURATION", "typed_duration"]
+
+DURATION = expected_type(DurationType())
+"""What a timeout and ``after`` need."""
 
 
-def resolve_duration(node: ExprNode, report: Report) -> Literal | None:
-    """The duration in seconds; None after an error."""
-    if not isinstance(node, DurationNode):
-        report.add(
-            "type-mismatch",
-            node.span,
-            "a duration is needed here",
-            "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h",
-        )
-        return None
+def typed_duration(node: DurationNode, report: Report) -> Literal | None:
+    """A number with a unit as seconds; None after an error."""
     seconds = float(node.amount) * UNITS[node.unit]
     if not (0.0 < seconds < math.inf):
         report.add(
             "out-of-range", node.span, "a duration must be above 0 and finite", "write: 500 ms"
         )
         return None
-    return Literal(seconds, DoubleType(), node.span)
+    return Literal(seconds, DurationType(), node.span)

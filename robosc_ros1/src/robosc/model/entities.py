@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Literal, TypeAlias
 
 from robosc.language.events import COMMUNICATIONS, CommunicationSort, EventKind, Kind, Phases
-from robosc.model.expr import Expr
+from robosc.model.expr import Expr, RosParameter
 from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
 
@@ -270,6 +270,7 @@ class Robot:
     requirements: tuple[Requirement, ...]
     provides: tuple[Provide, ...]
     preferences: tuple[Preference, ...] = ()
+    parameters: tuple[RosParameter, ...] = ()
     span: Span = _span()
 
     @cached_property

@@ -22,9 +22,11 @@ from robosc.model.expr import (
     Leaf,
     Literal,
     Operation,
+    ParameterRef,
     Part,
     ValueRef,
     fold,
+    parameters_of,
     walk,
 )
 from robosc.model.types import EnumType, Value
@@ -35,7 +37,7 @@ __all__ = ["Undefined", "constant", "converted", "evaluate", "part_of_value", "s
 
 
 def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
-    """The value of an expression, each leaf looked up.
+    """The value of an expression, each leaf looked up; parameters have their defaults.
 
     Raises:
         Undefined: a leaf that is needed was looked up as None.
@@ -46,6 +48,8 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
     def leaf(node: Literal | Leaf) -> Value:
         if isinstance(node, Literal):
             return node.value
+        if isinstance(node, ParameterRef):
+            return node.parameter.default
         if isinstance(node, ElementRef):
             return part_of_value(bound[node.variable], node.path)
         found = lookup(node)
@@ -125,5 +129,7 @@ def constant(expr: Expr) -> Value | None:
     """The value of an expression that reads nothing; None if it reads or is no finite number."""
     if not all(isinstance(part, Literal | Operation) for part in walk(expr)):
         return None
+    if any(True for _ in parameters_of(expr)):
+        return None  # in the rules of an enum
     value = evaluate(expr, lambda leaf: None)
     return None if isinstance(value, float) and not math.isfinite(value) else value

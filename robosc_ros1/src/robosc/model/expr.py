@@ -16,13 +16,15 @@ from typing import TypeAlias, TypeVar
 from robosc.language.functions import AGGREGATES, CALLS, CONVERSION, PART, PRESENCE
 from robosc.language.operators import BINARY, UNARY, Operator
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type, Value
+from robosc.runtime.settings import parameter_name
 from robosc.source import Span
 
 __all__ = [
     "FALSE", "TRUE", "Aggregate", "Binary", "Call", "ChoiceRef", "Convert", "ElementRef", "Expr",
-    "Holds", "Leaf", "Literal", "Operation", "Part", "PhaseRef", "StateRef", "TestRef", "Unary",
-    "ValueRef", "VariableRef", "all_names", "fold", "may_be_undefined", "part_of", "path_text",
-    "rewritten", "walk", "with_operands",
+    "Holds", "Leaf", "Literal", "Operation", "ParameterRef", "Part", "PhaseRef", "RosParameter",
+    "StateRef", "TestRef", "Unary", "ValueRef", "VariableRef", "all_names", "fold",
+    "may_be_undefined", "parameters_of", "part_of", "path_text", "rewritten", "walk",
+    "with_operands",
 ]  # fmt: skip
 
 
@@ -67,6 +69,36 @@ class StateRef:
     @property
     def type(self) -> Type:
         return BooleanType()
+
+
+@dataclass(frozen=True, slots=True)
+class RosParameter:
+    """A parameter of the generated node that the model declares.
+
+    ``key`` is the name as users see it, with that of the component or library before it.
+    """
+
+    key: str
+    type: Type
+    default: Value = field(compare=False)
+    span: Span = field(compare=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """The name in ROS, below the node's: ``limit``, ``Battery/limit``, ``station_3/limit``."""
+        return parameter_name(self.key)
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterRef:
+    """The value of a parameter, which is the same all the time that the node runs."""
+
+    parameter: RosParameter
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def type(self) -> Type:
+        return self.parameter.type
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,7 +300,7 @@ class Holds:
         return (self.operand,)
 
 
-Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ValueRef | TestRef | ElementRef
+Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ParameterRef | ValueRef | TestRef | ElementRef
 """What an expression reads."""
 Operation: TypeAlias = Unary | Binary | Call | Aggregate | Convert | Part | Holds
 Expr: TypeAlias = Literal | Leaf | Operation
@@ -392,6 +424,26 @@ def walk(expr: Expr, inside: Callable[[Expr], bool] = lambda node: True) -> Iter
         yield node
         if isinstance(node, Operation) and inside(node):
             stack.extend(reversed(node.operands))
+
+
+def parameters_of(expr: Expr) -> Iterator[RosParameter]:
+    """The parameters that an expression reads, also in tests and in the rules of enums."""
+    for part in walk(expr):
+        match part:
+            case ParameterRef(parameter=parameter):
+                yield parameter
+            case ChoiceRef(test=TestRef() as test) | (TestRef() as test):
+                yield from parameters_of(test.subject)
+                if test.other is not None:
+                    yield from parameters_of(test.other)
+            case (
+                Convert(type=enum)
+                | ValueRef(type=EnumType() as enum)
+                | Part(type=EnumType() as enum)
+                | ElementRef(type=EnumType() as enum)
+            ):
+                for rule in enum.rules:
+                    yield from parameters_of(rule.condition)
 
 
 def path_text(path: tuple[str | int, ...]) -> str:

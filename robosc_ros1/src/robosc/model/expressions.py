@@ -24,6 +24,7 @@ from robosc.language.functions import AGGREGATES
 from robosc.language.operators import BINARY, UNARY, Operand
 from robosc.model.calls import typed_call, typed_element, typed_membership, typed_section
 from robosc.model.datatypes import TypeTable
+from robosc.model.durations import typed_duration
 from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, expected_type, needs_of
 from robosc.model.expr import (
     Aggregate,
@@ -47,6 +48,7 @@ from robosc.model.types import (
     ArrayType,
     BooleanType,
     DoubleType,
+    DurationType,
     EnumType,
     IntegerType,
     NoneType,
@@ -144,6 +146,8 @@ class Typer:
                 found = typed_section(node, self.check)
             case AggregateNode():
                 found = self._aggregate(node)
+            case DurationNode() if isinstance(expected.type, DurationType):
+                found = typed_duration(node, self._report)
             case ArrayNode() | DurationNode():
                 what = "an array" if isinstance(node, ArrayNode) else "a duration"
                 self._report.add(
@@ -162,7 +166,9 @@ class Typer:
 
     def _mismatch(self, node: ExprNode, given: Type, expected: ExpectedType, place: str) -> None:
         hint = None
-        if isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
+        if isinstance(expected.type, DurationType):
+            hint = "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
+        elif isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
             hint = "a double never becomes an integer by itself"
         elif (comparison := _of_three(node, place)) is not None:
             hint = comparison

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -19,25 +19,28 @@ from robosc.model.components import (
 from robosc.model.datatypes import TypeDeclarations, TypeTable
 from robosc.model.entities import Component, Preference, Provide, Requirement
 from robosc.model.expected import BOOLEAN
-from robosc.model.expr import Expr
+from robosc.model.expr import Expr, RosParameter
 from robosc.model.expressions import RULE, Incoming, Typer
 from robosc.model.indexes import check_indexes
 from robosc.model.named_values import NamedValueTyper
 from robosc.model.overlap import check_overlaps
+from robosc.model.parameters import check_parameters
 from robosc.model.report import Muted, Report
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.links import Binder
-from robosc.model.scope import FileScope
+from robosc.model.scope import FileScope, report_duplicate
 from robosc.model.statements import StatementResolver, check_preferences
 from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
 from robosc.model.types import EnumType, Type
 from robosc.model.usage import Usage
-from robosc.model.value_scope import ValueScope
+from robosc.model.value_scope import Given, ValueScope
 from robosc.syntax.nodes import (
     BehaviourNode,
     ComponentNode,
+    ConstantNode,
     ExprNode,
     ImportNode,
+    ParameterNode,
     PreferNode,
     ProvideNode,
     RequirementNode,
@@ -54,6 +57,7 @@ class FileContents:
     types: TypeTable
     component_table: ComponentTable
     model: Model
+    parameters: tuple[RosParameter, ...]
 
     @property
     def instances(self) -> Mapping[str, Instance]:
@@ -90,13 +94,26 @@ class FileResolver:
         self._declare_values()
         model = self._model()
         self._scope.names.close()
-        return FileContents(self._scope, self.types, self.component_table, model)
+        parameters = tuple(self._parameters())
+        if self._scope.node.kind == "robot":
+            check_parameters(parameters, self._report)
+        return FileContents(self._scope, self.types, self.component_table, model, parameters)
+
+    def _parameters(self) -> Iterator[RosParameter]:
+        """The parameters of the file, of its components, and of the libraries that it needs."""
+        yield from self.types.values.parameters
+        for instance in self.component_table.instances.values():
+            yield from instance.types.values.parameters
+        for table in self.types.all_libraries.values():
+            yield from table.values.parameters
 
     def _model(self) -> Model:
         self.types.resolve_all()
         check_interfaces(self._scope.interfaces, self._report)
         for node in self._scope.components.values():
             self._add_component(node)
+        for instance in self.component_table.instances.values():
+            self._bind(instance)
         self.component_table.index_communications()
         if self._scope.node.kind == "robot":
             check_local_names(self.component_table, self._report)
@@ -135,8 +152,12 @@ class FileResolver:
 
     def _declare_values(self) -> None:
         values = self.types.values
+        node = self._scope.node
         values.typed = NamedValueTyper(
-            self.types, self._report, lambda: SymbolTable(self.component_table)
+            self.types,
+            self._report,
+            lambda: SymbolTable(self.component_table),
+            node.name.text if node.kind == "library" else "",
         )
         values.declare(self._scope.node.declarations, self._scope, self._report)
 
@@ -145,8 +166,33 @@ class FileResolver:
         file = instance.types.values
         values = ValueScope(instance.name, file.outer if file.owner else file)
         instance.types = instance.types.inside(values)
-        values.typed = NamedValueTyper(instance.types, report, lambda: self._symbols(instance))
+        values.typed = NamedValueTyper(
+            instance.types, report, lambda: self._symbols(instance), instance.name
+        )
         values.declare(instance.node.items, instance.types.scope, report)
+        if instance.imported is not None:
+            values.given = {**file.given, **self._arguments(instance.imported, values)}
+
+    def _arguments(self, node: ImportNode, values: ValueScope) -> dict[str, Given]:
+        """The constants and parameters that an import sets."""
+        given: dict[str, Given] = {}
+        for argument in node.arguments:
+            name = argument.name.text
+            declared = values.node(name)
+            if name in given:
+                first = given[name].node.name.span
+                report_duplicate("argument", argument.name, first, self._report)
+            elif isinstance(declared, ConstantNode | ParameterNode):
+                given[name] = Given(argument, self.types, self._report)
+                self._scope.names.use(argument.name, declared, node.component.text)
+            else:
+                self._report.add(
+                    "unknown-member",
+                    argument.name.span,
+                    f"{node.component.text} has no constant or parameter '{name}'",
+                    self._report.suggest(name, values.settable),
+                )
+        return given
 
     def _rule_condition(self, types: TypeTable, node: ExprNode, source: Type) -> Expr | None:
         return Typer(self._report, types, None, Incoming(source)).check(node, BOOLEAN, RULE)
@@ -167,8 +213,11 @@ class FileResolver:
             self._own_values(instance, self._muted)
             declare(instance, self._muted)
         self.component_table.add(instance)
+
+    def _bind(self, instance: Instance) -> None:
+        symbols = self._symbols(instance)
         for info in instance.communications.values():
-            bind(info, self._binder, self._report)
+            bind(info, symbols, self._binder, self._report)
 
     def _check_duplicates(self) -> None:
         """Resolve what has a name, or a place, that is taken, only for the faults in it."""
@@ -184,8 +233,7 @@ class FileResolver:
         instance = Instance(node.name.text, node, self.types)
         self._own_values(instance, self._report)
         declare(instance, self._report)
-        for info in instance.communications.values():
-            bind(info, self._binder, self._report)
+        self._bind(instance)
         self._component(instance)
 
     def _imported(self, node: ImportNode) -> Instance | None:

@@ -8,13 +8,20 @@ from dataclasses import dataclass, field
 from robosc.model.datatypes import TypeTable
 from robosc.model.evaluation import constant
 from robosc.model.expected import BOOLEAN, expected_type
-from robosc.model.expr import Expr, Literal
+from robosc.model.expr import Expr, Literal, ParameterRef, RosParameter
 from robosc.model.expressions import Typer, no_value
 from robosc.model.report import Report
 from robosc.model.tables import SymbolTable
-from robosc.model.types import EnumType, Type
+from robosc.model.types import DurationType, EnumType, Type, Value
 from robosc.model.values import check_range, coerce, describe, is_basic
-from robosc.syntax.nodes import ConditionNode, ConstantNode, DataObjectNode, ValueNode
+from robosc.syntax.nodes import (
+    ConditionNode,
+    ConstantNode,
+    DataNode,
+    DataObjectNode,
+    ParameterNode,
+    ValueNode,
+)
 
 __all__ = ["NamedValueTyper"]
 
@@ -24,11 +31,13 @@ class NamedValueTyper:
     """Types the values that a file or a component names, each when it is first asked for.
 
     What they mean stands in the place of their names from then on: later stages know no names.
+    ``owner`` is the component or library whose name stands before that of a parameter.
     """
 
     types: TypeTable
     report: Report
     symbols: Callable[[], SymbolTable]
+    owner: str = ""
     _open: list[str] = field(default_factory=list)
 
     def __call__(self, node: ValueNode) -> Expr | None:
@@ -39,41 +48,69 @@ class NamedValueTyper:
             return None
         self._open.append(name)
         try:
-            if isinstance(node, ConditionNode):
-                reason = "a named condition is about the state, not about what comes in"
-                typer = Typer(self.report, self.types, self.symbols(), no_value(reason))
-                return typer.check(node.value, BOOLEAN, f"condition '{name}'")
-            assert isinstance(node, ConstantNode)
-            return self._constant(node)
+            match node:
+                case ConditionNode():
+                    reason = "a named condition is about the state, not about what comes in"
+                    typer = Typer(self.report, self.types, self.symbols(), no_value(reason))
+                    return typer.check(node.value, BOOLEAN, f"condition '{name}'")
+                case ConstantNode():
+                    return self._literal(node, f"constant '{name}'")
+                case ParameterNode():
+                    return self._parameter(node, f"parameter '{name}'")
         finally:
             self._open.remove(name)
 
-    def _constant(self, node: ConstantNode) -> Expr | None:
-        type_ = self.types.resolve(node.type)
-        if type_ is None or not self._is_possible(node, type_):
+    def _parameter(self, node: ParameterNode, what: str) -> ParameterRef | None:
+        default = self._literal(node, what)
+        if default is None:
             return None
-        assert not isinstance(node.value, DataObjectNode)
-        what = f"constant '{node.name.text}'"
-        reason = "a constant cannot depend on what comes in"
-        typer = Typer(self.report, self.types, None, no_value(reason))
-        expr = typer.check(node.value, expected_type(type_), what)
-        if expr is None:
-            return None
-        value = constant(expr)
-        if value is None:
-            message = f"the value of {what} must be a finite constant"
-            self.report.add("initial-not-constant", node.value.span, message)
-            return None
-        check_range(expr, type_, what, self.report)
-        return coerce(Literal(value, type_, node.name.span), type_)
+        key = f"{self.owner}.{node.name.text}" if self.owner else node.name.text
+        parameter = RosParameter(key, default.type, default.value, span=node.name.span)
+        return ParameterRef(parameter, node.name.span)
 
-    def _is_possible(self, node: ConstantNode, type_: Type) -> bool:
-        if is_basic(type_) or isinstance(type_, EnumType):
-            return not isinstance(node.value, DataObjectNode)
+    def _literal(self, node: ConstantNode | ParameterNode, what: str) -> Literal | None:
+        """What is declared, or what the import of the component sets in its place."""
+        type_ = self.types.of_value(node.type)
+        if type_ is None or not self._is_possible(node, type_, what):
+            return None
+        given = self.types.values.given.get(node.name.text)
+        if given is None:
+            value = _constant(node.value, type_, what, self.types, self.report)
+        else:
+            value = _constant(given.node.value, type_, what, given.types, given.report)
+        return None if value is None else Literal(value, type_, node.name.span)
+
+    def _is_possible(self, node: ConstantNode | ParameterNode, type_: Type, what: str) -> bool:
+        if is_basic(type_) or isinstance(type_, EnumType | DurationType):
+            return True
         self.report.add(
             "variable-type",
             node.type.span,
-            f"constant '{node.name.text}' cannot be {describe(type_)}",
-            "use string, boolean, integer, double or an enum",
+            f"{what} cannot be {describe(type_)}",
+            "use string, boolean, integer, double, duration or an enum",
         )
         return False
+
+
+def _constant(
+    node: DataNode, type_: Type, what: str, types: TypeTable, report: Report
+) -> Value | None:
+    """The value of a constant expression; None after a reported error."""
+    if isinstance(node, DataObjectNode):
+        message = f"{what} needs {describe(type_)}, this is an object"
+        report.add("type-mismatch", node.span, message)
+        return None
+    word = what.partition(" ")[0]
+    typer = Typer(report, types, None, no_value(f"a {word} cannot depend on what comes in"))
+    expr = typer.check(node, expected_type(type_), what)
+    if expr is None:
+        return None
+    value = constant(expr)
+    if value is None:
+        message = f"the value of {what} must be a finite constant"
+        report.add("initial-not-constant", node.span, message)
+        return None
+    check_range(expr, type_, what, report)
+    literal = coerce(Literal(value, type_, node.span), type_)
+    assert isinstance(literal, Literal)
+    return literal.value

@@ -16,7 +16,15 @@ from typing import TypeAlias
 from robosc.errors import Note
 from robosc.model.entities import Behaviour, Component, ResultTransition
 from robosc.model.evaluation import evaluate
-from robosc.model.expr import Expr, Leaf, StateRef, ValueRef, VariableRef, walk
+from robosc.model.expr import (
+    Expr,
+    Leaf,
+    ParameterRef,
+    StateRef,
+    ValueRef,
+    VariableRef,
+    walk,
+)
 from robosc.model.report import Report
 from robosc.model.statements import fold_text
 from robosc.model.types import Value, domain
@@ -65,7 +73,7 @@ def _can_hold_together(guards: Sequence[Expr], states: Mapping[str, Sequence[str
         part: None
         for guard in guards
         for part in walk(guard)
-        if isinstance(part, VariableRef | ValueRef | StateRef)
+        if isinstance(part, VariableRef | ValueRef | StateRef | ParameterRef)
     }
     axes = _axes(leaves, states)
     if axes is None or prod(len(axis) for axis in axes) > _MOST_CASES:

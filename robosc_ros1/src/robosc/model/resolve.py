@@ -144,6 +144,7 @@ class _Loader:
             model.requirements,
             model.provides,
             model.preferences,
+            file.contents.parameters,
             span=node.name.span,
         )
         return robot, ordered

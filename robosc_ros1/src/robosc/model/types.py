@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from robosc.model.expr import Expr
 
 __all__ = [
-    "ArrayType", "BooleanType", "DoubleType", "EnumRule", "EnumType", "IntegerType", "NoneType",
-    "ObjectType", "StringType", "Type", "Value", "domain", "is_number",
+    "ArrayType", "BooleanType", "DoubleType", "DurationType", "EnumRule", "EnumType", "IntegerType",
+    "NoneType", "ObjectType", "StringType", "Type", "Value", "domain", "is_number",
 ]  # fmt: skip
 
 Value: TypeAlias = bool | int | float | str
@@ -43,6 +43,14 @@ class StringType:
 class DoubleType:
     def __str__(self) -> str:
         return "double"
+
+
+@dataclass(frozen=True, slots=True)
+class DurationType:
+    """Of constants and parameters only; a value is in seconds, a double."""
+
+    def __str__(self) -> str:
+        return "duration"
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +118,7 @@ Type: TypeAlias = (
     | BooleanType
     | StringType
     | DoubleType
+    | DurationType
     | IntegerType
     | ArrayType
     | EnumType

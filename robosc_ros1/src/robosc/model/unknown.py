@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robosc.model.datatypes import TypeTable
-from robosc.model.expr import Expr, Literal, StateRef, VariableRef
+from robosc.model.expr import Expr, Literal, ParameterRef, StateRef, VariableRef
 from robosc.model.report import Report
 from robosc.model.tables import SymbolTable
 from robosc.model.types import EnumType, Type
@@ -113,7 +113,9 @@ class NameFaults:
                 "unknown-member",
                 member.span,
                 f"{root} has no variable or state '{member.text}'",
-                self._report.suggest(member.text, component.members)
+                self._report.suggest(
+                    member.text, [*component.members, *component.types.values.declared]
+                )
                 if component.members
                 else f"{root} has no behaviour",
             )
@@ -139,6 +141,8 @@ def last_name(access: Access) -> str:
 
 def _qualified_name(meaning: Expr) -> str:
     match meaning:
+        case ParameterRef(parameter=parameter):
+            return parameter.key
         case VariableRef(component=component, variable=name):
             return f"{component}.{name}"
         case StateRef(component=component, state=name):

@@ -1,45 +1,88 @@
-"""Where the constants and named conditions of a file or a component are found."""
+"""Where the constants, parameters and named conditions of a file or a component are found."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from robosc.model.expr import Expr
+from robosc.model.expr import Expr, ParameterRef, RosParameter
 from robosc.model.report import Report
 from robosc.model.scope import FileScope, report_duplicate
-from robosc.syntax.nodes import ConditionNode, ConstantNode, ValueNode
+from robosc.syntax.nodes import ArgumentNode, ConditionNode, ConstantNode, ParameterNode, ValueNode
 
-__all__ = ["ValueScope"]
+if TYPE_CHECKING:
+    from robosc.model.datatypes import TypeTable
+
+__all__ = ["Given", "ValueScope"]
+
+
+@dataclass(frozen=True)
+class Given:
+    """A value that an import sets, as seen from the file of the import."""
+
+    node: ArgumentNode
+    types: TypeTable
+    report: Report
 
 
 @dataclass
 class ValueScope:
     """Named values by name, seen from a component (``owner``) or a file.
 
-    ``typed`` gives a node its meaning; it is asked once for each.
+    ``typed`` gives a node its meaning; it is asked once for each. ``given`` are the values that an
+    import sets, by name.
     """
 
     owner: str = ""
     outer: ValueScope | None = None
     typed: Callable[[ValueNode], Expr | None] = lambda node: None
+    given: dict[str, Given] = field(default_factory=dict)
     _nodes: dict[str, ValueNode] = field(default_factory=dict)
     _meanings: dict[int, Expr | None] = field(default_factory=dict)
 
     def declare(self, items: Iterable[object], scope: FileScope, report: Report) -> None:
         """Take up the values among the items of a file or a component."""
         for item in items:
-            if not isinstance(item, ConstantNode | ConditionNode):
+            if not isinstance(item, ConstantNode | ParameterNode | ConditionNode):
                 continue
             scope.names.declare(item, self.owner)
             first = self._nodes.setdefault(item.name.text, item)
             if first is not item:
-                report_duplicate("constant or condition", item.name, first.name.span, report)
+                report_duplicate(
+                    "constant, parameter or condition", item.name, first.name.span, report
+                )
 
     def resolve(self) -> None:
         """Find out what all of them mean, so that faults are told where nothing uses them."""
         for node in self._nodes.values():
             self._meaning(node)
+
+    @property
+    def declared(self) -> Iterable[str]:
+        """All names that are declared here."""
+        return self._nodes
+
+    def node(self, name: str) -> ValueNode | None:
+        """The declaration here of a name."""
+        return self._nodes.get(name)
+
+    @property
+    def settable(self) -> list[str]:
+        """The names that an import may set."""
+        return [
+            name
+            for name, node in self._nodes.items()
+            if isinstance(node, ConstantNode | ParameterNode)
+        ]
+
+    @property
+    def parameters(self) -> Iterator[RosParameter]:
+        """The parameters that are declared here."""
+        for node in self._nodes.values():
+            meaning = self._meaning(node)
+            if isinstance(node, ParameterNode) and isinstance(meaning, ParameterRef):
+                yield meaning.parameter
 
     def own(self, name: str) -> tuple[ValueNode, Expr | None] | None:
         """What is declared here under a name, and its meaning: None after a reported error."""

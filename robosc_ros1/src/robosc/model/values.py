@@ -12,6 +12,7 @@ from robosc.model.types import (
     ArrayType,
     BooleanType,
     DoubleType,
+    DurationType,
     EnumType,
     IntegerType,
     NoneType,
@@ -94,7 +95,7 @@ def comparable(left: Type, right: Type) -> bool:
     """Whether ``=`` may compare the two: two values of one type, numbers counting as one."""
     if is_number(left) and is_number(right):
         return True
-    return left == right and not isinstance(left, ArrayType | ObjectType | NoneType)
+    return left == right and not isinstance(left, ArrayType | ObjectType | NoneType | DurationType)
 
 
 def coerce(expr: Expr, target: Type) -> Expr:

@@ -10,11 +10,36 @@ unambiguous.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Tuple, Union
 
 from .values import Undefined
 
-__all__ = ["After", "Command", "Communication", "Controller", "Input", "Requirement", "Tau"]
+__all__ = [
+    "After",
+    "Command",
+    "Communication",
+    "Controller",
+    "Input",
+    "Parameter",
+    "Requirement",
+    "Tau",
+]
+
+
+class Parameter(NamedTuple):
+    """``type`` is "number", "integer", "boolean" or "string"; an empty string means "not set".
+
+    ``attribute`` is where the controller has the value of a parameter of the model.
+    """
+
+    name: str
+    type: str
+    default: Any
+    meaning: str
+    choices: Tuple[str, ...] = ()
+    minimum: Optional[float] = None
+    maximum: Optional[float] = None
+    attribute: str = ""
 
 
 class Communication(NamedTuple):
@@ -126,6 +151,8 @@ class Controller:
     TAUS: Tuple[Tau, ...]
     AFTERS: Tuple[After, ...] = ()
     REQUIREMENTS: Tuple[Requirement, ...]
+    PARAMETERS: Tuple[Parameter, ...] = ()
+    """Parameters of the node that the model declares."""
     STEP_BOUND: int
     """More internal transitions in a row mean a cycle; each within it reaches a new state."""
 
@@ -139,6 +166,15 @@ class Controller:
     def variables(self) -> Dict[str, Any]:
         """The current value of each variable, by ``Component.variable``."""
         raise NotImplementedError
+
+    def configure(self, values: Mapping[str, Any]) -> None:
+        """Take the values of the model's parameters, by name, before anything happens."""
+        for parameter in self.PARAMETERS:
+            setattr(self, parameter.attribute, values[parameter.name])
+
+    def parameters(self) -> Dict[str, Any]:
+        """The value of each of the model's parameters, by name."""
+        return {p.name: getattr(self, p.attribute) for p in self.PARAMETERS}
 
     def copy(self) -> Controller:
         """A controller in the same state, for others to look at."""

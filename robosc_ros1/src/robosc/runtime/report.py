@@ -155,6 +155,7 @@ def state_document(
         "number": snapshot["number"],
         "components": controller.components(),
         "variables": controller.variables(),
+        "parameters": controller.parameters(),
         "communications": phases,
         "commands": commands,
         "clocks": snapshot["clocks"],
@@ -267,6 +268,10 @@ class Reporter:
             return
         documents = [event_document(entry) for entry in entries]
         self._latest.extend(documents[-_LATEST:])
+        parameters = self._engine.controller.parameters()
+        if entries[0].number == 1 and parameters:
+            # Without them nobody can follow the run.
+            documents[0] = {**documents[0], "parameters": parameters}
         if self._original is not None:
             self._original.take(documents)
         lines = [dump(document) for document in documents]

@@ -14,7 +14,7 @@ import math
 import re
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
-from .model import Communication
+from .model import Communication, Parameter
 
 __all__ = [
     "GENERAL_RATE",
@@ -36,17 +36,6 @@ _TOPIC = re.compile(r"(/|~/?)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*\Z", re.ASCII)
 
 class ParameterError(Exception):
     """Parameters that the node cannot start with; the text names each of them."""
-
-
-class Parameter(NamedTuple):
-    """``type`` is "number", "integer", "boolean" or "string"; an empty string means "not set"."""
-
-    name: str
-    type: str
-    default: Any
-    meaning: str
-    choices: Tuple[str, ...] = ()
-    minimum: Optional[float] = None
 
 
 class Settings(NamedTuple):
@@ -71,7 +60,7 @@ class Settings(NamedTuple):
     goal_timeout: Mapping[str, float] = {}
     rates: Mapping[str, float] = {}
     more: Mapping[str, Any] = {}
-    """Values, by name, of the parameters that only this version of ROS has."""
+    """Values, by name, of the model's parameters, and of those that only one version of ROS has."""
 
     def rate_of(self, key: str) -> float:
         """How often a command is repeated, in Hz."""
@@ -150,27 +139,40 @@ _WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
 def declared(communications: Sequence[Communication]) -> List[Parameter]:
-    """All parameters of a controller, in the order in which they are documented."""
+    """All parameters of a controller but the model's own, in the order of the documentation.
+
+    A timeout that is a parameter of the model has no other one.
+    """
     result = list(_GENERAL)
     for communication in communications:
         name = parameter_name(communication.name)
-        default = communication.timeout if isinstance(communication.timeout, float) else 5.0
         if communication.sort != "outgoing":
             meaning = "how often %s is repeated, in Hz; 0: as all others" % communication.name
             result.append(Parameter("rate/" + name, "number", 0.0, meaning, minimum=0.0))
-        if communication.sort == "outgoing" and communication.timeout is not None:
-            meaning = "silence after which %s is no longer fresh, in seconds" % communication.name
-            timeout = communication.timeout if isinstance(communication.timeout, float) else 5.0
+        timeout = _timeout(communication)
+        if timeout is not None:
+            meaning = _TIMEOUTS[communication.sort] % communication.name
             result.append(Parameter("timeout/" + name, "number", timeout, meaning, minimum=1e-3))
-        if communication.sort == "service":
-            meaning = "deadline of a call of %s, in seconds" % communication.name
-            result.append(Parameter("timeout/" + name, "number", default, meaning, minimum=1e-3))
-        elif communication.sort == "action":
-            meaning = "deadline until a goal of %s is accepted, in seconds" % communication.name
-            result.append(Parameter("timeout/" + name, "number", default, meaning, minimum=1e-3))
+        if communication.sort == "action":
             meaning = "deadline of an accepted goal of %s, in seconds; 0: none" % communication.name
             result.append(Parameter("goal_timeout/" + name, "number", 0.0, meaning, minimum=0.0))
     return result
+
+
+_TIMEOUTS = {
+    "outgoing": "silence after which %s is no longer fresh, in seconds",
+    "service": "deadline of a call of %s, in seconds",
+    "action": "deadline until a goal of %s is accepted, in seconds",
+}
+
+
+def _timeout(communication: Communication) -> Optional[float]:
+    """The default of its own parameter for its timeout, if it has one."""
+    if communication.sort == "incoming" or isinstance(communication.timeout, str):
+        return None
+    if communication.timeout is None and communication.sort != "outgoing":
+        return 5.0
+    return communication.timeout
 
 
 def flatten(tree: Mapping[str, Any], prefix: str = "") -> Dict[str, Any]:
@@ -203,8 +205,8 @@ def read(
 ) -> Tuple[Settings, List[str]]:
     """The settings from parameters by full name, and warnings about names that mean nothing.
 
-    ``more`` are parameters that only this version of ROS has, ``spelled`` gives a name as its users
-    write it.
+    ``more`` are the model's parameters and those that only this version of ROS has, ``spelled``
+    gives a name as its users write it.
 
     Raises:
         ParameterError: values of the wrong type or outside what is allowed; all of them are named.
@@ -271,8 +273,15 @@ def _fault(parameter: Parameter, value: Any) -> Optional[str]:
     if parameter.type == "integer" and not isinstance(value, int):
         return what
     if parameter.minimum is not None and value < parameter.minimum:
-        return "%s of at least %g" % (what, parameter.minimum)
+        return "%s of at least %s" % (what, shortest(parameter.minimum))
+    if parameter.maximum is not None and value > parameter.maximum:
+        return "%s of at most %s" % (what, shortest(parameter.maximum))
     return None
+
+
+def shortest(bound: float) -> str:
+    """A bound as people write it."""
+    return "%d" % bound if isinstance(bound, int) else "%g" % bound
 
 
 def _settings(
@@ -285,7 +294,9 @@ def _settings(
         name = parameter_name(communication.name)
         if communication.sort != "outgoing":
             rates[communication.key] = values.pop("rate/" + name)
-        if "timeout/" + name in values:
+        if isinstance(communication.timeout, str):
+            timeouts[communication.key] = values["more"][communication.timeout]
+        elif "timeout/" + name in values:
             timeouts[communication.key] = values.pop("timeout/" + name)
         if communication.sort == "action":
             goal_timeouts[communication.key] = values.pop("goal_timeout/" + name)

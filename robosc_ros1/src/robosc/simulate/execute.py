@@ -13,10 +13,10 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
-from robosc.emit.config import declared_communications
+from robosc.emit.config import declared_communications, declared_parameters
 from robosc.ir.automaton import Event, Plant, value_parts
 from robosc.ir.step import valuations
-from robosc.model.entities import EventKind, Kind
+from robosc.model.entities import EventKind, Kind, Robot
 from robosc.model.expr import Expr, path_text
 from robosc.model.types import IntegerType, ObjectType
 from robosc.runtime import model as runtime
@@ -48,7 +48,7 @@ from robosc.simulate.values import (
 )
 from robosc.supervisor import Supervisor
 
-__all__ = ["LONGEST_WAIT", "Execution"]
+__all__ = ["LONGEST_WAIT", "Execution", "read_settings"]
 
 LONGEST_WAIT = 3600.0
 """Seconds that the clock may be turned on in one go."""
@@ -92,19 +92,15 @@ class _Clockwork(Port):
 
 
 class Execution:
-    """A :class:`~robosc.simulate.machine.Machine` that executes the controller.
+    """A :class:`~robosc.simulate.machine.Machine` that executes the controller."""
 
-    ``parameters`` are those of the node by name (``rate``, ``order``, ``timeout/grab`` …).
-    Raises InvalidLine if one of them is unknown or has a wrong value.
-    """
-
-    def __init__(self, supervisor: Supervisor, parameters: Mapping[str, Any]) -> None:
+    def __init__(self, supervisor: Supervisor, settings: Settings) -> None:
         self.supervisor = supervisor
         self._events = {
             (e.key, e.kind.value): e for e in self.plant.events if not e.kind.of_component
         }
         self._inputs = tuple(e for e in self.plant.events if not (e.controllable or e.kind.clocked))
-        self._settings = _settings(supervisor, parameters)
+        self._settings = settings
         self._past: list[_Step] = []
         self._begin()
 
@@ -273,10 +269,15 @@ def _data(data: Callable[[Controller], Any], controller: Controller) -> Any:
         return None
 
 
-def _settings(supervisor: Supervisor, parameters: Mapping[str, Any]) -> Settings:
+def read_settings(robot: Robot, parameters: Mapping[str, Any]) -> Settings:
+    """The settings of the robot's node, from parameters by name.
+
+    Raises:
+        InvalidLine: one of them is unknown or has a wrong value.
+    """
     try:
-        communications = declared_communications(supervisor.plant.robot)
-        settings, warnings = read(communications, parameters)
+        communications = declared_communications(robot)
+        settings, warnings = read(communications, parameters, declared_parameters(robot))
     except ParameterError as error:
         raise InvalidLine(str(error)) from None
     if warnings:

@@ -155,6 +155,8 @@ class Follower:
         if entry.number == 1 or entry.number < self._next or not self.runs:
             self.runs += 1
             self._controller = self._fresh.copy()
+            told = entry.document.get("parameters", {})
+            self._controller.configure({**self._fresh.parameters(), **told})
             self._stopped = False
             self._next = 1
         if self._controller is None:
@@ -376,7 +378,7 @@ def _entry(file: str, line: int, document: Any) -> LogEntry:
             "outcome": str(outcome),
         } if kind in _KINDS and outcome in _OUTCOMES:
             index = event.get("index", 0)
-            if isinstance(index, int):
+            if isinstance(index, int) and isinstance(document.get("parameters", {}), dict):
                 value = event.get("value")
                 return LogEntry(document, file, line, number, kind, name, index, value, outcome)
     raise UsageError(f"{file}:{line}: this is no event of a log, version 1")

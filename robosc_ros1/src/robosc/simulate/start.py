@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
-from robosc.simulate.execute import Execution
+from robosc.ir.lower import lower
+from robosc.model.parameters import with_parameters
+from robosc.simulate.execute import Execution, read_settings
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machine import Machine
 from robosc.simulate.session import MakeMachine
@@ -13,20 +16,41 @@ from robosc.simulate.single import SingleEvents
 from robosc.simulate.values import parse_raw
 from robosc.supervisor import Supervisor
 
-__all__ = ["machine_maker", "parameters"]
+__all__ = ["machine_maker", "parameters", "supervisor_with"]
 
 
 def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
-    """Makes machines of single events, or of the controller as it executes."""
+    """Makes machines of single events, or of the controller as it executes.
+
+    They are given parameters of the node by name (``rate``, ``order``, ``timeout/grab`` …), those
+    of the model among them. Raise InvalidLine if one is unknown or has a wrong value.
+    """
 
     def make(given: Mapping[str, Any]) -> Machine:
+        settings = read_settings(supervisor.plant.robot, given)
+        chosen = supervisor_with(supervisor, settings.more)
         if execute:
-            return Execution(supervisor, given)
-        if given:
+            return Execution(chosen, settings)
+        if not settings.more.keys() >= given.keys():
             raise InvalidLine("parameters are those of the executing controller: use --execute")
-        return SingleEvents(supervisor)
+        return SingleEvents(chosen)
 
     return make
+
+
+def supervisor_with(supervisor: Supervisor, values: Mapping[str, Any]) -> Supervisor:
+    """The supervisor for a robot whose parameters have these values, by name in ROS.
+
+    What it allows is the same for all; where the robot starts, and its data, are not.
+    """
+    robot = supervisor.plant.robot
+    chosen = with_parameters(robot, values)
+    if chosen is robot:
+        return supervisor
+    plant = lower(chosen)
+    events = dict(zip(map(id, supervisor.plant.events), plant.events, strict=True))
+    guards = tuple(replace(g, event=events[id(g.event)]) for g in supervisor.guards)
+    return replace(supervisor, plant=plant, guards=guards)
 
 
 def parameters(texts: Iterable[str]) -> dict[str, Any]:

@@ -9,7 +9,16 @@ from typing import Any, cast
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.expr import Leaf, Undefined, evaluate
 from robosc.model.entities import Data, DataArray, DataObject, Robot
-from robosc.model.expr import ElementRef, Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
+from robosc.model.expr import (
+    ElementRef,
+    Expr,
+    ParameterRef,
+    PhaseRef,
+    StateRef,
+    TestRef,
+    ValueRef,
+    VariableRef,
+)
 from robosc.model.types import ArrayType, DoubleType, IntegerType, ObjectType, Type, Value
 from robosc.runtime.values import widen
 
@@ -38,8 +47,8 @@ class State:
                 return self.phases[key] == phase
             case ValueRef():
                 return None
-            case ElementRef():
-                raise AssertionError("it belongs to its aggregate")
+            case ElementRef() | ParameterRef():
+                raise AssertionError("it belongs to an aggregate, or has its default")
 
     def holds(self, condition: Expr) -> bool:
         return is_true(condition, self.look)

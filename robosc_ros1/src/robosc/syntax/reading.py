@@ -17,10 +17,6 @@ from robosc.errors import Diagnostic, Note, Severity
 from robosc.language.keywords import UNITS
 from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
 from robosc.source import Span
-from robosc.syntax.nodes import (
-    ArgumentNode,
-    ParameterNode,
-)
 
 __all__ = ["Build", "Fault", "Form", "Reading", "Stop"]
 
@@ -44,10 +40,7 @@ _LOOKAHEAD = 8
 """No rule of the grammar looks further ahead than so many tokens."""
 
 
-PENDING: dict[type, str] = {
-    ArgumentNode: "arguments of an import",
-    ParameterNode: "parameters",
-}
+PENDING: dict[type, str] = {}
 """Nodes whose meaning is not there yet; whoever gives them one removes them here."""
 
 

@@ -170,8 +170,6 @@ def _build_basic(reading: Reading, start: int, end: int, parts: list[Any]) -> Ba
 
 
 def _build_named(reading: Reading, start: int, end: int, parts: list[Any]) -> NamedTypeNode:
-    if end > start + 1:
-        reading.pending.append(("types of a library", reading.span(start, end)))
     *library, name = (make_name(reading, at, at + 1, []) for at in range(start, end, 2))
     return NamedTypeNode(name, library[0] if library else None, span=reading.span(start, end))
 

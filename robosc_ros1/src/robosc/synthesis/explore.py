@@ -27,11 +27,15 @@ class Transition:
 
 @dataclass(frozen=True)
 class Graph:
-    """States in breadth-first order from the initial one; transitions in the order of discovery."""
+    """States in breadth-first order from the initial ones; transitions in the order of discovery.
+
+    The first ``starts`` states are the initial ones.
+    """
 
     plant: Plant
     states: tuple[PlantState, ...]
     transitions: tuple[Transition, ...]
+    starts: int = 1
 
 
 _TRANSITIONS_PER_STATE = 30
@@ -48,7 +52,7 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
     """
     plant = system.plant if isinstance(system, Supervisor) else system
     if isinstance(system, Supervisor) and system.empty:
-        return Graph(plant, (), ())
+        return Graph(plant, (), (), 0)
     most = None if limit is None else limit * _TRANSITIONS_PER_STATE
     if isinstance(system, Supervisor):
         _refuse(system.controlled_states, system.controlled_transitions, limit)
@@ -57,8 +61,9 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
     if isinstance(system, Supervisor):
         allowed = {id(guard.event): guard.expr for guard in system.guards}
     events = [stepper.compiled(n, allowed.get(id(event))) for n, event in enumerate(plant.events)]
-    numbers: dict[PlantState, int] = {plant.initial: 0}
-    states = [plant.initial]
+    states = list(plant.initial_states)
+    starts = len(states)
+    numbers = {state: number for number, state in enumerate(states)}
     transitions: list[Transition] = []
     for source, state in enumerate(states):  # grows while it is walked: breadth first
         for event in events:
@@ -73,7 +78,7 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
                         f"there are more than {most} transitions; raise --limit (of states)"
                     )
                 transitions.append(Transition(source, event.number, values, numbers[target]))
-    return Graph(plant, tuple(states), tuple(transitions))
+    return Graph(plant, tuple(states), tuple(transitions), starts)
 
 
 def _refuse(states: int, transitions: int, limit: int | None) -> None:

@@ -21,6 +21,7 @@ from robosc.model.expr import (
     TRUE,
     ElementRef,
     Expr,
+    ParameterRef,
     PhaseRef,
     StateRef,
     TestRef,
@@ -209,8 +210,8 @@ class Stepper:
                 if isinstance(values, range):
                     return f"(s[{axis}] + {values[0]})" if values[0] else f"s[{axis}]"
                 return f"V{axis}[s[{axis}]]"
-            case ElementRef():
-                raise AssertionError("it belongs to its aggregate")
+            case ElementRef() | ParameterRef():
+                raise AssertionError("it belongs to an aggregate, or to a test")
 
 
 def _need(value: Any) -> Any:

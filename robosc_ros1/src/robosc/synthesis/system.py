@@ -57,7 +57,7 @@ class System(Protocol):
     def plant(self) -> Plant: ...
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
-        """A shortest path, under control, from the initial state to one where the condition holds.
+        """A shortest path, under control, from an initial state to one where the condition holds.
 
         Both ends included; None if there is no such state in the controlled system.
         """

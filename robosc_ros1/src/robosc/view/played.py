@@ -188,6 +188,7 @@ class Played:
                     "stopped": machine.stopped,
                     "faults": [],
                     "unconnected": [],
+                    "parameters": {p.name: p.default for p in robot.parameters},
                     "counters": self._counters,
                     "latest": [],
                     "marked": state.marked(robot),

@@ -2,7 +2,8 @@
 
 Data are numbers without bounds, strings, and all that is computed from them. A comparison of data
 with a constant stays as it is: its term is the variable or the part of ``value``. Any other becomes
-a :class:`~robosc.model.expr.TestRef` that is compared with a constant, or is a boolean itself. So
+a :class:`~robosc.model.expr.TestRef` that is compared with a constant, or is a boolean itself; a
+parameter is such a test, too, whose outcome is not known at the start and never changes. So
 ``A.x > A.y`` asks whether the order of the two is above 0, as do ``A.y < A.x`` and, the other way
 round, ``A.x <= A.y``: what excludes each other in the data does so in the plant.
 """
@@ -18,9 +19,11 @@ from robosc.language.operators import MIRRORED
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
+    Convert,
     Expr,
     Literal,
     Operation,
+    ParameterRef,
     PhaseRef,
     StateRef,
     TestRef,
@@ -28,6 +31,8 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
     may_be_undefined,
+    parameters_of,
+    rewritten,
     walk,
 )
 from robosc.model.types import (
@@ -43,8 +48,8 @@ from robosc.model.types import (
 )
 
 __all__ = [
-    "Term", "Terms", "is_constant", "order", "reads_data",
-    "reads_value", "value_of",
+    "Term", "Terms", "is_constant", "order", "reads_data", "reads_parameters", "reads_value",
+    "value_of",
 ]  # fmt: skip
 
 Term: TypeAlias = VariableRef | ValueRef | TestRef
@@ -54,15 +59,22 @@ _BOOLEAN = BooleanType()
 
 def is_constant(expr: Expr) -> bool:
     """Whether an expression reads nothing."""
-    return all(isinstance(part, Literal | Operation) for part in walk(expr))
+    reads = any(not isinstance(part, Literal | Operation) for part in walk(expr))
+    return not reads and not reads_parameters(expr)
+
+
+def reads_parameters(expr: Expr) -> bool:
+    """Whether an expression reads parameters, also in the rules of enums."""
+    return any(True for _ in parameters_of(expr))
 
 
 def reads_data(expr: Expr) -> bool:
-    """Whether an expression reads anything that is not finite."""
+    """Whether what an expression comes to is not told by anything finite that it reads."""
     return any(
-        domain(part.type) is None
+        reads_parameters(part)
+        if isinstance(part, Convert)
+        else domain(part.type) is None and not isinstance(part, Literal | Operation)
         for part in walk(expr)
-        if not isinstance(part, Literal | Operation)
     )
 
 
@@ -102,10 +114,18 @@ class Terms:
             case Binary(operator=operator, left=left, right=right):
                 if operator not in MIRRORED or isinstance(left.type, BooleanType | EnumType):
                     return replace(expr, left=self.finite(left), right=self.finite(right))
-                return self._comparison(expr) if reads_data(expr) else expr
+                return self._comparison(expr) if reads_data(expr) else self._whole(expr)
             case VariableRef() | ValueRef() | StateRef() | PhaseRef() | Literal():
                 return expr
-        return self._seen(self.computed(expr)) if reads_data(expr) else expr
+        return self._seen(self.computed(expr)) if reads_data(expr) else self._whole(expr)
+
+    def _whole(self, expr: Expr) -> Expr:
+        """An expression over what is finite, with parameters as the state has them."""
+
+        def leaf(node: Literal | Leaf) -> Expr:
+            return self.computed(node) if isinstance(node, ParameterRef) else node
+
+        return rewritten(expr, leaf) if reads_parameters(expr) else expr
 
     def _comparison(self, expr: Binary) -> Expr:
         if is_constant(expr.right):

@@ -8,7 +8,7 @@ the same for equal expressions.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TypeAlias
@@ -20,6 +20,7 @@ from robosc.ir.finite.terms import (
     Term,
     Terms,
     is_constant,
+    reads_parameters,
     value_of,
 )
 from robosc.language.operators import MIRRORED
@@ -39,6 +40,7 @@ from robosc.model.expr import (
     Expr,
     Holds,
     Literal,
+    ParameterRef,
     TestRef,
     Unary,
     ValueRef,
@@ -105,7 +107,7 @@ class FiniteView:
         return self._terms.computed(Holds(variable))
 
     def initial(self, test: TestRef) -> Value:
-        """What a test comes to at the start."""
+        """What a test comes to at the start, with the defaults of parameters."""
         initial = {v.key: v.initial for v in self._variables}
 
         def look(leaf: Leaf) -> Value | None:
@@ -113,6 +115,19 @@ class FiniteView:
             return initial[f"{leaf.component}.{leaf.variable}"]
 
         return value_of(test, look)
+
+    def starts(self, test: TestRef, outcomes: Sequence[Value]) -> tuple[int, ...]:
+        """The numbers of the outcomes that a test can have at the start, the defaults' first.
+
+        Of what reads parameters that is any; but a parameter is a number, and variables begin as
+        numbers, so that none of them is NaN.
+        """
+        first = outcomes.index(self.initial(test))
+        if not any(map(reads_parameters, _sides_of(test))):
+            return (first,)
+        numbers = all(isinstance(s, Literal | VariableRef | ParameterRef) for s in _sides_of(test))
+        found = (n for n, outcome in enumerate(outcomes) if not (numbers and outcome != outcome))
+        return first, *(number for number in found if number != first)
 
     @cached_property
     def _variables(self) -> tuple[Variable, ...]:
@@ -281,11 +296,19 @@ class _Builder:
             return value
         if self._rounded((variable.component, variable.variable), value) and not self.small:
             return _anything(variable)
+        if isinstance(value, ParameterRef):
+            return self._parameter(value)
         if isinstance(value, VariableRef | ValueRef):
             if isinstance(value, VariableRef) and domain(value.type) is None:
                 self.states.setdefault(replace(value, span=None))
             return value
         return self._known(self.terms.computed(value))
+
+    def _parameter(self, reference: ParameterRef) -> TestRef:
+        """A parameter as a term of the state."""
+        test = self.terms.computed(replace(reference, span=None))
+        self.states.setdefault(test)
+        return test
 
     def _substituted(self, test: TestRef, given: Mapping[tuple[str, str], Expr]) -> Expr:
         subject = _substitute(test.subject, given)
@@ -357,6 +380,9 @@ def _sides(expr: Expr) -> tuple[Expr, ...]:
 
 
 def _is_free(expr: Expr) -> bool:
+    """Whether a term's outcome is not told by its values. A parameter has one all the time."""
+    if isinstance(expr, TestRef) and isinstance(expr.subject, ParameterRef):
+        return expr.other is not None
     return isinstance(expr, TestRef | ChoiceRef)
 
 
@@ -371,9 +397,12 @@ def _anything(term: VariableRef | TestRef) -> ChoiceRef:
 
 
 def _parts(test: TestRef) -> Iterator[Expr]:
-    yield from walk(test.subject)
-    if test.other is not None:
-        yield from walk(test.other)
+    for side in _sides_of(test):
+        yield from walk(side)
+
+
+def _sides_of(test: TestRef) -> tuple[Expr, ...]:
+    return (test.subject,) if test.other is None else (test.subject, test.other)
 
 
 def may_be_missing(term: Term) -> bool:

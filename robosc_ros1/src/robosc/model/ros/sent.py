@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robosc.model.entities import Binding, Data, DataArray, DataObject
 from robosc.model.evaluation import constant
-from robosc.model.expr import Expr, VariableRef
+from robosc.model.expr import Expr, ParameterRef, VariableRef
 from robosc.model.report import Report
 from robosc.model.ros.definitions import (
     BASIC,
@@ -78,7 +78,7 @@ class SentData:
         value = constant(expr)
         if type(value) is int:
             bounds = (value, value)
-        elif isinstance(expr, VariableRef) and isinstance(expr.type, IntegerType):
+        elif isinstance(expr, VariableRef | ParameterRef) and isinstance(expr.type, IntegerType):
             bounds = expr.type.bounds
         if bounds is None or expr.span is None:
             return

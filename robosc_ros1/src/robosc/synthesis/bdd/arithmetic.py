@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from operator import or_
 
-from robosc.model.expr import Binary, Expr, Leaf, Literal, Unary, ValueRef, VariableRef
+from robosc.model.expr import Binary, Expr, Leaf, Literal, TestRef, Unary, ValueRef, VariableRef
 from robosc.model.types import IntegerType
 from robosc.synthesis.bdd.manager import Bdd, Manager
 
@@ -52,7 +52,7 @@ def number_of(manager: Manager, expr: Expr, leaf: Callable[[Leaf], Number | None
             if operator == "*":
                 return _multiple(manager, first, second)
             return _sum(manager, first, second if operator == "+" else _negated(manager, second))
-        case VariableRef() | ValueRef():
+        case VariableRef() | ValueRef() | TestRef():
             return leaf(expr)
     return None
 
@@ -68,7 +68,7 @@ def is_linear(expr: Expr) -> bool:
             constant = isinstance(left, Literal) or isinstance(right, Literal)
             known = operator in ("+", "-") or (operator == "*" and constant)
             return known and is_linear(left) and is_linear(right)
-    return isinstance(expr, Literal | VariableRef | ValueRef)
+    return isinstance(expr, Literal | VariableRef | ValueRef | TestRef)
 
 
 def compared(manager: Manager, operator: str, left: Number, right: Number) -> Bdd:

@@ -157,7 +157,11 @@ class Encoding:
 
     @cached_property
     def initial(self) -> Bdd:
-        return self.state(self.plant.initial)
+        """The initial states."""
+        result = self.manager.true
+        for axis in self._upwards:
+            result = self.values(axis, self.plant.variables[axis].start_indexes) & result
+        return result
 
     def state(self, state: PlantState) -> Bdd:
         result = self.manager.true

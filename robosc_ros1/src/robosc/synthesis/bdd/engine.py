@@ -121,7 +121,7 @@ class SymbolicEngine:
         while True:
             if bad != self.manager.false:
                 good = good & ~self._uncontrollably(bad, good)
-            if initial & good == self.manager.false:
+            if initial & good != initial:
                 return SymbolicSolution(self, plant_reach, self.manager.false, good, True)
             back = self._coreachable(good)
             if back == good:
@@ -159,7 +159,7 @@ class SymbolicEngine:
         )
 
     def iterates(self, states: Bdd) -> Iterates:
-        """How the controlled system unfolds from the initial state, ``states`` being all of it."""
+        """How the controlled system unfolds from the initial states, ``states`` being all of it."""
         found: Iterates = [(-1, self.encoding.initial)]
         self._forward(self.encoding.initial, *self._controlled(states), iterates=found)
         return found

@@ -73,7 +73,7 @@ class SymbolicSystem:
     # --- breadth first
 
     def _layer(self, number: int) -> Bdd | None:
-        """The states at a distance from the initial one; kept, since several questions use them."""
+        """The states at a distance from the initial ones; kept for further questions."""
         while len(self._layers) <= number:
             if self._nodes_left <= 0:
                 return None

@@ -30,7 +30,7 @@ from robosc.synthesis.dense.images import (
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.operations import Operation
 from robosc.synthesis.dense.transitions import Compiler, Condition, EventRules
-from robosc.synthesis.vectorised import Bools
+from robosc.synthesis.vectorised import Bools, Indexes
 
 __all__ = ["DenseEngine", "DenseSolution", "Progress"]
 
@@ -69,7 +69,7 @@ class DenseSolution:
 
     ``states`` are those reached under control, ``good`` those that need not be avoided.
     ``restricted`` tells whether synthesis forbids anything that the requirements allow, ``empty``
-    whether not even the initial state can be kept (then ``states`` mean nothing).
+    whether one of the initial states cannot be kept (then ``states`` mean nothing).
     """
 
     engine: DenseEngine
@@ -115,8 +115,7 @@ class DenseEngine:
 
     def solve(self) -> DenseSolution:
         """The controlled system."""
-        initial = self.layout.index(self.plant.initial)
-        assert initial is not None
+        initial = self.layout.starts()
         states = self.plant_reach()
         self.plant_states = count(states)
         if any(step.event.requirement is not None for step in self.steps):
@@ -128,7 +127,7 @@ class DenseEngine:
         while True:
             if bad:
                 self._close_bad(good)
-            if not members(good, np.array([initial]))[0]:
+            if not members(good, initial).all():
                 return DenseSolution(self, good, good, True, True)
             back = self._coreachable(good, restricted)
             before = count(good)
@@ -147,9 +146,7 @@ class DenseEngine:
 
     def plant_reach(self) -> Bitset:
         """The states that the plant reaches, requirements apart."""
-        initial = self.layout.index(self.plant.initial)
-        assert initial is not None
-        states = self._only(initial)
+        states = self._only(self.layout.starts())
         self._forward(states, [step.plant for step in self.steps])
         return states
 
@@ -165,9 +162,9 @@ class DenseEngine:
             if step.branches
         }
 
-    def _only(self, index: int) -> Bitset:
+    def _only(self, places: Indexes) -> Bitset:
         states = self.layout.nothing()
-        add(states, np.array([index]))
+        add(states, places)
         return states
 
     def _forward(

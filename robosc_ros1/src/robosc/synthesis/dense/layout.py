@@ -180,6 +180,15 @@ class Layout:
             place += position * stride
         return place
 
+    def starts(self) -> Indexes:
+        """The places of the initial states, ascending."""
+        places = np.zeros(1, dtype=np.intp)
+        for dim, stride in zip(self.dims, self.strides, strict=True):
+            starts = product(*(self.plant.variables[axis].start_indexes for axis in dim.axes))
+            positions = np.array([dim.positions[row] for row in starts], dtype=np.intp)
+            places = (places[:, None] + positions * stride).reshape(-1)
+        return np.sort(places)
+
     def state(self, place: int) -> PlantState:
         values = [0] * len(self.plant.variables)
         for number, dim in enumerate(self.dims):

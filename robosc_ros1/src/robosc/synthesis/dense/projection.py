@@ -106,9 +106,9 @@ class _Projector:
         numbers = sorted({number for axis in axes for number in self.writers.get(axis, ())})
         events = [self._projected(self.rules[number], layout, set(axes)) for number in numbers]
         states = layout.nothing()
-        add(states, np.array([_place(layout, self.plant)]))
+        add(states, layout.starts())
         between = layout.nothing()
-        before, now = 0, 1
+        before, now = 0, count(states)
         while before != now < layout.size:
             for stages in events:
                 _apply(stages, states, between)
@@ -139,12 +139,6 @@ def _apply(stages: Stages, states: Bitset, between: Bitset) -> None:
         after = image([stage], after)
         np.bitwise_or(between, after, out=between)
     np.bitwise_or(states, after, out=states)
-
-
-def _place(layout: Layout, plant: Plant) -> int:
-    place = layout.index(plant.initial)
-    assert place is not None
-    return place
 
 
 def _distinct(stage: Iterable[TransitionRule], axes: set[int]) -> list[TransitionRule]:

@@ -77,12 +77,10 @@ class DenseSystem:
         raise AssertionError("a controlled state is not reached")
 
     def _layer(self, number: int) -> Indexes:
-        """The states at a distance from the initial one; kept, since several questions use them."""
+        """The states at a distance from the initial ones; kept for further questions."""
         if self._seen is None:
-            initial = self.layout.index(self.plant.initial)
-            assert initial is not None
             self._seen = self.layout.nothing()
-            self._keep(np.array([initial], dtype=np.intp))
+            self._keep(self.layout.starts())
         while len(self._layers) <= number:
             fresh: list[Indexes] = []
             for _, after in self._successors(self._stored(len(self._layers) - 1)):

@@ -202,7 +202,7 @@ class _Controller:
 
     def _run(self, most: int | None = None) -> None:
         """Walk through all completions, or until there are ``most``."""
-        queue = self._completed(self.plant.initial)
+        queue = [rest for state in self.plant.initial_states for rest in self._completed(state)]
         for rest in queue:  # grows while it is walked
             if most is not None and len(self.completions) > most:
                 return

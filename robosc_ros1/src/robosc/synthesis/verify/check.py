@@ -172,7 +172,7 @@ class _Verifier:
         backward = Backward.of(graph)
         keepable = self._keepable(graph, backward)
         if self._supervisor.empty:
-            empty = self._check_empty(bool(keepable[0]))
+            empty = self._check_empty(all(keepable[: graph.starts]))
             return VerifyReport(name, (controllable, empty, *self._check_counts(0, 0)), 0, 0)
         reached = Reached.of(graph)
         states = len(reached.order)
@@ -191,8 +191,8 @@ class _Verifier:
 
     def _search(self) -> CodedGraph:
         """Everything that the requirements permit; unsafe states are not left."""
-        initial = self._coding.encode(self._plant.initial)
-        graph = CodedGraph([initial], {initial: 0})
+        codes = [self._coding.encode(state) for state in self._plant.initial_states]
+        graph = CodedGraph(codes, {code: n for n, code in enumerate(codes)}, len(codes))
         here = 0
         while here < len(graph.codes):
             state = self._coding.decode(graph.codes[here])
@@ -347,7 +347,7 @@ class _Verifier:
 
     def _check_empty(self, keepable: bool) -> Check:
         if keepable:
-            detail = "the supervisor is empty although the initial state can be kept"
+            detail = "the supervisor is empty although the initial states can be kept"
             return Check("maximally permissive", False, detail)
         return Check("maximally permissive", True)
 
@@ -370,8 +370,8 @@ class _Verifier:
             ((event, self._moves[event].axes) for event in range(len(self._moves))),
             lambda event, state: [c for _, c in self._moves[event](state) if c] or None,
         )
-        initial = self._coding.encode(self._plant.initial)
-        seen, todo = {initial}, [initial]
+        todo = [self._coding.encode(state) for state in self._plant.initial_states]
+        seen = set(todo)
         while todo:
             code = todo.pop()
             for found in changes(self._coding.decode(code)):
@@ -385,10 +385,9 @@ class _Verifier:
     # --- traces ----------------------------------------------------------------------------------
 
     def _trace(self, graph: CodedGraph, reached: Reached, state: int) -> tuple[Step, ...]:
-        """A shortest way from the initial state."""
+        """A shortest way from an initial state."""
         steps = []
-        while state:
-            source = reached.parents[state]
+        while (source := reached.parents[state]) != state:
             label = next(n for target, n in graph.steps(source) if target == state and n >= 0)
             steps.append(self._step(graph.codes[source], label))
             state = source

@@ -13,14 +13,16 @@ __all__ = ["Backward", "CodedGraph", "Reached"]
 class CodedGraph:
     """What the requirements permit, and which of it the guards allow.
 
-    States are numbered as they are found; ``codes`` and ``number`` lead from number to state and
-    back. The steps of state ``i`` are those from ``first[i]`` to ``first[i + 1]``: ``targets``, and
-    ``labels`` that tell event and value, complemented where the guard forbids the step. An allowed
-    step that changes nothing is only counted, in ``allowed``.
+    States are numbered as they are found, the ``starts`` initial ones first; ``codes`` and
+    ``number`` lead from number to state and back. The steps of state ``i`` are those from
+    ``first[i]`` to ``first[i + 1]``: ``targets``, and ``labels`` that tell event and value,
+    complemented where the guard forbids the step. An allowed step that changes nothing is only
+    counted, in ``allowed``.
     """
 
     codes: list[int]
     number: dict[int, int]
+    starts: int
     first: array[int] = field(default_factory=lambda: array("q", [0]))
     targets: array[int] = field(default_factory=lambda: array("i"))
     labels: array[int] = field(default_factory=lambda: array("i"))
@@ -67,7 +69,10 @@ class Backward:
 
 @dataclass
 class Reached:
-    """What the guards let happen: states in the order of a breadth-first search."""
+    """What the guards let happen: states in the order of a breadth-first search.
+
+    An initial state is its own parent.
+    """
 
     order: list[int]
     parents: dict[int, int]
@@ -75,8 +80,9 @@ class Reached:
 
     @classmethod
     def of(cls, graph: CodedGraph) -> Reached:
-        order, parents, among = [0], {0: 0}, bytearray(len(graph.codes))
-        among[0] = 1
+        order, among = list(range(graph.starts)), bytearray(len(graph.codes))
+        parents = {state: state for state in order}
+        among[: graph.starts] = b"\1" * graph.starts
         for state in order:
             for target, label in graph.steps(state):
                 if label >= 0 and not among[target]:

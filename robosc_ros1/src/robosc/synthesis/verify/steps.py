@@ -19,6 +19,7 @@ from robosc.model.expr import (
     Binary,
     ElementRef,
     Expr,
+    ParameterRef,
     PhaseRef,
     StateRef,
     TestRef,
@@ -273,7 +274,7 @@ def _lookup(
     def look(leaf: Leaf) -> Value | None:
         if isinstance(leaf, ValueRef):
             return parameters[leaf.path]
-        assert not isinstance(leaf, ElementRef)
+        assert not isinstance(leaf, ElementRef | ParameterRef)
         axis = _axis_of(plant, leaf)
         value = plant.variables[axis].values[state[axis]]
         if isinstance(leaf, StateRef):

@@ -2,6 +2,7 @@
 """The model as data, for the test that plays the robot."""
 
 PLANT = {'robot': 'Gauntlet',
+ 'parameters': {},
  'components': [{'name': 'Eye',
                  'states': ['looking'],
                  'initial': 'looking',

@@ -2,6 +2,7 @@
 """The model as data, for the test that plays the robot."""
 
 PLANT = {'robot': 'Lantern',
+ 'parameters': {},
  'components': [{'name': 'Sky',
                  'states': ['watching'],
                  'initial': 'watching',

@@ -73,7 +73,8 @@ def main(args=None):
 def run(node, ended):
     controller = GauntletController()
     topics = [(topic, keys) for topic, _, keys in SUBSCRIPTIONS + PUBLICATIONS]
-    settings, profiles, warnings = configured(node, controller.COMMUNICATIONS, topics, DEFAULTS)
+    settings, profiles, warnings = configured(node, controller, topics, DEFAULTS)
+    controller.configure(settings.more)
     for warning in warnings:
         node.get_logger().warning(warning)
 

@@ -109,7 +109,8 @@ def run(node, ended):
     controller = GauntletController()
     topics = [(topic, keys) for topic, _, _, keys in INPUTS]
     topics += [(topic, [c[0] for c in commands]) for _, topic, _, commands in COMMANDS]
-    settings, profiles, warnings = configured(node, controller.COMMUNICATIONS, topics, DEFAULTS)
+    settings, profiles, warnings = configured(node, controller, topics, DEFAULTS)
+    controller.configure(settings.more)
     for warning in warnings:
         node.get_logger().warning(warning)
 

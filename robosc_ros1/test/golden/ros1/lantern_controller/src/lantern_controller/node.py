@@ -43,11 +43,12 @@ def main():
     controller = LanternController()
     try:
         given = {**DEFAULTS, **flatten(rospy.get_param("~", {}))}
-        settings, warnings = read(controller.COMMUNICATIONS, given)
+        settings, warnings = read(controller.COMMUNICATIONS, given, controller.PARAMETERS)
     except ParameterError as error:
         rospy.logfatal("%s", error)
         lifecycle.end(2)
         return lifecycle.code
+    controller.configure(settings.more)
     for warning in warnings:
         rospy.logwarn("%s", warning)
 

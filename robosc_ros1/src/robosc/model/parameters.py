@@ -1,0 +1,78 @@
+"""Parameters of the generated node that a model declares: their names in ROS, other defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+from robosc.errors import Note
+from robosc.model.entities import Robot
+from robosc.model.expr import RosParameter
+from robosc.model.report import Report
+from robosc.runtime.settings import declared
+from robosc.source import Span
+
+__all__ = ["check_parameters", "with_parameters"]
+
+_GROUPS = ("goal_timeout", "qos", "qos_overrides", "rate", "timeout")
+"""Groups of parameters that every node has, or may have."""
+_OF_ROS = ("start_type_description_service", "use_sim_time")
+
+
+def check_parameters(parameters: Iterable[RosParameter], report: Report) -> None:
+    """Report names that the node's own parameters have, or another one of the model."""
+    taken = {parameter.name for parameter in declared(())}.union(_GROUPS, _OF_ROS)
+    seen: dict[str, RosParameter] = {}
+    for parameter in parameters:
+        name = parameter.name
+        group = name.partition("/")[0]
+        if group in taken:
+            what = f"the parameter ~{name}" if name == group else f"parameters ~{group}/…"
+            report.add(
+                "parameter-name",
+                parameter.span,
+                f"every controller has {what} of its own",
+                "give it another name",
+            )
+            continue
+        first = seen.get(name) or seen.get(group)
+        if first is not None and first is not parameter:
+            report.add(
+                "parameter-name",
+                parameter.span,
+                f"'{parameter.key}' and '{first.key}' would both be the parameter ~{first.name}",
+                "give one of them another name",
+                [Note("the other one is here", first.span)],
+            )
+        seen.setdefault(name, parameter)
+
+
+def with_parameters(robot: Robot, values: Mapping[str, Any]) -> Robot:
+    """The robot with other defaults of its parameters, by their names in ROS.
+
+    Names that no parameter has mean nothing here.
+    """
+    changed = {p.name: values[p.name] for p in robot.parameters if p.name in values}
+    if not changed:
+        return robot
+    known: dict[int, tuple[Any, Any]] = {}
+
+    def copy(node: Any) -> Any:
+        if isinstance(node, RosParameter):
+            return replace(node, default=changed.get(node.name, node.default))
+        if not isinstance(node, tuple) and (not is_dataclass(node) or isinstance(node, Span)):
+            return node
+        if id(node) not in known:
+            known[id(node)] = node, parts(node)
+        return known[id(node)][1]
+
+    def parts(node: Any) -> Any:
+        if isinstance(node, tuple):
+            return tuple(map(copy, node))
+        found = {f.name: getattr(node, f.name) for f in fields(node)}
+        copies = {name: copy(part) for name, part in found.items()}
+        return replace(node, **{n: c for n, c in copies.items() if c is not found[n]})
+
+    result: Robot = copy(robot)
+    return result
