@@ -32,7 +32,7 @@ sys.path[:0] = [str(ROOT / "robosc_ros1" / "src"), str(ROOT / "robosc_ros1" / "t
 
 from ros_support import Master, Workspace, master, run_robosc  # noqa: E402
 
-GUARDED: dict[str, str] = {}
+GUARDED = {"reckless": "line_follower"}
 """Which model guards what is written by hand."""
 
 
@@ -83,7 +83,7 @@ class Ros1:
         self._master: Master | None = None
 
     def build(self, robots: list[str]) -> None:
-        self.workspace.add(ROOT / "examples" / "robot_common")
+        self.workspace.add(HERE / "gallery_msgs")
         for robot in robots:
             generate(robot, self.folder, "ros1")
         self.workspace.build()
@@ -94,16 +94,31 @@ class Ros1:
         with master(self.folder / "master") as self._master:
             yield
 
-    def drive(self, robot: str, seed: int, faults: bool, record: Path) -> None:
+    def drive(
+        self, robot: str, seed: int, faults: bool, record: Path, seconds: float | None = None
+    ) -> None:
+        """Run one world, for so many seconds of simulated time at most."""
         assert self._master is not None
         self.workspace.run("rosparam", "set", "/use_sim_time", "true", master=self._master)
-        package = package_of(robot)
-        with self.workspace.start(
-            "rosrun", package, package, f"_rate:={RATE}", master=self._master
-        ):
+        with contextlib.ExitStack() as nodes:
+            for command in self._nodes(robot):
+                nodes.enter_context(self.workspace.start(*command, master=self._master))
             env = self.workspace.environment("devel", self._master) | simulation_environment()
             env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES), env["PYTHONPATH"]))
-            bridge(sys.executable, robot, 1, seed, faults, record, env)
+            words = [robot, "--ros", "1", "--seed", str(seed), "--record", str(record)]
+            words += ["--faults"] if faults else []
+            words += ["--seconds", str(seconds)] if seconds else []
+            bridge(sys.executable, words, env)
+
+    def _nodes(self, robot: str) -> Iterator[tuple[str, ...]]:
+        """Yield the commands that start the controller, or the supervisor and what it guards."""
+        package = package_of(robot)
+        if robot not in GUARDED:
+            yield "rosrun", package, package, f"_rate:={RATE}"
+            return
+        yield "rosrun", package, package, "_stop_command:=halt"
+        topics = (f"{topic}:=/supervised{topic}" for topic in ("/line", "/cmd_vel", "/alive"))
+        yield sys.executable, str(HERE / "physics" / f"{robot}.py"), *topics
 
 
 def package_of(robot: str) -> str:
@@ -120,13 +135,9 @@ def generate(robot: str, folder: Path, target: str) -> None:
         raise SystemExit(done.stderr)
 
 
-def bridge(
-    python: str, robot: str, ros: int, seed: int, faults: bool, record: Path, env: dict[str, str]
-) -> None:
+def bridge(python: str, words: list[str], env: dict[str, str]) -> None:
     """Run the bridge to its end."""
-    command = [python, "-m", "physics.bridge", robot, "--ros", str(ros), "--seed", str(seed)]
-    command += ["--controller", package_of(robot), "--record", str(record)]
-    command += ["--faults"] if faults else []
+    command = [python, "-m", "physics.bridge", *words, "--controller", package_of(words[0])]
     subprocess.run(command, env=env, check=True, timeout=300)
 
 

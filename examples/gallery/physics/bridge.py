@@ -21,8 +21,6 @@ from physics.worlds import WORLDS
 
 PATIENCE = 0.25
 """Seconds of real time that a step waits for a command at most."""
-PAUSE = 0.005
-"""Seconds of real time of a step in which no command is to be waited for."""
 START = 30.0
 
 
@@ -50,6 +48,10 @@ class ActionServer:
     def is_killed(self) -> bool:
         return self._server is None
 
+    @property
+    def is_busy(self) -> bool:
+        return self._goal is not None
+
     def _accept(self, goal: Any) -> None:
         if self.is_killed:
             return
@@ -73,6 +75,7 @@ class ActionServer:
             return
         if self._ended is None:
             done = self._task.step()
+            self._goal.feed_back(self._task.feedback())
             if done is not None:
                 self._ended = (self._world.time + self._late, done)
         if self._ended is not None and self._world.time >= self._ended[0]:
@@ -109,12 +112,12 @@ class Bridge:
     def _on_state(self, message: Any) -> None:
         self._state = json.loads(message.data)
 
-    def run(self) -> bool:
+    def run(self, seconds: float) -> bool:
         """Run until success or the end of the time; False if nobody connected."""
         self._ros.exchange(self._ros.connected, START)
         if not self._ros.connected():
             return False
-        while self._world.time < self._world.seconds and not self._world.succeeded():
+        while self._world.time < seconds and not self._world.succeeded():
             self._step()
         return True
 
@@ -124,6 +127,7 @@ class Bridge:
             if self._faults.is_killed(name, world.time) != server.is_killed:
                 (server.begin if server.is_killed else server.kill)()
             server.step()
+        world.busy = frozenset(name for name, server in self._servers.items() if server.is_busy)
         world.step()
         for topic, type_, fields in world.sense():
             if not self._faults.is_silent(topic, world.time):
@@ -131,10 +135,7 @@ class Bridge:
                 world.observer.hear(topic)
         answers = self._answers
         self._ros.clock(world.time)
-        if world.is_commanded:
-            self._ros.exchange(lambda: self._answers > answers, PATIENCE)
-        else:
-            self._ros.exchange(lambda: False, PAUSE)
+        self._ros.exchange(lambda: self._answers > answers, PATIENCE)
         self._record()
 
     def _record(self) -> None:
@@ -153,7 +154,7 @@ def main() -> int:
     bridge = Bridge(world, faults, middleware, args.controller)
     started = time.monotonic()
     try:
-        met = bridge.run()
+        met = bridge.run(args.seconds or world.seconds)
     finally:
         middleware.close()
         world.close()
@@ -171,6 +172,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("world", choices=sorted(WORLDS))
     parser.add_argument("--ros", type=int, choices=(1, 2), default=1)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seconds", type=float, help="of simulated time; else as the world has it")
     parser.add_argument("--faults", action="store_true", help="plant faults")
     parser.add_argument("--controller", required=True, help="the controller's node")
     parser.add_argument("--record", type=Path, required=True, help="the file to write")

@@ -51,9 +51,10 @@ class Observer:
         self._heard = {**self._heard, topic: self._now}
 
     def note(self, **facts: Any) -> None:
-        """Something else became true."""
+        """Something else became true; what is noted before the first tick is from the start."""
         self._facts = {**self._facts, **facts}
-        self._keep()
+        if self._now > 0.0:
+            self._keep()
 
     def tick(self, now: float) -> None:
         """Time went on."""

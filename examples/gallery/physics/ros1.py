@@ -115,6 +115,10 @@ class Goal:
         self.is_cancelled = False
         self.request = handle.get_goal()
 
+    def feed_back(self, fields: dict[str, Any]) -> None:
+        feedback = type(self._handle.action_server.ActionFeedback().feedback)
+        self._handle.publish_feedback(fill(feedback(), fields))
+
     def end(self, how: str) -> None:
         """End it: ``succeeded``, ``aborted`` or ``canceled``."""
         getattr(self._handle, f"set_{how}")()

@@ -81,7 +81,7 @@ class Server:
             self._type,
             name,
             self._end,
-            handle_accepted_callback=lambda handle: accept(Goal(handle, self._type.Result)),
+            handle_accepted_callback=lambda handle: accept(Goal(handle, self._type)),
             cancel_callback=lambda _: CancelResponse.ACCEPT,
         )
 
@@ -95,15 +95,18 @@ class Server:
 class Goal:
     """One goal of an action server, until it is ended."""
 
-    def __init__(self, handle: Any, result: Callable[[], Any]) -> None:
+    def __init__(self, handle: Any, type_: Any) -> None:
         self._handle = handle
-        self._result = result
+        self._type = type_
         self.request = handle.request
 
     @property
     def is_cancelled(self) -> bool:
         cancelled: bool = self._handle.is_cancel_requested
         return cancelled
+
+    def feed_back(self, fields: dict[str, Any]) -> None:
+        self._handle.publish_feedback(fill(self._type.Feedback(), fields))
 
     def end(self, how: str) -> None:
         """End it: ``succeeded``, ``aborted`` or ``canceled``."""
@@ -112,7 +115,7 @@ class Goal:
             {"succeeded": handle.succeed, "aborted": handle.abort, "canceled": handle.canceled}[
                 how
             ]()
-            return self._result()
+            return self._type.Result()
 
         self._handle.execute(finish)
 

@@ -8,7 +8,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-__all__ = ["OUTSIDE", "RADIUS", "Camera", "Laser", "Rover", "assets"]
+__all__ = [
+    "ODOMETRY", "RADIUS", "Camera", "Laser", "Rover", "body", "frame", "motors", "odometry", "wrap",
+]  # fmt: skip
 
 RADIUS = 0.1
 """Metres."""
@@ -16,23 +18,27 @@ WHEEL = 0.04
 TRACK = 0.18
 LASER_HEIGHT = 0.15
 
-OUTSIDE = '<light pos="0 0 6" dir="0 0 -1" directional="true" diffuse=".35 .35 .35"/>'
 
-
-def assets(world: str, options: str = "") -> str:
-    """Return a whole MuJoCo model around the bodies and actuators of a world."""
+def frame(bodies: str, actuators: str) -> str:
+    """Return a whole MuJoCo model around bodies and actuators: floor, light, time step."""
     return f"""<mujoco>
   <option timestep="0.005" integrator="implicitfast"/>
   <visual>
-    <global offwidth="480" offheight="360"/><quality shadowsize="1024" offsamples="2"/>
+    <global offwidth="480" offheight="360"/><quality shadowsize="0" offsamples="2"/>
     <headlight ambient=".4 .4 .4" diffuse=".15 .15 .15" specular="0 0 0"/>
   </visual>
-  {options}
-  {world}
+  <worldbody>
+    <light pos="0 0 6" dir="0 0 -1" directional="true" diffuse=".35 .35 .35"/>
+    <geom name="floor" type="plane" size="6 6 .1" rgba=".8 .8 .75 1"/>
+    {bodies}
+  </worldbody>
+  <actuator>{actuators}</actuator>
 </mujoco>"""
 
 
-def body(x: float, y: float, heading: float, name: str = "", rgba: str = ".2 .4 .8 1") -> str:
+def body(
+    x: float, y: float, heading: float, name: str = "", rgba: str = ".2 .4 .8 1", extra: str = ""
+) -> str:
     """Return a rover's body. Its own geoms are in group 1, which its laser does not see."""
     wheel = (
         '<body name="{n}{side}" pos="0 {y} 0"><joint name="{n}{side}" axis="0 1 0" damping=".001"/>'
@@ -55,7 +61,7 @@ def body(x: float, y: float, heading: float, name: str = "", rgba: str = ".2 .4 
             rgba="{rgba}" group="1"/>
       <geom type="cylinder" size=".03 .02" pos="0 0 .09" mass=".1" rgba=".1 .1 .1 1" group="1"/>
       <geom type="box" size=".01 .02 .01" pos=".07 0 .07" mass=".01" rgba="1 1 1 1" group="1"/>
-      {casters}{wheels}
+      {casters}{wheels}{extra}
       <camera name="{name}camera" pos=".08 0 .16" xyaxes="0 -1 0 .6 0 .8" fovy="65"/>
     </body>"""
 
@@ -106,6 +112,17 @@ class Rover:
 def wrap(angle: float) -> float:
     """Return an angle between -pi and pi."""
     return math.atan2(math.sin(angle), math.cos(angle))
+
+
+ODOMETRY = "nav_msgs/Odometry"
+
+
+def odometry(rover: Rover) -> dict[str, Any]:
+    """Return where a rover is, as a message."""
+    x, y = rover.position
+    turned = {"z": math.sin(rover.heading / 2), "w": math.cos(rover.heading / 2)}
+    pose = {"position": {"x": x, "y": y}, "orientation": turned}
+    return {"header": {"frame_id": "odom"}, "pose": {"pose": pose}}
 
 
 class Laser:

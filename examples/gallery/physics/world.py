@@ -25,6 +25,9 @@ class Task(Protocol):
     def step(self) -> bool | None:
         """Go on for one step; how it ended (True: succeeded), None while it lasts."""
 
+    def feedback(self) -> dict[str, Any]:
+        """Return the fields of the feedback."""
+
     def stop(self) -> None:
         """Leave it unfinished."""
 
@@ -42,15 +45,16 @@ class World:
     """Topics that the controller commands the robot on."""
     actions: ClassVar[dict[str, str]] = {}
     """Actions that the robot serves."""
-    is_commanded: ClassVar[bool] = True
-    """Whether some command is sent in every step, so that one can be waited for."""
     view: ClassVar[dict[str, Any]] = {"distance": 6.0, "elevation": -55.0, "azimuth": 90.0}
     """Where the film is taken from."""
 
     def __init__(self, seed: int) -> None:
         self.random = random.Random(seed)
         self.time = 0.0
+        self.busy: frozenset[str] = frozenset()
+        """The actions that have a goal."""
         self.observer = Observer()
+        self.observer.note(busy=self.busy)
         self.model = mujoco.MjModel.from_xml_string(self.xml())
         self.data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
@@ -96,6 +100,7 @@ class World:
             mujoco.mj_step(self.model, self.data)
         self.time = round(self.time + STEP, 6)
         self.observer.tick(self.time)
+        self.observer.note(busy=self.busy)
         self.watch()
 
     def close(self) -> None:
