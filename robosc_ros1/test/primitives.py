@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["CHECK", "PRIMITIVES", "definition"]
+__all__ = ["CHECK", "PRIMITIVES", "STORED", "definition"]
 
 PRIMITIVES: dict[str, list[bool | int | float | str]] = {
     "bool": [True, False, True],
@@ -40,3 +40,15 @@ for name, expected in data.items():
     json.dumps(found)
 """
 """Sends data of the language and takes them in again; what comes is equal, and plain Python."""
+
+STORED = """
+kept = copied(message)
+assert str(there_and_back(copied(kept))) == str(message)
+parts = {name: copied(getattr(kept, name)) for name in data}
+assert str(there_and_back(parts)) == str(message)
+for name in data:
+    if not name.startswith("one_"):
+        parts[name] = list(getattr(kept, name)[0:3])
+assert str(there_and_back(parts)) == str(message)
+"""
+"""Sends again what came, as a whole, part by part, and with arrays of which sections were taken."""

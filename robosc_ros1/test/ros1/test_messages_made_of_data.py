@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from primitives import CHECK, PRIMITIVES, definition
+from primitives import CHECK, PRIMITIVES, STORED, definition
 from ros_support import Workspace
 
 CODE = """
@@ -74,6 +74,7 @@ ALL = {**PRIMITIVES, "byte": [-128, 0, 127], "char": [0, 65, 255]}
 EVERY_TYPE = f"""
 import io
 from genpy.dynamic import generate_dynamic
+from lantern_controller._runtime.values import copied
 from lantern_controller.ros_calls import compose
 Primitives = generate_dynamic("testing/Primitives", {definition(ALL)!r})["testing/Primitives"]
 PRIMITIVES = {ALL!r}
@@ -82,7 +83,37 @@ def there_and_back(data):
     compose(Primitives(), data).serialize(sent)
     return Primitives().deserialize(sent.getvalue())
 {CHECK}
+{STORED}
 """
+
+PARTS = """
+import io, rospy
+from geometry_msgs.msg import Point, PoseStamped, Vector3
+from lantern_controller._runtime.values import copied
+from lantern_controller.ros_calls import compose
+from move_base_msgs.msg import MoveBaseGoal
+from nav_msgs.msg import Path
+rospy.rostime.set_rostime_initialized(True)
+def there_and_back(message):
+    sent = io.BytesIO()
+    message.serialize(sent)
+    return type(message)().deserialize(sent.getvalue())
+pose = PoseStamped()
+pose.header.frame_id, pose.header.stamp, pose.pose.position.x = "map", rospy.Time(3), 1.5
+pose = there_and_back(pose)
+goal = there_and_back(compose(MoveBaseGoal(), {"target_pose": copied(pose)}))
+assert goal.target_pose == pose, goal
+path = there_and_back(compose(Path(), {"poses": [copied(pose), {"pose": copied(pose.pose)}]}))
+assert path.poses[0] == pose and path.poses[1].pose == pose.pose, path
+header = there_and_back(compose(PoseStamped(), {"header": copied(pose.header)}))
+assert header.header == pose.header and there_and_back(compose(PoseStamped(), pose)) == pose
+point = there_and_back(compose(Point(), Vector3(1.0, 2.0, 0.0)))
+assert point == Point(1.0, 2.0, 0.0)
+"""
+
+
+def test_what_was_stored_is_sent_again(generated_workspace: Workspace) -> None:
+    generated_workspace.run("/usr/bin/python3", "-c", PARTS)
 
 
 def test_every_type_comes_as_it_was_sent(generated_workspace: Workspace) -> None:

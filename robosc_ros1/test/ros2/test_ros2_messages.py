@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from primitives import CHECK, PRIMITIVES, definition
+from primitives import CHECK, PRIMITIVES, STORED, definition
 from ros2.ros2_support import HERE, Graph, Peer, Process
 from ros_support import await_condition
 
@@ -323,14 +323,39 @@ else:
 # A byte and a char of ROS 2 are uint8.
 ALL = {**PRIMITIVES, "byte": [0, 1, 255], "char": [0, 65, 255], "wstring": PRIMITIVES["string"]}
 EVERY_TYPE = f"""
-from guarded_arm.ros_messages import fill, plain
+from guarded_arm._runtime.values import copied
+from guarded_arm.ros_messages import compose, plain
+from rclpy.clock import Clock
 from rclpy.serialization import deserialize_message, serialize_message
 from robosc_testing.msg import Primitives
 PRIMITIVES = {ALL!r}
 def there_and_back(data):
-    sent = serialize_message(fill(Primitives(), data))
+    sent = serialize_message(compose(Primitives(), data, Clock()))
     return plain(deserialize_message(sent, Primitives))
 {CHECK}
+{STORED}
+"""
+
+PARTS = """
+from guarded_arm._runtime.values import copied
+from guarded_arm.ros_messages import compose, plain
+from geometry_msgs.msg import Point, PoseWithCovariance, PoseWithCovarianceStamped, Vector3
+from rclpy.clock import Clock
+from rclpy.serialization import deserialize_message, serialize_message
+from types import SimpleNamespace
+def there_and_back(message):
+    return plain(deserialize_message(serialize_message(message), type(message)))
+pose = PoseWithCovariance()
+pose.pose.position.x, pose.covariance[7] = 1.5, 0.25
+pose = there_and_back(pose)
+whole = there_and_back(compose(PoseWithCovarianceStamped(), {"pose": copied(pose)}, Clock()))
+assert str(whole.pose) == str(pose) and whole.header.stamp.sec > 0
+again = there_and_back(compose(PoseWithCovarianceStamped(), copied(whole), Clock()))
+assert str(again) == str(whole)
+header = there_and_back(compose(PoseWithCovarianceStamped(), {"header": whole.header}, Clock()))
+assert header.header == whole.header
+point = there_and_back(compose(Point(), Vector3(x=1.0, y=2.0), Clock()))
+assert point == Point(x=1.0, y=2.0)
 """
 
 
@@ -340,7 +365,9 @@ def test_the_message_has_every_type() -> None:
 
 
 @pytest.mark.parametrize(
-    "code", [STAMPS, ARRAYS, EVERY_TYPE], ids=["stamps", "arrays", "every type"]
+    "code",
+    [STAMPS, ARRAYS, EVERY_TYPE, PARTS],
+    ids=["stamps", "arrays", "every type", "stored parts"],
 )
 def test_messages_are_made_of_data(graph: Graph, built: Any, tmp_path: Path, code: str) -> None:
     script = tmp_path / "check.py"

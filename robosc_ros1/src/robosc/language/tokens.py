@@ -67,8 +67,11 @@ _DOUBLE = re.compile(r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 
 _ADVICE = {
     ";": "nothing stands between declarations",
-    "&": "write 'and'",
-    "|": "write 'or'",
+    "&": "write 'and'; whether bits are set is asked by has(number, mask)",
+    "|": "write 'or'; whether bits are set is asked by has(number, mask)",
+    "&&": "write 'and'",
+    "||": "write 'or'",
+    "?": "a condition chooses in 'provide … if' and in transitions",
     "#": "a comment begins with '//'",
     "~": "write '!' for 'not'",
     "\u00a0": "a plain space is meant",
@@ -339,7 +342,7 @@ def _bad_character(source: Source, start: int, end: int) -> Diagnostic:
     if found.isalpha():
         hint: str | None = "names have the letters a-z and A-Z, digits and '_'"
     else:
-        hint = _ADVICE.get(found[0])
+        hint = _ADVICE.get(found) or _ADVICE.get(found[0])
     return _error(source, "bad-character", start, end, f"'{shown}' means nothing here", hint)
 
 

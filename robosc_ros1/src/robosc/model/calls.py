@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import reduce
 
-from robosc.language.functions import FUNCTIONS
+from robosc.language.functions import AGGREGATES, FUNCTIONS
 from robosc.language.operators import Operand, Operator
 from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
 from robosc.model.expr import Binary, Call, Expr
@@ -13,7 +13,7 @@ from robosc.model.report import Report
 from robosc.model.types import ArrayType, BooleanType
 from robosc.model.values import comparable, describe, result_type
 from robosc.source import Span
-from robosc.syntax.nodes import CallNode, ElementNode, ExprNode, InNode, SliceNode
+from robosc.syntax.nodes import ArrayNode, CallNode, ElementNode, ExprNode, InNode, Name, SliceNode
 
 __all__ = ["Check", "typed_call", "typed_element", "typed_membership", "typed_section"]
 
@@ -30,7 +30,7 @@ def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
             "unknown-name",
             node.function.span,
             f"there is no function '{node.function.span.text}'",
-            report.suggest(name, FUNCTIONS),
+            _function_meant(node) or report.suggest(name, FUNCTIONS),
         )
         return None
     if not _right_number(function, node, report):
@@ -54,8 +54,29 @@ def _right_number(function: Operator, node: CallNode, report: Report) -> bool:
         "type-mismatch",
         node.span,
         f"'{function.spelling}' takes {least}{more} argument{'s' * (least > 1)}, not {given}",
+        _of_an_array(function, node.arguments) if function.spelling in AGGREGATES else None,
     )
     return False
+
+
+def _of_an_array(function: Operator, arguments: Sequence[ExprNode]) -> str | None:
+    """What to write for the least or greatest element of an array."""
+    match arguments:
+        case [ArrayNode(span=span)]:
+            return f"write {function.spelling}({span.text[1:-1].strip()})"
+        case [array]:
+            return f"of an array: {function.spelling}(x for x in {array.span.text})"
+    return None
+
+
+def _function_meant(node: CallNode) -> str | None:
+    """What to write instead of ``Math.abs(x)`` and the like."""
+    last = node.function.path[-1] if node.function.path else None
+    if isinstance(last, Name) and last.text in FUNCTIONS:
+        return f"write {last.text}(…)"
+    if node.function.span.text in ("pow", "power", "sqr", "square"):
+        return "write x * x"
+    return None
 
 
 def _nested(function: Operator, arguments: Sequence[Expr], span: Span) -> Expr:

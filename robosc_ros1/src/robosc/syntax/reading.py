@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 from pyparsing import ParseBaseException, ParserElement, ParseSyntaxException
 
 from robosc.errors import Diagnostic, Note, Severity
+from robosc.language.functions import FUNCTIONS
 from robosc.language.keywords import UNITS
 from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
 from robosc.source import Span
@@ -33,7 +34,15 @@ _ADVICE = {
     "true": "write '^true' if this is a name",
     "false": "write '^false' if this is a name",
     ".": "a number begins with a digit, as in 0.5",
+    "in": "the values stand in braces: x in { a, b }",
+    "between": "write a <= x and x <= b",
 }
+_NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
+_DECLARED_ELSEWHERE = {
+    **dict.fromkeys(("let", "define", "def", "macro"), _NAMING),
+    "var": "a component's behaviour has variables: 'variable NAME: type'",
+}
+"""What other languages begin declarations with, each with what is meant."""
 
 _WINDOW = 64
 _LOOKAHEAD = 8
@@ -249,8 +258,18 @@ class Reading:
             return "several stand in braces: { …, … }"
         if message.startswith("expected a duration") and found[0].isdigit():
             return f"a duration has a unit: {', '.join(UNITS)}"
+        if message.startswith("expected '=' after the name of the condition"):
+            return "write 'condition NAME = …': a condition has no type"
+        if message.startswith("expected ':' after the name of the constant"):
+            return "write 'constant NAME: type = …'"
+        if "'component'" in message and found in _DECLARED_ELSEWHERE:
+            return _DECLARED_ELSEWHERE[found]
+        if found == "not" and self.text(at + 1) == "in":
+            return "write !(x in { a, b })"
         if found in _ADVICE:
             return _ADVICE[found]
+        if at and (function := self.text(at - 1)) in FUNCTIONS and found != "(":
+            return f"write {function}(…)"
         if f"'{found}:'" in message:
             if self.kind(at + 1) != ":":
                 return f"write '{found}:' with its colon"

@@ -1,0 +1,79 @@
+"""What is advised to those who write what other languages have."""
+
+from __future__ import annotations
+
+import pytest
+
+from robosc.model.resolve import load
+from robosc.source import Source
+
+MODEL = """
+robot R {
+    component S {
+        outgoing message bits with type: integer
+        outgoing message level with type: double
+        behaviour {
+            variable b: integer
+            variable f: boolean
+            variable l: double
+            initial marked state on {
+                on response from bits do b := value, f := has(value, 4)
+                on response from level do l := value
+            }
+        }
+    }
+    component M { incoming message go with type: none }
+    %s
+}
+"""
+BITS = "whether bits are set is asked by has(number, mask)"
+NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
+
+
+@pytest.mark.parametrize(
+    ("condition", "hint"),
+    [
+        ("S.b & 4 != 0", f"write 'and'; {BITS}"),
+        ("S.b | 4 = 4", f"write 'or'; {BITS}"),
+        ("S.f && S.f", "write 'and'"),
+        ("S.f || S.f", "write 'or'"),
+        ("S.b in (1, 2)", "the values stand in braces: x in { a, b }"),
+        ("S.b in [1, 2]", "the values stand in braces: x in { a, b }"),
+        ("S.b in 1..3", "the values stand in braces: x in { a, b }"),
+        ("S.b not in { 1, 2 }", "write !(x in { a, b })"),
+        ("S.l between 0 and 1", "write a <= x and x <= b"),
+        ("0 < S.l < 1", "write 0 < S.l and S.l < …"),
+        ("S.l > 0 ? true : false", "a condition chooses in 'provide … if' and in transitions"),
+        ("abs S.l < 1", "write abs(…)"),
+        ("Math.abs(S.l) < 1", "write abs(…)"),
+        ("pow(S.l, 2) > 1", "write x * x"),
+        ("min([S.l, 1]) > 0", "write min(S.l, 1)"),
+        ("max(S.l) > 0", "of an array: max(x for x in S.l)"),
+    ],
+)
+def test_expressions_of_other_languages(condition: str, hint: str) -> None:
+    assert hint_of(f"requirement go needs {condition}") == hint
+
+
+@pytest.mark.parametrize(
+    ("declaration", "hint"),
+    [
+        ("let ready = S.f", NAMING),
+        ("define ready = S.f", NAMING),
+        ("def ready = S.f", NAMING),
+        ("macro ready = S.f", NAMING),
+        ("const limit: double = 0.5", "did you mean 'constant'?"),
+        ("constant limit = 0.5", "write 'constant NAME: type = …'"),
+        ("condition ready: boolean = S.f", "write 'condition NAME = …': a condition has no type"),
+        ("condition ready { S.f }", "write 'condition NAME = …': a condition has no type"),
+        ("var x: double", "a component's behaviour has variables: 'variable NAME: type'"),
+    ],
+)
+def test_declarations_of_other_languages(declaration: str, hint: str) -> None:
+    assert hint_of(declaration) == hint
+
+
+def hint_of(line: str) -> str | None:
+    """The hint of the first diagnostic."""
+    _, diagnostics = load(Source("m.rscd", MODEL % line))
+    return diagnostics[0].hint
