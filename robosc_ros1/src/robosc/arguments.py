@@ -175,6 +175,12 @@ def view(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group()
     source.add_argument("--ros", metavar="NODE", help="watch a running controller, of either ROS")
     source.add_argument("--log", metavar="FILE", help="look through an event log of MODEL's node")
+    parser.add_argument(
+        "--export",
+        metavar="FILE",
+        type=Path,
+        help="with --log: write the page with all of the log into one HTML file, and serve nothing",
+    )
     source.add_argument(
         "--execute",
         action="store_true",

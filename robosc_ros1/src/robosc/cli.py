@@ -247,6 +247,8 @@ def _view(args: Arguments) -> int:
     from robosc.view.server import Where
 
     where = Where(args.host, args.port)
+    if args.export is not None and args.log is None:
+        raise UsageError("--export writes a recording: give its log with --log FILE")
     if args.ros is not None:
         if args.model is not None:
             raise UsageError("a running node tells its model itself: leave MODEL out")
@@ -257,13 +259,15 @@ def _view(args: Arguments) -> int:
     if args.model is None:
         raise UsageError("what is to be viewed? Give a MODEL, or a running node with --ros NODE")
     from robosc import pipeline
-    from robosc.view.start import view_log, view_model
+    from robosc.view.start import export_log, view_log, view_model
 
     loaded = pipeline.load(args.model, _options(args))
     _report(loaded.diagnostics)
     supervisor = pipeline.supervise(loaded.robot, args.progress)
     args.progress.clear()
-    if args.log is not None:
+    if args.export is not None:
+        pipeline.write_text(args.export, export_log(supervisor, args.log))
+    elif args.log is not None:
         view_log(supervisor, args.log, where)
     else:
         view_model(supervisor, where, execute=args.execute, given=args.parameter)

@@ -91,6 +91,25 @@ def test_where_a_log_leaves_the_model_the_last_state_stays(tmp_path: Path) -> No
         assert bad["state"]["components"] == good["state"]["components"]
 
 
+def test_a_first_event_that_leaves_the_model_leaves_the_initial_state(tmp_path: Path) -> None:
+    grab = {"kind": "request", "name": "grab", "value": None}
+    line = {
+        "version": 1,
+        "number": 1,
+        "time": 9.0,
+        "outcome": "applied",
+        "detail": None,
+        "event": grab,
+    }
+    path = tmp_path / "wrong.jsonl"
+    path.write_text(json.dumps(line), encoding="utf-8")
+    recording = Recording(line_follower(), str(path), Hub())
+    assert [d["at"] for d in recording.overview({})["departures"]] == [1]
+    initial = recording.moment({"at": 1})["state"]
+    assert initial["components"]["DistanceSensor"] == "waiting"
+    assert list(recording.states()) == [initial]
+
+
 def test_a_departure_ends_with_its_run(tmp_path: Path) -> None:
     run = log_of(line_follower(), FREE, 0.3)
     gap = [*run[:2], *run[3:]]

@@ -137,6 +137,11 @@ class Follower:
         self.missing: list[str] = []
 
     @property
+    def initial(self) -> Controller:
+        """In the initial state; not to be changed."""
+        return self._fresh
+
+    @property
     def controller(self) -> Controller | None:
         """In the state after the last event; None where that is not known (any more)."""
         return self._controller

@@ -7,6 +7,7 @@ follows the log as in ``robosc replay``.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from functools import cached_property
 from typing import Any
 
@@ -63,6 +64,8 @@ class _Moment:
             self.counts.clear()
             self.counters.clear()
             self.stopped = self.lost = None
+            if entry.number == 1:  # which may leave the model itself
+                self.shown = self.follower.initial
         if self.follower.controller is not None:
             self.shown = self.follower.controller
         elif len(self.follower.departures) + len(self.follower.missing) > told:
@@ -99,8 +102,11 @@ class Recording:
         self._departures: list[Json] = []
         self._follow(supervisor)
         source = file_of(supervisor.plant.robot.span)
-        hub.put("model", dump(model_document(supervisor, source)))
-        hub.put("hello", dump({"source": "log", "title": log, "count": len(self._entries)}))
+        self._supervisor = supervisor
+        self.model: Json = model_document(supervisor, source)
+        self.hello: Json = {"source": "log", "title": log, "count": len(self._entries)}
+        hub.put("model", dump(self.model))
+        hub.put("hello", dump(self.hello))
 
     def _follow(self, supervisor: Supervisor) -> None:
         """Keep a moment every _STRIDE events, and where the log leaves the model and until when."""
@@ -159,6 +165,18 @@ class Recording:
                 return {"events": [self._entries[place - 1].document for place in places]}
             case _:
                 raise Unable(f"the log has events 1 to {len(self._entries)}")
+
+    @property
+    def documents(self) -> list[Json]:
+        """All events."""
+        return [entry.document for entry in self._entries]
+
+    def states(self) -> Iterator[Json | None]:
+        """The state after each event; None where none is known yet."""
+        moment = _Moment(Follower(self._supervisor))
+        for entry in self._entries:
+            moment.take(entry)
+            yield self._state(moment, entry)
 
     def _has(self, place: Any) -> bool:
         return isinstance(place, int) and 1 <= place <= len(self._entries)

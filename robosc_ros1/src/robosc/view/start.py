@@ -8,12 +8,13 @@ from robosc.errors import UsageError
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.start import machine_maker, parameters
 from robosc.supervisor import Supervisor
+from robosc.view.exported import html_of
 from robosc.view.hub import Hub
 from robosc.view.played import Played
 from robosc.view.recorded import Recording
 from robosc.view.server import PageServer, Where
 
-__all__ = ["view_log", "view_model"]
+__all__ = ["export_log", "view_log", "view_model"]
 
 
 def view_model(
@@ -45,3 +46,12 @@ def view_log(supervisor: Supervisor, log: str, where: Where) -> None:
     recording = Recording(supervisor, log, hub)
     with PageServer(where, hub, recording.answers) as server:
         server.run()
+
+
+def export_log(supervisor: Supervisor, log: str) -> str:
+    """Return an event log of the model's node as one HTML file.
+
+    Raises:
+        UsageError: the log cannot be read.
+    """
+    return html_of(Recording(supervisor, log, Hub()))

@@ -68,3 +68,14 @@ const isOwn = (event) => ["request", "cancel", "tau"].includes(event.kind);
 /** A component may be called `constructor`. */
 const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : undefined);
 const shorten = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);
+
+/** Ask the server, or the page itself where it holds a recording. */
+async function post(path, body) {
+  if (exported.data) return exported.answer(path, body);
+  const answer = await fetch(path, {
+    method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body),
+  });
+  const document = await answer.json();
+  if (!answer.ok) throw new Error(document.message);
+  return document;
+}

@@ -271,8 +271,9 @@ function now() {
 }
 
 function showStatus() {
-  const live = page.hello?.source !== "log";
-  if (live && page.hello) gauge("events/s", page.times.mean(now()).toFixed(1));
+  if (!page.hello) return;
+  const live = page.hello.source !== "log";
+  if (live) gauge("events/s", page.times.mean(now()).toFixed(1));
   const counters = page.state?.counters ?? {};
   for (const name of ["inputs", "commands", "errors"]) gauge(name, String(counters[name] ?? 0));
   for (const name of ["mismatches", "blocked", "failed", "undefined", "late"]) {
@@ -282,7 +283,7 @@ function showStatus() {
   const told = page.state?.stopped;
   tell("alert", told && `Safe stop: ${told}`);
   tell("faults", page.state?.faults?.join(" · "));
-  const broken = link.open === false || performance.now() - page.heard > BROKEN;
+  const broken = !exported.data && (link.open === false || performance.now() - page.heard > BROKEN);
   const usual = { good: true, text: live ? "playing" : "recording" };
   if (link.open === null) return;
   const status = broken ? { good: false, text: "the server is gone", stale: true } : (page.status ?? usual);

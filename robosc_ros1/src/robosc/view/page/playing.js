@@ -102,15 +102,6 @@ function fireByName(key) {
   rows[0]?.fire(rows.length > 1);
 }
 
-async function post(path, body) {
-  const answer = await fetch(path, {
-    method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body),
-  });
-  const document = await answer.json();
-  if (!answer.ok) throw new Error(document.message);
-  return document;
-}
-
 async function play(body) {
   try {
     await post("do", body);

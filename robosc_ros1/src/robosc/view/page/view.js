@@ -6,6 +6,7 @@ const link = {
 
   /** A browser opens few streams to one server: a page that nobody sees leaves its to others. */
   follow() {
+    if (exported.data) return;
     if (document.hidden) {
       this.stream?.close();
       this.stream = null;
@@ -93,4 +94,5 @@ setInterval(() => {
   else schedule();
 }, 250);
 byId("filter").value = restored.filter;
-link.follow();
+if (byId("recorded")) exported.begin();
+else link.follow();
