@@ -15,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-from ._runtime.port import Port
+from ._runtime.port import BEFORE_TIME, Port
 from ._runtime.report import Outlet
 from .ros_calls import Action, Service, clean, compose
 
@@ -76,29 +76,19 @@ class RosPort(Port):
         self._services = {key: Service(name, type_) for name, type_, key in services}
         self._actions = {key: Action(name, type_) for name, type_, key in actions}
         self._subscribers = []
-        self._engine = None
         self._lifecycle = lifecycle
         self._logged = SimpleQueue()
         threading.Thread(target=self._write_log, name="log", daemon=True).start()
 
     def connect(self, engine, subscriptions):
         """Start to listen, for the engine."""
-        self._engine = engine
         for key, caller in list(self._services.items()) + list(self._actions.items()):
             caller.report = _reporter(engine, key)
         for topic, message_type, keys in subscriptions:
             post = engine.poster(keys)
             self._subscribers.append(rospy.Subscriber(topic, message_type, post, tcp_nodelay=True))
         if self._simulated:
-            self._timeless = self.now() == 0.0
-            self._subscribers.append(rospy.Subscriber("/clock", Clock, self._on_clock))
-
-    def _on_clock(self, _):
-        if self._timeless:
-            self._timeless = False
-            self._engine.restart_clocks()  # what seems to have passed is the time since 1970
-        else:
-            self._engine.wake()
+            self._subscribers.append(rospy.Subscriber("/clock", Clock, lambda _: engine.wake()))
 
     def await_subscribers(self, timeout=1.0):
         """Wait until who listens already is connected, so that the first commands are not lost.
@@ -117,7 +107,7 @@ class RosPort(Port):
                 time.sleep(0.005)
 
     def now(self):
-        return rospy.get_time() if self._simulated else time.monotonic()
+        return (rospy.get_time() or BEFORE_TIME) if self._simulated else time.monotonic()
 
     def send(self, key, data):
         publisher, message_type = self._publishers[key]

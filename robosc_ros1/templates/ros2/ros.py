@@ -12,11 +12,11 @@ import time
 
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
-from rclpy.clock import JumpThreshold
+from rclpy.clock import ClockChange, JumpThreshold
 from rclpy.duration import Duration
 from std_msgs.msg import String
 
-from ._runtime.port import Port
+from ._runtime.port import BEFORE_TIME, Port
 from ._runtime.report import Outlet
 from .ros_executor import ExecutorThread
 from .ros_messages import compose, has_oddities, plain
@@ -83,19 +83,21 @@ class RosPort(Port):
             if has_oddities(message_type):
                 post = _plainly(post)
             _subscribe(self._node, message_type, topic, post, self._profiles[keys[0]])
-        if self._simulated:
-            self._timeless = self.now() == 0.0
-            self._jumps = self._node.get_clock().create_jump_callback(
-                EVERY_STEP, post_callback=lambda _: self._on_clock(engine)
-            )
+        self._jumps = self._node.get_clock().create_jump_callback(
+            EVERY_STEP, post_callback=lambda jump: self._on_clock(engine, jump)
+        )
         self.executor_thread.start()
 
-    def _on_clock(self, engine):
-        if self._timeless:
-            self._timeless = False
-            engine.restart_clocks()  # what seems to have passed is the time since 1970
-        else:
+    def _on_clock(self, engine, jump):
+        """ROS time went on, or somebody set use_sim_time."""
+        if jump.clock_change == ClockChange.ROS_TIME_NO_CHANGE:
             engine.wake()
+        else:
+            engine.invoke(lambda: self._change_clock(engine))
+
+    def _change_clock(self, engine):
+        self._simulated = self._node.get_clock().ros_time_is_active
+        engine.restart_clocks()
 
     def await_subscribers(self, timeout=0.5):
         """Wait until each topic has a subscriber, so that the first commands are not lost.
@@ -120,7 +122,7 @@ class RosPort(Port):
 
     def now(self):
         if self._simulated:
-            return self._node.get_clock().now().nanoseconds * 1e-9
+            return self._node.get_clock().now().nanoseconds * 1e-9 or BEFORE_TIME
         return time.monotonic()
 
     def send(self, key, data):

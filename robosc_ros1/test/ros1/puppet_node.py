@@ -17,6 +17,7 @@ import roslib.message
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from genpy.message import fill_message_args
+from rosgraph_msgs.msg import Clock
 
 PRINTING = threading.Lock()
 
@@ -245,16 +246,30 @@ class Puppet:
         self.sent.cancel()
 
     def clock(self, seconds, to):
-        from rosgraph_msgs.msg import Clock
+        self.clock_for(to).publish(Clock(rospy.Time.from_sec(seconds)))
 
+    def clock_for(self, to):
+        """The publisher of the clock, once a node listens to it.
+
+        Every node of a simulated system does, whoever comes first.
+        """
         if "/clock" not in self.publishers:
             self.publishers["/clock"] = rospy.Publisher("/clock", Clock, queue_size=100)
-        # Every node of a simulated system listens to the clock, whoever comes first.
-        connections = self.publishers["/clock"].impl.connections
-        while not any(connection.endpoint_id == to for connection in connections):
+        publisher = self.publishers["/clock"]
+        while not any(link.endpoint_id == to for link in publisher.impl.connections):
             time.sleep(0.005)
-            connections = self.publishers["/clock"].impl.connections
-        self.publishers["/clock"].publish(Clock(rospy.Time.from_sec(seconds)))
+        return publisher
+
+    def play(self, topic, type, fields, to, start, seconds, speed, end):
+        """Play a bag: the clock in steps of 20 ms, and a message with every fifth for some time."""
+        clock = self.clock_for(to)
+        self.publish(topic, type, fields, times=0)
+        begun = time.monotonic()
+        for step in range(round(end / 0.02)):
+            clock.publish(Clock(rospy.Time.from_sec(start + step * 0.02)))
+            if step % 5 == 0 and step * 0.02 < seconds - 0.001:
+                self.publish(topic, type, fields)
+            time.sleep(max(0.0, begun + (step + 1) * 0.02 / speed - time.monotonic()))
 
 
 def main():

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from typing import Any
 
-from ros1.stage import Node, Puppet, Stage, event, stopped
+from ros1.stage import Node, Puppet, Stage, event, master_pid, stopped
+from ros_support import Master, Workspace
 
 NODE = "watch_controller"
+NODE_NAME = f"/{NODE}"
 SCAN = {"topic": "/scan", "type": "std_msgs/Float32", "fields": {"data": 5.0}}
 INT = "std_msgs/Int16"
 
@@ -54,6 +58,68 @@ def test_a_sensor_that_stood_still_and_comes_back_with_a_burst(stage: Stage, ear
         node.tells(event("request", "drive"), since=mark)
         node.shows(lambda s: s["communications"]["scan"] == "fresh", since=mark)
         assert node.events(event("timeout", "scan")) == [silent]
+
+
+def test_a_sensor_at_the_edge_of_its_timeout(stage: Stage, ear: Puppet) -> None:
+    """On a simulated clock the edge is exact, however slow the machine is."""
+    with stage.simulated_time(), stage.controller(ear, NODE) as node, stage.puppet() as sensor:
+
+        def shows_left(seconds: float) -> None:
+            node.shows(lambda s: abs(s["clocks"].get("scan", 0.0) - seconds) < 0.001, since=mark)
+
+        mark = ear.mark
+        sensor.do("publish", **SCAN)
+        node.tells(event("response", "scan"), since=mark)
+        # Time begins late, and that is no silence.
+        sensor.do("clock", seconds=1000.0, to=NODE_NAME)
+        shows_left(0.5)
+        for turn in range(1, 6):
+            mark = ear.mark
+            sensor.do("clock", seconds=1000.0 + 0.49 * turn, to=NODE_NAME)
+            shows_left(0.01)
+            sensor.do("publish", **SCAN)
+            shows_left(0.5)
+        assert node.events(event("timeout", "scan")) == []
+        # A bag that is played anew: the clock jumps back, and the timeout starts anew.
+        mark = ear.mark
+        sensor.do("clock", seconds=500.0, to=NODE_NAME)
+        shows_left(0.5)
+        sensor.do("clock", seconds=500.45, to=NODE_NAME)
+        shows_left(0.05)
+        assert node.events(event("timeout", "scan")) == []
+        sensor.do("clock", seconds=500.51, to=NODE_NAME)
+        node.tells(event("timeout", "scan"))
+
+
+def test_a_bag_at_double_speed(stage: Stage, ear: Puppet) -> None:
+    """Four seconds of a bag in two: the scan comes every 0.1 s of it, and then no more."""
+    parameters = {"timeout__scan": 2.0}
+    with stage.simulated_time(), stage.controller(ear, NODE, **parameters) as node:
+        with stage.puppet() as bag:
+            bag.begin("play", **SCAN, to=NODE_NAME, start=100.0, seconds=4.0, speed=2.0, end=6.5)
+            silent = node.tells(event("timeout", "scan"))
+        heard = node.events(event("response", "scan"))
+        assert len(heard) == 40
+        assert silent["number"] > heard[-1]["number"]
+        # Two seconds of the bag are one of the wall; the bag went on for 2.5 s of its own.
+        assert silent["time"] - heard[-1]["time"] > 0.9
+        assert len(node.events(event("timeout", "scan"))) == 1
+
+
+def test_silence_is_noticed_without_a_master(
+    generated_workspace: Workspace, roscore: Master
+) -> None:
+    stage = Stage(generated_workspace, roscore)
+    with stage.puppet() as ear, stage.controller(ear, NODE) as node, stage.puppet() as sensor:
+        sensor.begin("publish", **SCAN, times=10_000, rate=50.0)
+        drives(node)
+        os.kill(master_pid(roscore), signal.SIGKILL)
+        mark = ear.mark
+        node.tells(event("request", "drive"), since=mark)
+        sensor.process.kill()
+        node.tells(event("timeout", "scan"))
+        mark = ear.mark
+        node.tells(event("request", "halt"), since=mark)
 
 
 def test_a_topic_of_two_communications_is_one_input(

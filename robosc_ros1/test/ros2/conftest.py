@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from emit.golden_packages import GOLDEN
 from ros2.ros2_support import (
     HERE,
     REPOSITORY,
@@ -30,6 +31,7 @@ MODELS = {
     REPOSITORY / "examples" / "navigation" / "navigation.rscd": "navigation_controller",
     HERE / "models" / "workbench.rscd": "workbench_controller",
     HERE / "models" / "everything.rscd": "everything_controller",
+    GOLDEN / "models" / "watch.rscd": "watch_controller",
 }
 
 

@@ -10,6 +10,7 @@ from runtime.lamp_robot import PlayedPort
 from robosc.runtime.engine import Engine
 from robosc.runtime.inbox import LIMIT
 from robosc.runtime.model import After, Command, Communication, Controller, Input
+from robosc.runtime.port import BEFORE_TIME
 from robosc.runtime.settings import read
 from robosc.runtime.supervisor_engine import SupervisorEngine
 from robosc.runtime.values import Mismatch
@@ -216,6 +217,80 @@ def test_a_clock_that_jumps_back_starts_all_anew() -> None:
     bench.wait(0.4)
     bench.port.time -= 50.0
     assert bench.wait(1.0)[0] == "501 timeout scan"
+
+
+def test_what_seems_to_have_passed_when_time_begins_has_not() -> None:
+    port = PlayedPort()
+    port.time = BEFORE_TIME
+    engine = Engine(WatchController(), port, DEFAULTS)
+    engine.begin()
+    post = engine.poster([SCAN])
+    post(5.0)
+    engine.cycle()
+    post(5.0)
+    port.time = 1.7e9  # the first message of /clock
+    engine.cycle()
+    controller = engine.controller
+    assert (controller.scan_fresh, controller.motor) == (True, "rest")
+    port.time += 0.499
+    engine.cycle()
+    assert controller.scan_fresh
+    port.time += 0.002
+    engine.cycle()
+    assert not controller.scan_fresh
+
+
+def test_a_message_that_arrived_by_a_later_clock_counts_from_when_it_is_taken() -> None:
+    bench = Bench()
+    bench.hear()
+    bench.port.time = 40.0
+    bench.engine.cycle()
+    bench.port.time = 99.0
+    bench.post(5.0)
+    bench.port.time = 40.1
+    bench.engine.cycle()
+    bench.port.time = 99.0
+    bench.engine.cycle()
+    assert not bench.engine.controller.scan_fresh
+
+
+def test_another_clock_starts_all_anew() -> None:
+    bench = Bench()
+    bench.hear()
+    bench.wait(0.4)
+    bench.port.time = 1.7e9
+    bench.engine.restart_clocks()
+    assert bench.wait(1.0)[0] == "500 timeout scan"
+
+
+class TwinController(WatchController):
+    """Two transitions are due at once; the first one enters its state anew."""
+
+    left = False
+
+    def again(self) -> str | None:
+        self.motor_entries += 1
+        return "rest->rest"
+
+    def leave(self) -> str | None:
+        self.left = True
+        return "rest->rest"
+
+    AFTERS = tuple(
+        After("Motor", number, "rest", 1.0, "motor", "motor_entries", step, ("motor",), ("motor", "motor_entries"))
+        for number, step in ((1, again), (2, leave))
+    )  # fmt: skip
+
+
+def test_a_transition_whose_state_was_entered_anew_meanwhile_is_not_taken() -> None:
+    port = PlayedPort()
+    engine = Engine(TwinController(), port, DEFAULTS._replace(rate=0.01))
+    engine.begin()
+    for _ in range(4000):
+        port.time += 0.001
+        engine.cycle()
+    assert engine.controller.motor_entries >= 4
+    assert not engine.controller.left
 
 
 def test_a_clock_that_stands_still_ends_nothing() -> None:

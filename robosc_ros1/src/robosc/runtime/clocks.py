@@ -2,18 +2,19 @@
 """Clocks of the model: the silence of messages that have a timeout, and transitions after a delay.
 
 All times are those of the port's clock: where ROS time is simulated they stand still with it, and
-when it jumps back all of them start anew. Silence counts from the arrival of a message, not from
-when the engine took it. A clock costs nothing while it runs: one entry in a heap, which is looked
-at when its time has come.
+when it jumps back, or begins, all of them start anew. Silence counts from the arrival of a message,
+not from when the engine took it. A clock costs nothing while it runs: one entry in a heap, which is
+looked at when its time has come.
 """
 
 from __future__ import annotations
 
 from heapq import heappop, heappush
 from types import MethodType
-from typing import Callable, Dict, FrozenSet, Iterable, List, Optional, Tuple, Union
+from typing import Callable, Dict, FrozenSet, Iterable, Iterator, List, Optional, Tuple, Union
 
 from .model import After, Controller
+from .port import BEFORE_TIME
 
 __all__ = ["Clocks", "Timer", "Watch"]
 
@@ -71,10 +72,10 @@ class Clocks:
                 self._touched.setdefault(name, []).append(timer)
         self._heap: List[Tuple[float, int, _Clock]] = []
         self._number = 0
-        self._now = 0.0
+        self._now = self._since = 0.0
 
     def begin(self, now: float) -> None:
-        self._now = now
+        self._now = self._since = now
         for timer in self._timers:
             self._restart(timer, now)
 
@@ -92,11 +93,14 @@ class Clocks:
 
     def heard(self, keys: Iterable[str], arrival: float, now: Callable[[], float]) -> None:
         """Messages arrived; those without a timeout do not matter."""
+        time = now()
+        self._notice_jump(time)
+        if not self._since <= arrival <= time:
+            arrival = time  # it was told by another clock: before a jump, or before time began
         for key in keys:
             watch = self._watches.get(key)
             if watch is not None:
-                # It may have arrived before the clock jumped back.
-                watch.deadline = min(arrival, now()) + watch.delay
+                watch.deadline = arrival + watch.delay
                 self._plan(watch)
 
     def follow(self, writes: FrozenSet[str], now: float) -> None:
@@ -108,22 +112,23 @@ class Clocks:
                 elif timer.deadline is not None and timer.deadline <= now:
                     self._plan(timer)  # its guard did not hold when its time had come
 
-    def due(self, now: float) -> List[_Clock]:
-        """Take the clocks whose time has come, to be stopped if that can be acted on."""
+    def due(self, now: float) -> Iterator[_Clock]:
+        """Take the clocks whose time has come, to be stopped if that can be acted on.
+
+        What is done about one of them may start another one anew, which then is due no more.
+        """
         self._notice_jump(now)
         found: List[_Clock] = []
         while self._heap and self._heap[0][0] <= now:
             time, _, clock = heappop(self._heap)
-            if clock.planned != time:
-                continue
-            clock.planned = None
-            if clock.deadline is None:
-                continue
-            if clock.deadline <= now:
+            if clock.planned == time:
+                clock.planned = None
                 found.append(clock)
+        for clock in found:
+            if clock.deadline is not None and clock.deadline <= now:
+                yield clock
             else:
                 self._plan(clock)
-        return found
 
     def retry(self, clock: _Clock) -> None:
         """It is still due."""
@@ -140,7 +145,7 @@ class Clocks:
 
     def restart(self, now: float) -> None:
         """Start anew all clocks that run."""
-        self._now = now
+        self._now = self._since = now
         clocks: List[_Clock] = [*self._watches.values(), *self._timers]
         for clock in clocks:
             if clock.deadline is not None:
@@ -172,6 +177,6 @@ class Clocks:
             heappush(self._heap, (clock.deadline, self._number, clock))
 
     def _notice_jump(self, now: float) -> None:
-        if now < self._now:
+        if now < self._now or self._now == BEFORE_TIME < now:
             self.restart(now)
         self._now = now

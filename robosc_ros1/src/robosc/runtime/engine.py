@@ -66,7 +66,7 @@ _BATCH = 100
 
 class Engine:
     """Executes a controller against a port. All public methods may be called from any thread but
-    ``run``, ``begin`` and ``cycle``, which are the engine thread's."""
+    ``run``, ``begin``, ``cycle`` and ``restart_clocks``, which are the engine thread's."""
 
     def __init__(
         self,
@@ -143,10 +143,6 @@ class Engine:
         """Have the engine thread call the function between two events."""
         self._queue.put(function)
 
-    def restart_clocks(self) -> None:
-        """Have the model's clocks start anew: there was no time before."""
-        self._queue.put(lambda: self._clocks.restart(self._port.now()))
-
     def wake(self) -> None:
         """Have the engine look at its clock again: simulated time went on."""
         self._queue.put(None)
@@ -187,6 +183,10 @@ class Engine:
         self._run_to_completion(None)
         self._scheduler.begin(self._port.now())
         self._clocks.begin(self._port.now())
+
+    def restart_clocks(self) -> None:
+        """Have the model's clocks start anew: the port's clock is another one from now on."""
+        self._clocks.restart(self._port.now())
 
     def time_to_deadline(self) -> Optional[float]:
         """Return the seconds until the next deadline of the engine; None: it waits for input."""

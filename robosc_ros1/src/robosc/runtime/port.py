@@ -9,15 +9,20 @@ from __future__ import annotations
 
 from typing import Any, Dict, Optional
 
-__all__ = ["Data", "Port"]
+__all__ = ["BEFORE_TIME", "Data", "Port"]
 
 Data = Optional[Dict[str, Any]]
 """Fields to set, nested; all others keep the defaults of their message. None: all do."""
 
 
+BEFORE_TIME = -1.0
+"""What the clock shows while ROS time is simulated and nobody has told it yet."""
+
+
 class Port:
     def now(self) -> float:
-        """Seconds on the clock of the pace: a steady one, or ROS time when that is simulated."""
+        """Seconds on the clock of the pace: a steady one, or ROS time when that is simulated;
+        :data:`BEFORE_TIME` before that begins."""
         raise NotImplementedError
 
     def send(self, key: str, data: Data) -> None:

@@ -1,0 +1,168 @@
+"""Silence of sensors and delayed transitions on real rclpy: the watch of ``golden/models``.
+
+What is judged are the controller's own events, each with its time; the sensors are processes.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from ros2.ros2_support import Graph, Peer, Process
+
+Start = Callable[..., Process]
+Json = dict[str, Any]
+NODE = "watch_controller"
+SCAN = {"name": "/scan", "type": "std_msgs/msg/Float32", "data": {"data": 5.0}}
+RELIABLE = {"qos__scan__reliability": "reliable"}
+
+
+@pytest.fixture
+def ear(graph: Graph) -> Peer:
+    """Hears what the controller tells and shows."""
+    peer = graph.peer("ear")
+    peer.watch(NODE)
+    peer.subscribe(f"{NODE}/events", "std_msgs/msg/String")
+    return peer
+
+
+def told(ear: Peer, kind: str, name: str, **more: Any) -> Json:
+    """Wait for an event of the controller; it and those before it are used up."""
+    documents: list[Json] = []
+
+    def fits(data: Json) -> bool:
+        documents.append(json.loads(data["data"]))
+        event = documents[-1]["event"]
+        return (event["kind"], event["name"]) == (kind, name) and all(
+            event[key] == value for key, value in more.items()
+        )
+
+    ear.expect("message", where=fits, name=f"{NODE}/events")
+    return documents[-1]
+
+
+def count(state: Json, name: str) -> int:
+    """How often a command was sent."""
+    return next(int(c["count"]) for c in state["commands"] if c["event"]["name"] == name)
+
+
+def drives(ear: Peer) -> None:
+    """The scan is fresh, and the robot has driven."""
+    ear.expect_state(
+        NODE, lambda s: s["communications"]["scan"] == "fresh" and count(s, "drive") > 2
+    )
+
+
+def test_a_killed_sensor_stops_the_robot(graph: Graph, controller: Start, ear: Peer) -> None:
+    controller(NODE)
+    sensor = graph.peer("sensor")
+    sensor.order("repeat", **SCAN, qos={})
+    drives(ear)
+    sensor.process.signal(signal.SIGKILL)
+    sensor.process.wait()
+    told(ear, "timeout", "scan")
+    state = ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "silent")
+    driven = count(state, "drive")
+    for _ in range(3):
+        told(ear, "after", "Motor", value="rest->ready")
+        told(ear, "request", "halt")
+    state = ear.expect_state(NODE, lambda s: count(s, "halt") >= 3)
+    assert count(state, "drive") == driven
+
+
+def test_a_sensor_that_stood_still_and_comes_back(
+    graph: Graph, controller: Start, ear: Peer
+) -> None:
+    controller(NODE)
+    sensor = graph.peer("sensor")
+    sensor.order("repeat", **SCAN, qos={})
+    drives(ear)
+    sensor.process.signal(signal.SIGSTOP)
+    told(ear, "timeout", "scan")
+    told(ear, "request", "halt")
+    sensor.process.signal(signal.SIGCONT)
+    told(ear, "response", "scan")
+    told(ear, "request", "drive")
+    drives(ear)
+
+
+def test_a_burst_after_silence_is_one_sign_of_life(
+    graph: Graph, controller: Start, ear: Peer
+) -> None:
+    controller(NODE, **RELIABLE)
+    sensor = graph.peer("sensor")
+    sensor.publish(SCAN["name"], SCAN["type"], [SCAN["data"]])
+    told(ear, "timeout", "scan")
+    sensor.publish(SCAN["name"], SCAN["type"], [SCAN["data"]] * 200)
+    told(ear, "timeout", "scan")
+    state = ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "silent")
+    assert state["counters"]["inputs"] == 1 + 200 + 2
+    assert state["counters"]["dropped"] == 0
+
+
+class Clock:
+    """The clock of a graph with simulated time."""
+
+    def __init__(self, peer: Peer, ear: Peer) -> None:
+        self._peer = peer
+        self._ear = ear
+
+    def show(self, seconds: float, left: float) -> None:
+        """Have it be so late, until so many seconds are left of the scan's timeout.
+
+        The clock is best effort, so it may have to be said again.
+        """
+        sec, part = divmod(seconds, 1.0)
+        message = {"clock": {"sec": int(sec), "nanosec": round(part * 1e9)}}
+        for _ in range(10):
+            self._peer.publish("/clock", "rosgraph_msgs/msg/Clock", message)
+            try:
+                self._ear.expect_state(
+                    NODE, lambda s: abs(s["clocks"].get("scan", 0.0) - left) < 0.001, 3.0
+                )
+                return
+            except AssertionError as error:
+                if "within 3 s" not in str(error):
+                    raise
+        pytest.fail("the clock is not heard")
+
+
+def test_a_sensor_at_the_edge_of_its_timeout(graph: Graph, controller: Start, ear: Peer) -> None:
+    """On a simulated clock the edge is exact, however slow the machine is."""
+    controller(NODE, use_sim_time=True, **RELIABLE)
+    sensor = graph.peer("sensor")
+    clock = Clock(sensor, ear)
+    sensor.publish(SCAN["name"], SCAN["type"], SCAN["data"])
+    ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "fresh")
+    # Time begins late, and that is no silence.
+    clock.show(1000.0, left=0.5)
+    for turn in range(1, 6):
+        clock.show(1000.0 + 0.49 * turn, left=0.01)
+        sensor.publish(SCAN["name"], SCAN["type"], SCAN["data"])
+        state = ear.expect_state(NODE, lambda s: abs(s["clocks"]["scan"] - 0.5) < 0.001)
+        assert state["communications"]["scan"] == "fresh"
+    assert not [
+        e for e in ear.events("message", name=f"{NODE}/events") if "timeout" in e["data"]["data"]
+    ]
+    # A bag that is played anew: the clock jumps back, and the timeout starts anew.
+    clock.show(500.0, left=0.5)
+    clock.show(500.6, left=0.0)
+    told(ear, "timeout", "scan")
+
+
+def test_use_sim_time_may_be_set_while_the_node_runs(
+    graph: Graph, controller: Start, ear: Peer
+) -> None:
+    controller(NODE, timeout__scan=3000.0, **RELIABLE)
+    sensor = graph.peer("sensor")
+    sensor.publish(SCAN["name"], SCAN["type"], SCAN["data"])
+    ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "fresh")
+    sensor.order("set_parameter", node=NODE, name="use_sim_time", value=True)
+    clock = Clock(sensor, ear)
+    clock.show(1e6, left=3000.0)
+    clock.show(1e6 + 2999.5, left=0.5)
+    clock.show(1e6 + 3000.5, left=0.0)
+    told(ear, "timeout", "scan")
