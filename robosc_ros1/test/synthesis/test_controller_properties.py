@@ -134,6 +134,55 @@ def test_order_matters_only_where_the_controller_comes() -> None:
     assert properties(found)["confluence"] is True
 
 
+def forking(topic: str) -> str:
+    """After m, completion would end here or there; n leads away, if it comes before."""
+    return f"""
+    component A {{
+        outgoing message m with identifier: "/both", type: none
+        outgoing message n with identifier: "{topic}", type: none
+        behaviour {{
+            initial marked state s {{ on response from m goto fork }}
+            state fork {{
+                transition goto one
+                transition goto two
+                on response from n goto s
+            }}
+            marked state one {{}}
+            marked state two {{}}
+        }}
+    }}
+    """
+
+
+TOPICS = pytest.mark.parametrize(("topic", "holds"), [("/both", True), ("/other", False)])
+
+
+@TOPICS
+def test_all_communications_of_a_message_happen_before_the_controller_rests(
+    topic: str, holds: bool
+) -> None:
+    assert properties(supervisor_of(forking(topic)))["confluence"] is holds
+
+
+def test_a_trace_tells_all_communications_of_a_message() -> None:
+    found = supervisor_of(
+        """
+        component A {
+            outgoing message m with identifier: "/both", type: none
+            outgoing message n with identifier: "/both", type: none
+            behaviour {
+                initial marked state s { on response from m goto near }
+                state near { on response from n goto fork }
+                state fork { transition goto one transition goto two }
+                marked state one {}
+                marked state two {}
+            }
+        }
+        """
+    )
+    assert "after m.response, n.response, in A.one or in A.two" in diagnostic(found).message
+
+
 def test_marked_state_that_is_only_passed() -> None:
     found = supervisor_of(
         behaviour(
@@ -273,6 +322,11 @@ class TestLargeSystemsSetBySet:
         found = supervisor_of(SENSORS + first, "bdd")
         assert properties(found)["bounded response"]
         assert found.step_bound is not None and found.step_bound >= 1
+
+    @TOPICS
+    def test_all_communications_of_a_message_are_one_input(self, topic: str, holds: bool) -> None:
+        found = supervisor_of(SENSORS + forking(topic), "bdd")
+        assert properties(found)["confluence"] is holds
 
     def test_preferred_commands_are_sent_first(self) -> None:
         """As long as ``stay`` is enabled, ``leave`` is not sent, and b is not marked."""

@@ -7,7 +7,8 @@ Questions are conditions over the state, as expressions: where the plant can do 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
@@ -15,6 +16,7 @@ from typing import Protocol
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, PhaseStep, Plant, PlantState
 from robosc.ir.expr import conjunction, disjunction, negation
 from robosc.ir.step import Values
+from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, PhaseRef, StateRef
 from robosc.model.types import BooleanType, IntegerType
 from robosc.supervisor import Guard, Step
@@ -26,6 +28,7 @@ __all__ = [
     "allowed",
     "enabled",
     "in_phase",
+    "inputs",
     "make_step",
     "possible",
     "steps_of",
@@ -48,6 +51,21 @@ class Runs:
     differing: tuple[tuple[PlantState, ...], PlantState, PlantState] | None
     stuck: tuple[PlantState, ...] | None
     longest: int | None
+
+
+def inputs(plant: Plant) -> list[tuple[int, ...]]:
+    """What happens to a controller from outside or at its command, as numbers of events: those of
+    all communications of one message, in source order, else one event. No internal transitions."""
+    found: dict[Hashable, list[int]] = defaultdict(list)
+    communications = plant.robot.communications
+    for number, event in enumerate(plant.events):
+        if event.kind is EventKind.TAU:
+            continue
+        is_message = event.kind is EventKind.RESPONSE and (
+            communications[event.key].kind is Kind.OUTGOING
+        )
+        found[communications[event.key].identifier if is_message else number].append(number)
+    return [tuple(numbers) for numbers in found.values()]
 
 
 class System(Protocol):

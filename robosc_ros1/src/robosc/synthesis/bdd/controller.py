@@ -12,17 +12,20 @@ the questions of :mod:`robosc.synthesis.explain.properties` are fixpoints:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from robosc.ir.automaton import PlantState
 from robosc.model.entities import EventKind
 from robosc.synthesis.bdd.engine import SymbolicSolution
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation
-from robosc.synthesis.system import Runs
+from robosc.synthesis.system import Runs, inputs
 
 __all__ = ["SymbolicController"]
+
+_Steps: TypeAlias = tuple[tuple[Disjunct, ...], ...]
 
 _MOST_NODES = 2**23
 """New nodes, some seconds of work, beyond which the search gives up."""
@@ -39,9 +42,9 @@ class _Move:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Reached:
-    """What an event led to for the first time: where completion ``starts``, and where it ``rests``.
+    """What an input led to for the first time: where completion ``starts``, and where it ``rests``.
 
-    ``earlier`` are the states at rest in which the event happened, or more of them.
+    ``event`` is its first one; ``earlier`` are the states at rest in which it happened, or more.
     """
 
     event: int
@@ -69,11 +72,13 @@ class SymbolicController:
             for event in self.engine.events
             if self.plant.events[event.number].controllable
         }
-        moves = [self._moves(event.number, enabled) for event in self._events(tau=True)]
+        moves = [self._moves(event.number, enabled) for event in self._taus_of_plant()]
         self._taus = [several for several in moves if several]
         self._moving = self.manager.union(move.before for tau in self._taus for move in tau)
-        self._others = {
-            event.number: self._at_rest(event, enabled) for event in self._events(tau=False)
+        relations = {event.number: event for event in self.engine.events}
+        self._inputs = {
+            numbers[0]: self._steps([relations[n] for n in numbers if n in relations], enabled)
+            for numbers in inputs(self.plant)
         }
         self._reached: list[_Reached] = []
         self._starts = self._rests = self._false
@@ -92,9 +97,9 @@ class SymbolicController:
 
     # --- what the controller does
 
-    def _events(self, tau: bool) -> list[EventRelation]:
-        kinds = self.plant.events
-        return [e for e in self.engine.events if (kinds[e.number].kind is EventKind.TAU) == tau]
+    def _taus_of_plant(self) -> list[EventRelation]:
+        events = self.plant.events
+        return [e for e in self.engine.events if events[e.number].kind is EventKind.TAU]
 
     def _moves(self, number: int, enabled: dict[int, Bdd]) -> list[_Move]:
         (automaton,) = self.plant.events[number].automata
@@ -107,8 +112,19 @@ class SymbolicController:
         ]
         return [move for move in moves if move.before != self._false]
 
-    def _at_rest(self, event: EventRelation, enabled: dict[int, Bdd]) -> tuple[Disjunct, ...]:
-        """An event where the controller is at rest and sends nothing that is preferred to it."""
+    def _steps(self, events: Sequence[EventRelation], enabled: dict[int, Bdd]) -> _Steps:
+        """What happens at once, event by event; the first where the controller is at rest and sends
+        nothing that is preferred to it. An event of several may change nothing."""
+        steps: list[tuple[Disjunct, ...]] = []
+        for event in events:
+            here = self.states if steps else self._at_rest(event, enabled)
+            disjuncts = (d for d in event.disjuncts if len(events) > 1 or not d.stays)
+            step = tuple(replace(d, relation=d.relation & here) for d in disjuncts)
+            if step:
+                steps.append(step)
+        return tuple(steps)
+
+    def _at_rest(self, event: EventRelation, enabled: dict[int, Bdd]) -> Bdd:
         here = self.states & ~self._moving & enabled.get(event.number, self.manager.true)
         taken = self.plant.events[event.number]
         if taken.kind is EventKind.REQUEST:
@@ -116,11 +132,20 @@ class SymbolicController:
             for number, other in enumerate(self.plant.events):
                 if other.kind is EventKind.REQUEST and other.key in preferred:
                     here = here & ~enabled[number]
-        return tuple(
-            replace(disjunct, relation=disjunct.relation & here)
-            for disjunct in event.disjuncts
-            if not disjunct.stays
-        )
+        return here
+
+    def _after(self, steps: _Steps, states: Bdd) -> Bdd:
+        """Where an input leads; an event that changes nothing leads nowhere."""
+        relations = self.engine.relations
+        for step in steps:
+            states = self.manager.union(relations.image(disjunct, states) for disjunct in step)
+        return states if steps else self._false
+
+    def _before(self, steps: _Steps, states: Bdd) -> Bdd:
+        relations = self.engine.relations
+        for step in reversed(steps):
+            states = self.manager.union(relations.preimage(disjunct, states) for disjunct in step)
+        return states if steps else self._false
 
     def _round(self, states: Bdd) -> Bdd:
         """Where one round of internal transitions, each tried once, leads."""
@@ -184,11 +209,8 @@ class SymbolicController:
         self._add(-1, self.encoding.initial)
         while True:
             before = self._rests
-            for number, disjuncts in self._others.items():
-                after = self.manager.union(
-                    self.engine.relations.image(disjunct, self._rests) for disjunct in disjuncts
-                )
-                self._add(number, after & ~self._starts)
+            for number, steps in self._inputs.items():
+                self._add(number, self._after(steps, self._rests) & ~self._starts)
             if self._rests == before:
                 return
 
@@ -205,9 +227,8 @@ class SymbolicController:
 
         def step(found: Bdd) -> Bdd:
             into = self._leading(found)
-            for disjuncts in self._others.values():
-                for disjunct in disjuncts:
-                    found = found | (self.engine.relations.preimage(disjunct, into) & self._rests)
+            for steps in self._inputs.values():
+                found = found | (self._before(steps, into) & self._rests)
             return found
 
         return self._closure(self._rests & self.encoding.marked, step)
@@ -226,7 +247,8 @@ class SymbolicController:
     def _differing(self) -> tuple[tuple[PlantState, ...], PlantState, PlantState] | None:
         """Where completion starts that can end in two states, depending on the order; and those."""
         ends = self.states & ~self._moving
-        written = {self.plant.events[e.number].automata[0].variable for e in self._events(True)}
+        taus = self._taus_of_plant()
+        written = {self.plant.events[e.number].automata[0].variable for e in taus}
         for axis in sorted(written):
             seen = self._false
             for index in range(self.plant.variables[axis].size):
@@ -277,10 +299,7 @@ class SymbolicController:
         while place > 0:
             reached = self._reached[place]
             after = self.encoding.state(chain[-1])
-            rests = reached.earlier & self.manager.union(
-                self.engine.relations.preimage(disjunct, after)
-                for disjunct in self._others[reached.event]
-            )
+            rests = reached.earlier & self._before(self._inputs[reached.event], after)
             place = next(n for n, r in enumerate(self._reached) if r.rests & rests != self._false)
             chain.append(self._start_of(place, rests & self._reached[place].rests))
         return tuple(reversed(chain))

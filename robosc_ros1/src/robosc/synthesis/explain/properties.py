@@ -11,7 +11,8 @@ Eclipse ESCET toolset:
   marked and at rest can be reached, internal transitions taken eagerly.
 
 Preferences are taken into account: while a preferred command is enabled, the other one is not sent.
-Without both, all three properties follow from synthesis. With them the controlled system is
+A message is one input, whatever the number of its communications. Without internal transitions and
+preferences, all three properties follow from synthesis. With them the controlled system is
 walked state by state, or, if it is too large for that, set by set (:meth:`System.runs`). Where that
 is too much work, bounded response is proved from the components' automata alone or by a greatest
 fixpoint (:meth:`System.longest_completion`), and refuted where a completion near the initial state
@@ -20,9 +21,10 @@ goes round; a diagnostic tells what was left out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeAlias
 
 from robosc.errors import Diagnostic, Severity
 from robosc.ir.automaton import Plant, PlantState
@@ -30,9 +32,11 @@ from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.formatting import amount, listing, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper
-from robosc.synthesis.system import Runs, System, make_step
+from robosc.synthesis.system import Runs, System, inputs, make_step
 
 __all__ = ["Properties", "examine"]
+
+_Path: TypeAlias = tuple[PlantState, ...]
 
 _FEW_STATES = 10_000
 """Up to here a walk state by state is as fast as any other way."""
@@ -136,7 +140,7 @@ class _Controller:
         allowed = {id(guard.event): guard.expr for guard in guards}
         events = [self.stepper.compiled(n, allowed.get(id(e))) for n, e in enumerate(plant.events)]
         self.taus = [w for w in events if plant.events[w.number].kind is EventKind.TAU]
-        self.others = [w for w in events if plant.events[w.number].kind is not EventKind.TAU]
+        self.inputs = [tuple(events[n] for n in numbers) for numbers in inputs(plant)]
         requests = {e.key: n for n, e in enumerate(plant.events) if e.kind is EventKind.REQUEST}
         self.preferred = {
             requests[key]: [events[requests[other]] for other in others]
@@ -144,8 +148,8 @@ class _Controller:
             if key in requests  # the plant may be a part of the robot
         }
         self.completions: dict[PlantState, _Completion] = {}
-        self.came: dict[PlantState, PlantState] = {}
-        """The state in which a run to completion began, to the one at rest before it."""
+        self.came: dict[PlantState, _Path] = {}
+        """The state in which a run to completion began, to how it was reached from one at rest."""
         self.rests: dict[PlantState, PlantState] = {}
         """Each state at rest, to where the first completion that led to it began."""
         self.edges: list[tuple[PlantState, PlantState]] = []
@@ -191,7 +195,8 @@ class _Controller:
         for before, start in pairwise(chain):
             rest = self.completions[before].rest
             self.rests[rest] = before
-            self.came[start] = rest
+            paths = (path for events in self.inputs for path in _paths(events, rest))
+            self.came[start] = next(path for path in paths if path[-1] == start)
         return self.completions[chain[-1]]
 
     def endless(self, most: int) -> Diagnostic | None:
@@ -206,12 +211,14 @@ class _Controller:
         for rest in queue:  # grows while it is walked
             if most is not None and len(self.completions) > most:
                 return
-            for event in self.others:
-                if any(_is_enabled(other, rest) for other in self.preferred.get(event.number, ())):
+            for events in self.inputs:
+                preferred = self.preferred.get(events[0].number, ())
+                if any(_is_enabled(other, rest) for other in preferred):
                     continue
-                for _, after in event.targets(rest):
+                for path in _paths(events, rest):
+                    after = path[-1]
                     if after not in self.completions:
-                        self.came[after] = rest
+                        self.came[after] = path
                     queue.extend(self._completed(after))
                     if self.completions[after].ends:
                         self.edges.append((rest, self.completions[after].rest))
@@ -288,9 +295,10 @@ class _Controller:
         """The steps from the initial state to where a completion begins."""
         steps: list[Step] = []
         while start in self.came:
-            rest = self.came[start]
-            steps.insert(0, self._step(self.others, rest, start))
-            start = self.rests[rest]
+            path = self.came[start]
+            events = [event for events in self.inputs for event in events]
+            steps[:0] = (self._step(events, before, after) for before, after in pairwise(path))
+            start = self.rests[path[0]]
             steps[:0] = self._internal(self.completions[start].path)
         return tuple(steps)
 
@@ -363,6 +371,18 @@ class _Controller:
             self.plant.robot.span,
             "mark the states in which it does come to rest, or guard the steps that leave them",
         )
+
+
+def _paths(events: Sequence[CompiledEvent], state: PlantState) -> Iterable[_Path]:
+    """How each state is reached that these events, one after the other, may lead to."""
+    found: dict[PlantState, _Path] = {state: ()}
+    for event in events:
+        after: dict[PlantState, _Path] = {}
+        for before, path in found.items():
+            for _, target in event.targets(before):
+                after.setdefault(target, (*path, before))
+        found = after
+    return [(*path, target) for target, path in found.items()]
 
 
 def _is_enabled(event: CompiledEvent, state: PlantState) -> bool:
