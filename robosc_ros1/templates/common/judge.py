@@ -184,6 +184,20 @@ class Judge:
                 self._changed.wait(min(left, 0.2))
         return True
 
+    def await_silence(self):
+        """Wait, while the robot says nothing, for the timeout of a message that is heard, if any
+        is: one of those that have been silent least often."""
+        with self._lock:
+            heard = [key for key, fresh in self.shadow.fresh.items() if fresh]
+            if not heard:
+                return
+            key = min(heard, key=self._silences)
+            before = self._silences(key)
+        self.wait(lambda: self._silences(key) > before, "the timeout of " + key)
+
+    def _silences(self, key):
+        return self.events.get(("timeout", PLANT_COMMUNICATIONS[key]["name"], 0), 0)
+
     def on_event(self, message):
         """A message of ``~events``."""
         event = json.loads(message.data)
@@ -279,10 +293,10 @@ class Judge:
         self.shadow.happen(kind, key)
 
     def _input(self, kind, key, value):
-        self.inputs += 1
         if kind == "timeout":
             self.shadow.happen(kind, key)
             return
+        self.inputs += 1
         with self.robot.lock:
             queue = self.robot.sent.get((key, kind))
             if queue and self.asked.get(key):
@@ -414,10 +428,18 @@ def coverage(judge):
         name = communication["name"]
         for kind in KINDS[communication["kind"]]:
             yield "event", "%s %s" % (name, kind), judge.events.get((kind, name, 0), 0)
+        if communication["key"] in judge.shadow.fresh:
+            yield "event", "%s timeout" % name, judge.events.get(("timeout", name, 0), 0)
     for component in PLANT["components"]:
         name = component["name"]
         for index in sorted({tau["index"] for tau in component["taus"]}):
             yield "event", "%s step %d" % (name, index), judge.events.get(("tau", name, index), 0)
+        for index in sorted({after["index"] for after in component["afters"]}):
+            yield (
+                "event",
+                "%s after %d" % (name, index),
+                judge.events.get(("after", name, index), 0),
+            )
     for component in PLANT["components"]:
         for state in component["states"]:
             name = component["name"]

@@ -52,6 +52,8 @@ class PackageContext:
     defaults: str
     """The configuration's own defaults of parameters, as Python source."""
     title: str = field(default="Controller", kw_only=True)
+    watched: tuple[str, ...] = field(default=(), kw_only=True)
+    """The launch arguments that set the timeouts of messages."""
 
     def __post_init__(self) -> None:
         """Raises UsageError if the package would stand in the way of one that it needs."""

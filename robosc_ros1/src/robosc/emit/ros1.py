@@ -82,6 +82,12 @@ def package_context(
     actions = [c for c in communications if c.kind is Kind.ACTION]
     needed = {c.binding.package for c in communications} | set(ALWAYS_NEEDED)
     needed |= {"actionlib", "actionlib_msgs"}  # ros_calls.py imports them always
+    parameters = _parameters(robot, config)
+    timeouts = {
+        f"timeout/{robot.display_names[c.key]}"
+        for c in communications
+        if c.kind is Kind.OUTGOING and c.timeout is not None
+    }
     return PackageContext(
         package=package,
         node_name=package,
@@ -105,7 +111,8 @@ def package_context(
             TopicView(c.identifier, f"{_module(c)}.{c.binding.type}Action", key=c.key)
             for c in actions
         ),
-        parameters=_parameters(robot, config),
+        parameters=parameters,
+        watched=tuple(p.argument for p in parameters if p.name in timeouts),
         defaults=repr({n: v for n, v in config.parameters.items() if not n.startswith("qos/")}),
     )
 

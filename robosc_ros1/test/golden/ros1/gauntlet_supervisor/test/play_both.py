@@ -20,7 +20,7 @@ import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus
 from guard_judge import GuardJudge, Wishes, content, in_order
 from judge import print_coverage
-from play_robot import PUBLICATIONS, RosValues, resolved
+from play_robot import PUBLICATIONS, SILENCES, RosValues, resolved
 from std_msgs.msg import String
 import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
@@ -256,6 +256,8 @@ def play(robot, controller, judge, seconds):
         for _ in range(robot.random.randint(0, 2)):
             controller.act()
         judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
+        if robot.random.random() < SILENCES:
+            judge.await_silence()
         time.sleep(robot.random.choice([0.0, 0.0, 0.01, 0.1]))
 
 

@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import play_robot  # noqa: E402
 from guard_judge import GuardJudge, Wishes, content, in_order  # noqa: E402
 from judge import print_coverage  # noqa: E402
-from play_robot import PUBLICATIONS, RosValues, resolved  # noqa: E402
+from play_robot import PUBLICATIONS, SILENCES, RosValues, resolved  # noqa: E402
 from gauntlet_supervisor.ros_parameters import qos_profile  # noqa: E402
 
 SUPERVISOR = "gauntlet_supervisor"
@@ -281,4 +281,6 @@ def play(robot, controller, judge, seconds):
         for _ in range(robot.random.randint(0, 2)):
             controller.act()
         judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
+        if robot.random.random() < SILENCES:
+            judge.await_silence()
         time.sleep(robot.random.choice([0.0, 0.0, 0.01, 0.1]))
