@@ -134,6 +134,11 @@ def test_goto_where_no_way_leads(player: Session) -> None:
         player.do("goto LineDetector.current_correction > 3")
 
 
+def test_a_bare_name_means_the_message_rather_than_its_silence(player: Session) -> None:
+    play(player, "distance free", "expect distance.fresh", "expect enabled distance.timeout")
+    play(player, "distance 0.1", "distance.t", "expect distance.silent")
+
+
 def test_what_forbids_a_command_is_told_with_its_line(player: Session) -> None:
     with pytest.raises(Refused) as told:
         player.do("move")

@@ -12,7 +12,7 @@ from robosc.ir.expr import to_dsl
 from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef, walk
 from robosc.simulate.conditions import condition
 from robosc.simulate.faults import Failed, InvalidLine
-from robosc.simulate.machine import Happening, Machine, find_events, label
+from robosc.simulate.machine import Happening, Machine, brought, find_events, label
 from robosc.simulate.values import complete, literal_text, parse_raw
 from robosc.synthesis.formatting import listing
 
@@ -97,6 +97,7 @@ def _any_event(text: str, machine: Machine) -> Event:
     ]  # fmt: skip
     if not named:
         named = find_events(machine, text)
+    named = brought(named)
     if len(named) > 1:
         requests = [e for e in named if e.kind.value == "request"]
         if len(requests) != 1:

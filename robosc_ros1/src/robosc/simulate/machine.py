@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from robosc.ir.automaton import Event, Plant
 from robosc.ir.step import valuations
+from robosc.model.entities import EventKind
 from robosc.model.expr import Expr
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import State
@@ -19,7 +20,7 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import listing
 
 __all__ = [
-    "Choice", "Command", "Happening", "Machine", "Reason", "draw_values", "exact_event",
+    "Choice", "Command", "Happening", "Machine", "Reason", "brought", "draw_values", "exact_event",
     "few_values", "find_events", "label",
 ]  # fmt: skip
 
@@ -157,6 +158,11 @@ def draw_values(event: Event, rng: random.Random) -> tuple[Any, ...]:
         rng.choice([v for v in p.values if v is not None] if None in p.values else p.values)
         for p in event.parameters
     )
+
+
+def brought(events: Sequence[Event]) -> list[Event]:
+    """Those that a bare name means: a message, rather than that none came."""
+    return [e for e in events if e.kind is not EventKind.TIMEOUT] or list(events)
 
 
 def find_events(machine: Machine, text: str) -> list[Event]:

@@ -17,7 +17,7 @@ from robosc.model.types import EnumType
 from robosc.simulate.conditions import condition
 from robosc.simulate.expectations import expect
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
-from robosc.simulate.machine import Choice, Happening, Machine, find_events, label
+from robosc.simulate.machine import Choice, Happening, Machine, brought, find_events, label
 from robosc.simulate.values import Given, Raw, complete, given_text, literal_text, parse_raw
 from robosc.synthesis.formatting import listing
 
@@ -117,7 +117,7 @@ class Session:
             able = [e for e in found if self.machine.can(e, None)]
             if not able:
                 raise Refused(f"{listing([label(e) for e in found], 'or')} cannot happen now")
-            found = able
+            found = brought(able)
         if len(found) > 1:
             raise InvalidLine(f"'{text}' can mean {listing([label(e) for e in found], 'or')}")
         return found[0]
