@@ -36,7 +36,6 @@ __all__ = ["SCENES", "SLOW", "Scene", "Script", "Side", "Step", "drawn", "play",
 Json = dict[str, Any]
 _FORMATS = {"Int8": "b", "Float32": "<f"}
 """Of the messages here that cannot carry every value: a command with another one fails."""
-_CALLS = (Kind.SERVICE, Kind.ACTION)
 STEPS = 120
 SEED = 6
 
@@ -131,10 +130,10 @@ class Script(NamedTuple):
     events_at_first: int
 
     @property
-    def requested(self) -> Sequence[str]:
-        """The names of services and actions."""
-        called = (c for c in self.robot.communications.values() if c.kind in _CALLS)
-        return [self.robot.display_names[c.key] for c in called]
+    def timed(self) -> Sequence[str]:
+        """The names of what has a timeout: services, actions, and some messages."""
+        found = (c for c in self.robot.communications.values() if c.phases is not None)
+        return [self.robot.display_names[c.key] for c in found]
 
 
 class Notes(Port):

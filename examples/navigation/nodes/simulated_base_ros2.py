@@ -1,4 +1,5 @@
-"""The robot of the example on ROS 2: the action /navigate, and its place on /pose.
+"""The robot of the example on ROS 2: the action /navigate, its place on /pose, and ten times a second
+on /emergency_stop whether its emergency stop is pressed, which /press does.
 
 Start it with ``python3 simulated_base_ros2.py``. Parameters: speed (simulated seconds per second),
 failures (so many drives get stuck first).
@@ -16,6 +17,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from robot_common.action import Navigate
+from std_msgs.msg import Bool
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
@@ -31,7 +33,11 @@ class SimulatedBase(Node):
         self.speed = self.declare_parameter("speed", 1.0).value
         self.failures = self.declare_parameter("failures", 0).value
         self.base = Base()
+        self.pressed = False
         self.pose = self.create_publisher(Pose2D, "/pose", 10)
+        self.stop = self.create_publisher(Bool, "/emergency_stop", 10)
+        self.create_subscription(Bool, "/press", self.press, 10)
+        self.create_timer(0.1, lambda: self.stop.publish(Bool(data=self.pressed)))
         self.server = ActionServer(
             self,
             Navigate,
@@ -40,6 +46,10 @@ class SimulatedBase(Node):
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=ReentrantCallbackGroup(),
         )
+
+    def press(self, message):
+        self.pressed = message.data
+        self.stop.publish(message)
 
     def drive(self, goal):
         drive = Drive(self.base, goal.request.x, goal.request.y, self.failures > 0)

@@ -678,6 +678,16 @@ _ALL = (
     ),
     _warning(
         _WHOLE,
+        "stale-data",
+        "A command rests on a variable that only a message sets, and nothing says what is to happen"
+        " if that message falls silent: the robot would go on with the last value for ever.",
+        "outgoing message scan with type: Way\non response from scan do way := value\n"
+        "requirement drive needs Front.way = free",
+        "Give the message a `timeout:`, and the command a requirement that names its freshness:"
+        " `requirement drive needs scan.fresh`.",
+    ),
+    _warning(
+        _WHOLE,
         "topic-types",
         "Two messages share a topic but not the ROS type. ROS connects only publishers and"
         " subscribers"

@@ -7,7 +7,7 @@ robot Lamp {
     interface light use SetBool from std_srvs
     datatype object LightRequest { data: boolean }
     component Bulb {
-        outgoing message dark with identifier: "/dark", type: boolean
+        outgoing message dark with identifier: "/dark", timeout: 1 s, type: boolean
         service switch_light with request: LightRequest, response: none links light
         behaviour {
             variable is_dark: boolean
@@ -26,7 +26,7 @@ robot Lamp {
     provide switch_light with { data: Bulb.is_dark }
 }
 """
-"""Without errors and warnings; 8 states under control."""
+"""Without errors and warnings; 16 states under control."""
 
 WITH_ERRORS = """\
 robot Broken {
@@ -81,7 +81,7 @@ LARGE = (
     + "".join(
         f"""\
     component Sensor{i} {{
-        outgoing message level{i} with type: integer(0..3)
+        outgoing message level{i} with timeout: 1 s, type: integer(0..3)
         behaviour {{
             variable last: integer(0..3)
             initial marked state on {{ on response from level{i} do last := value }}
@@ -94,7 +94,7 @@ LARGE = (
     )
     + "}\n"
 )
-"""4^4 states: small for synthesis, and more than a low limit."""
+"""8^4 states: small for synthesis, and more than a low limit."""
 
 WIDE = """\
 robot Wide {

@@ -100,8 +100,8 @@ def test_synthesize_json(robosc: Robosc, folder: Path) -> None:
     found = document(robosc("synthesize", "--json", "good.rscd"))
     assert found["version"] == 1
     assert found["robot"] == "Lamp"
-    assert found["plant_states"] == 8
-    assert found["controlled_states"] == 8
+    assert found["plant_states"] == 16
+    assert found["controlled_states"] == 16
     assert isinstance(found["seconds"], float)
     assert found["engine"] == "dense"
     (guard,) = found["guards"]
@@ -124,7 +124,7 @@ def test_synthesize_explains_what_can_never_happen(robosc: Robosc, folder: Path)
 
 def test_synthesize_text(robosc: Robosc, folder: Path) -> None:
     done = robosc("synthesize", "good.rscd")
-    assert "8 of 8 states" in done.stdout
+    assert "16 of 16 states" in done.stdout
     assert "switch_light.request  as required\n    Bulb.lit != Bulb.is_dark\n" in done.stdout
     assert done.stderr == ""
 
@@ -136,16 +136,16 @@ def test_explore_json(robosc: Robosc, folder: Path) -> None:
         "id": 0,
         "components": {"Bulb": "idle"},
         "variables": {"Bulb.is_dark": False, "Bulb.lit": False},
-        "communications": {"switch_light": "idle"},
+        "communications": {"dark": "silent", "switch_light": "idle"},
         "marked": True,
     }
     assert found["transitions"][1] == {
         "source": 0,
         "event": {"kind": "response", "name": "dark", "value": True},
         "controllable": False,
-        "target": 1,
+        "target": 2,
     }
-    assert len(found["states"]) == 8
+    assert len(found["states"]) == 16
 
 
 def test_explore_counts_what_synthesize_counts(robosc: Robosc, folder: Path) -> None:
@@ -165,9 +165,9 @@ def test_explore_of_the_plant_knows_no_requirement(robosc: Robosc, folder: Path)
 
 def test_explore_text(robosc: Robosc, folder: Path) -> None:
     lines = robosc("explore", "good.rscd").stdout.splitlines()
-    assert lines[0].startswith("Lamp: 8 states, ")
+    assert lines[0].startswith("Lamp: 16 states, ")
     assert lines[1] == "0*  Bulb.idle, Bulb.is_dark = false, Bulb.lit = false"
-    assert "      dark.response(true) -> 1" in lines
+    assert "      dark.response(true) -> 2" in lines
 
 
 @pytest.mark.slow

@@ -98,15 +98,15 @@ _COMMON = "\ninterface empty use Empty from std_srvs\n"
 def is_told(code: str, block: Block) -> bool:
     """Whether a diagnostic counts.
 
-    A part of a model leaves names unused and commands without requirement or data; and which
-    packages are installed is not the page's concern.
+    A part of a model leaves names unused and commands without requirement or data, and need not be
+    about silence; and which packages are installed is not the page's concern.
     """
     entry = CODES[code]
     if code in block.codes or entry.severity is Severity.ERROR:
         return True
     is_part = any(w in _LEVELS for w in block.words)
     return code != "package-not-found" and not (
-        is_part and (entry.needs_plant or code.startswith("unused-"))
+        is_part and (entry.needs_plant or code.startswith("unused-") or code == "stale-data")
     )
 
 

@@ -14,7 +14,7 @@ FREE, OBSTRUCTED = 3.0, 0.2
 @pytest.fixture
 def judge() -> Judge:
     """A judge with a tolerance of 0.1 s to whom the way is free since second 1."""
-    judge = Judge(0.1)
+    judge = Judge(0.1, silence=math.inf)
     judge.distance(1.0, FREE)
     return judge
 
@@ -64,10 +64,24 @@ def test_stopping_needs_a_reason(judge: Judge) -> None:
 
 
 def test_stopping_before_the_first_measurement_is_right() -> None:
-    judge = Judge(0.1)
+    judge = Judge(0.1, silence=math.inf)
     judge.velocity(1.0, 0.0, 0.0)
     judge.distance(5.0, FREE)
     assert violated(judge) == set()
+
+
+def test_silence_is_a_reason_to_stop_and_forbids_to_move() -> None:
+    judge = Judge(0.1)
+    judge.distance(1.0, FREE)
+    judge.velocity(1.4, 0.4, 0.0)
+    judge.line(1.45, True)
+    judge.velocity(1.55, 0.4, 0.0)  # was on its way when the silence began
+    judge.velocity(1.7, 0.0, 0.0)
+    judge.distance(2.0, FREE)
+    judge.velocity(2.3, 0.4, 0.0)
+    assert violated(judge) == set()
+    judge.velocity(2.7, 0.4, 0.0)
+    assert violated(judge) == {"move needs measurements"}
 
 
 def test_grabbing_needs_an_obstacle_and_a_halted_robot(judge: Judge) -> None:
@@ -107,13 +121,14 @@ def test_history_is_forgotten(judge: Judge) -> None:
 def test_every_rule_can_be_broken() -> None:
     """Each rule is named by one of the tests above; a rule that is forgotten here fails."""
     judge = Judge(0.0)
-    judge.distance(1.0, OBSTRUCTED)
+    judge.distance(1.5, OBSTRUCTED)
+    judge.velocity(1.6, 0.4, 0.0)
     judge.velocity(2.0, 0.4, 0.0)
     judge.grab(3.0)
     judge.velocity(4.0, 0.4, 0.0)
     judge.grab_ended(5.0)
     judge.distance(6.0, FREE)
-    judge.velocity(7.0, 0.0, 0.0)
+    judge.velocity(6.2, 0.0, 0.0)
     judge.grab(8.0)
     judge.line(9.0, True)
     judge.light(10.0, True)

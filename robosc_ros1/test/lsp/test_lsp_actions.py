@@ -53,6 +53,7 @@ EXPECTED = {
     "no-initial-state": "Add an initial state",
     "reserved-name": "Write '^value'",
     "several-defaults": "Remove this default",
+    "stale-data": "Add a timeout and 'requirement drive needs free.fresh'",
     "several-initial-states": "Remove 'initial' from 'cold'",
     "unknown-communication": "Write 'move'",
     "unknown-member": "Write 'current'",
@@ -68,6 +69,32 @@ def test_action_is_offered(code: str) -> None:
     assert analysis is not None
     titles = [a.title for d in analysis.diagnostics for a in actions_for(analysis, d)]
     assert EXPECTED[code] in titles
+
+
+def test_freshness_takes_two_edits(tmp_path: Path) -> None:
+    file = tmp_path / "model.rscd"
+    text = (
+        "robot R {\n"
+        "    component Eye {\n"
+        '        outgoing message scan with identifier: "/scan", type: boolean\n'
+        "        behaviour { variable free: boolean\n"
+        "            initial marked state on { on response from scan do free := value } }\n"
+        "    }\n"
+        "    component Base { incoming message go with type: none incoming message halt with type: none }\n"
+        "    requirement go needs Eye.free\n"
+        "    requirement halt needs !Eye.free\n"
+        "}\n"
+    )
+    analysis = open_text(Desk(), file, text)
+    (diagnostic,) = (d for d in analysis.diagnostics if d.code == "stale-data")
+    first, second = actions_for(analysis, diagnostic)
+    assert second.title == "Add a timeout and 'requirement halt needs scan.fresh'"
+    mended = applied(analysis.source, list(first.edits))
+    assert mended == text.replace("type: boolean\n", "timeout: 500 ms, type: boolean\n", 1).replace(
+        "    requirement go needs Eye.free",
+        "    requirement go needs scan.fresh\n    requirement go needs Eye.free",
+    )
+    assert not open_text(Desk(), file, mended).diagnostics
 
 
 def test_remedy_of_synthesis(tmp_path: Path) -> None:

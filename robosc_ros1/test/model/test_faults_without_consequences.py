@@ -278,7 +278,7 @@ ARM = """
     datatype object Height { low: double high: double }
     datatype enum Level from Height to { value.low > 1 -> up value.high < 0 -> down default -> between }
     component Arm {
-        outgoing message seen with type: Level links lift
+        outgoing message seen with timeout: 1 s, type: Level links lift
         service raise with request: Height, response: none links lift
         behaviour {
             variable level: Level

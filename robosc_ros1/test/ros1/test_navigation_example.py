@@ -64,8 +64,8 @@ def test_the_emergency_stop_cancels_and_release_goes_on(person: Puppet) -> None:
     click(person, 30.0, 40.0)
     is_in(person, "Navigator", "driving", mark)
     mark = person.mark
-    person.publish("/emergency_stop", "std_msgs/Bool", True)
+    person.publish("/press", "std_msgs/Bool", True)
     is_in(person, "Navigator", "resting", mark)
     click(person, 3.0, 0.0)
-    person.publish("/emergency_stop", "std_msgs/Bool", False)
+    person.publish("/press", "std_msgs/Bool", False)
     arrives(person, 3.0, 0.0)

@@ -84,7 +84,7 @@ def test_the_node_does_what_the_script_says(
     side = Ros1Side(robot, drawn(scene), package)
     log = tmp_path / "events.jsonl"
     parameters = {"event_log": log, **SLOW}
-    parameters |= {f"timeout/{name}": 600.0 for name in drawn(scene).requested}
+    parameters |= {f"timeout/{name}": 600.0 for name in drawn(scene).timed}
     code = f"import sys; sys.path.insert(0, {str(tmp_path / package / 'src')!r});"
     code += f"from {package}.node import main; sys.exit(main())"
     arguments = [f"_{name}:={value}" for name, value in parameters.items()]

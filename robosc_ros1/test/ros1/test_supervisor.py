@@ -62,7 +62,7 @@ def vel(other: Puppet, fields: dict[str, Any]) -> None:
 def test_messages_pass_with_their_own_data_or_are_blocked(
     guarded: Stage, robot: Puppet, other: Puppet
 ) -> None:
-    with guarded.controller(other, NODE) as node:
+    with guarded.controller(other, NODE, timeout__distance=600.0) as node:
         vel(other, speed(0.3))
         name, reasons = blocked(other)
         assert name == "move"
@@ -84,7 +84,8 @@ def test_messages_pass_with_their_own_data_or_are_blocked(
 def test_a_message_in_effect_is_stopped_when_it_becomes_forbidden(
     guarded: Stage, robot: Puppet, other: Puppet
 ) -> None:
-    with guarded.controller(other, NODE, stop_command="stop") as node:
+    parameters = {"stop_command": "stop", "timeout__distance": 600.0}
+    with guarded.controller(other, NODE, **parameters) as node:
         robot.publish("/distance", FLOAT, 2.0)
         node.shows(lambda s: s["variables"]["DistanceSensor.current"] == "free")
         vel(other, speed(0.3))

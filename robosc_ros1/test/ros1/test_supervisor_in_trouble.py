@@ -123,7 +123,7 @@ rospy.spin()
 def test_bytes_that_are_no_message_are_survived(
     guarded: Stage, robot: Puppet, other: Puppet
 ) -> None:
-    with guarded.controller(other, NODE) as node:
+    with guarded.controller(other, NODE, timeout__distance=600.0) as node:
         command = ("/usr/bin/python3", "-c", GARBAGE.replace("\\\\", "\\"))
         with guarded.workspace.start(*command, master=guarded.master):
             robot.publish("/distance", FLOAT, 2.0, times=3)

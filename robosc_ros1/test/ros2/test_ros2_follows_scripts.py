@@ -85,7 +85,7 @@ def test_the_node_does_what_the_script_says(
     side = Ros2Side(graph.peer(), script, package)
     log = tmp_path / "events.jsonl"
     parameters = {"event_log": str(log), **SLOW}
-    parameters |= {f"timeout__{name}": 600.0 for name in script.requested}
+    parameters |= {f"timeout__{name}": 600.0 for name in script.timed}
     inputs = (c for c in script.robot.communications.values() if c.kind is Kind.OUTGOING)
     for communication in inputs:
         parameters[f"qos__{script.robot.display_names[communication.key]}__reliability"] = (

@@ -31,7 +31,7 @@ def click(person: Peer, x: float, y: float) -> None:
 
 
 def stop(person: Peer, pressed: bool) -> None:
-    person.publish("/emergency_stop", "std_msgs/msg/Bool", {"data": pressed})
+    person.publish("/press", "std_msgs/msg/Bool", {"data": pressed})
 
 
 def test_it_drives_to_the_click_and_tries_again_after_an_error(person: Peer) -> None:

@@ -37,13 +37,19 @@ def test_what_stays_allowed_is_repeated_at_the_rate(player: Session) -> None:
     done = play(player, "distance free", "wait 0.35")
     moves = [h.time for h in done.happenings if h.name == "move"]
     assert moves == pytest.approx([0.1, 0.2, 0.3])
-    done = play(player, "set rate 4", "distance free", "wait 1")
+    done = play(player, "set rate 4", "set timeout/distance 2", "distance free", "wait 1")
     moves = [h.time for h in done.happenings if h.name == "move"]
     assert moves == pytest.approx([0.25, 0.5, 0.75, 1.0])
 
 
 def test_long_waits_do_not_drift(player: Session) -> None:
-    done = play(player, "distance free", "set_light_state.response", "wait 100")
+    done = play(
+        player,
+        "set timeout/distance 200",
+        "distance free",
+        "set_light_state.response",
+        "wait 100",
+    )
     moves = [h.time for h in done.happenings if h.name == "move"]
     assert len(moves) == pytest.approx(1000, abs=1)
     assert moves[-1] == pytest.approx(round(moves[-1], 1), abs=1e-6)

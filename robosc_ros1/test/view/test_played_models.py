@@ -55,7 +55,8 @@ def test_an_event_is_fired_and_taken_back(played: tuple[Played, Hub]) -> None:
 def test_a_forbidden_command_names_its_requirements(played: tuple[Played, Hub]) -> None:
     _, hub = played
     commands = {c["event"]["name"]: c for c in latest(hub)["state"]["commands"]}
-    (reason,) = commands["move"]["blocked_by"]
+    fresh, reason = commands["move"]["blocked_by"]
+    assert fresh["text"] == "requirement move needs distance.fresh"
     assert reason["text"] == "requirement move needs DistanceSensor.current = free"
     line = int(reason["place"].rpartition(":")[2])
     assert "move needs DistanceSensor.current = free" in MODEL.read_text().splitlines()[line - 1]

@@ -12,15 +12,19 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-__all__ = ["CLEAR", "RULES", "Judge"]
+__all__ = ["CLEAR", "RULES", "SILENCE", "Judge"]
 
 CLEAR = 0.35
 """Metres from which the way counts as free."""
 
+SILENCE = 0.5
+"""Seconds without a measurement after which nobody knows what stands in front."""
+
 RULES = {
     "move needs a free way": "moved although something stands in front",
+    "move needs measurements": "moved although the distance sensor was silent",
     "move needs an idle grabber": "moved while grabbing",
-    "stop needs a reason": "stopped although the way is free and nothing is grabbed",
+    "stop needs a reason": "stopped although the way is free, measured, and nothing is grabbed",
     "grab needs an obstacle": "grabbed although the way is free",
     "grab needs a halted robot": "grabbed while moving",
     "light shows the line": "light switched against what the line detector says",
@@ -34,6 +38,7 @@ class Moment:
     """What the topics have said up to one moment; None: nothing yet."""
 
     obstructed: bool | None = None
+    silent: bool | None = None
     grabbing: bool = False
     line: bool | None = None
     moving: bool | None = None
@@ -56,17 +61,20 @@ class Judge:
     """Tell it what arrives, and when (any steady clock); it counts violations of each rule."""
 
     tolerance: float
+    silence: float = SILENCE
     violations: dict[str, int] = field(default_factory=lambda: dict.fromkeys(RULES, 0))
     first: dict[str, float] = field(default_factory=dict)
     commands: int = 0
     _history: deque[tuple[float, Moment]] = field(default_factory=lambda: deque([(0.0, Moment())]))
     _open: deque[_Open] = field(default_factory=deque)
     _light: bool | None = None
+    _heard: float = float("inf")
 
     # --- what arrives ------------------------------------------------------------------------
 
     def distance(self, now: float, metres: float) -> None:
-        self._note(now, obstructed=not metres >= CLEAR)
+        self._note(now, obstructed=not metres >= CLEAR, silent=False)
+        self._heard = now
 
     def line(self, now: float, seen: bool) -> None:
         self._note(now, line=seen)
@@ -75,11 +83,14 @@ class Judge:
         moving = speed != 0.0 or turn != 0.0
         if moving:
             self._command(now, "move needs a free way", lambda m: m.obstructed is not True)
+            self._command(now, "move needs measurements", lambda m: m.silent is not True)
             self._command(now, "move needs an idle grabber", lambda m: not m.grabbing)
         else:
             # Before the first measurement the way is not known to be free, and stopping is right.
             self._command(
-                now, "stop needs a reason", lambda m: m.obstructed is not False or m.grabbing
+                now,
+                "stop needs a reason",
+                lambda m: m.obstructed is not False or m.silent is True or m.grabbing,
             )
         self._note(now, moving=moving)
 
@@ -105,6 +116,7 @@ class Judge:
 
     def settle(self, now: float) -> None:
         """Judge the commands whose time has come; forget what no open command needs any more."""
+        self._notice_silence(now)
         while self._open and self._open[0].time + self.tolerance < now:
             case = self._open.popleft()
             if not any(case.allowed(moment) for moment in self._around(case.time)):
@@ -122,10 +134,16 @@ class Judge:
                 yield moment
 
     def _note(self, now: float, **changes: bool) -> None:
+        self._notice_silence(now)
         before = self._history[-1][1]
         after = before.but(**changes)
         if after != before:
             self._history.append((now, after))
+
+    def _notice_silence(self, now: float) -> None:
+        before = self._history[-1][1]
+        if not before.silent and now - self._heard > self.silence:
+            self._history.append((self._heard + self.silence, before.but(silent=True)))
 
     def _command(self, now: float, rule: str, allowed: Callable[[Moment], bool]) -> None:
         self.commands += 1

@@ -19,6 +19,7 @@ from robosc.syntax.nodes import (
     EnumNode,
     FileNode,
     ImportNode,
+    MessageNode,
     StateNode,
 )
 
@@ -87,6 +88,18 @@ class _Place:
         return next(
             (d for d in found if isinstance(d, ComponentNode) and d.name.text == name), None
         )
+
+    def message(self, name: str) -> MessageNode | None:
+        """The only message of that name, or ``Component.name``."""
+        component, _, bare = name.rpartition(".")
+        found = [
+            item
+            for owner in (self.file.declarations if self.file else ())
+            if isinstance(owner, ComponentNode) and component in ("", owner.name.text)
+            for item in owner.items
+            if isinstance(item, MessageNode) and item.name.text == bare
+        ]
+        return found[0] if len(found) == 1 else None
 
     def state(self, component: str, name: str) -> StateNode | None:
         owner = self.component(component)
@@ -211,6 +224,34 @@ def _transition(place: _Place, hint: str) -> Iterator[Action]:
         yield Action(f"Add '{found[1]}'", (place.inside(state.span, found[1]),))
 
 
+def _freshness(place: _Place, hint: str) -> Iterator[Action]:
+    """A timeout of the message, and a requirement of one of the commands that rest on it."""
+    name = rf"(?:{_NAME}\.)?{_NAME}"
+    found = re.fullmatch(
+        rf"give ({name}) a '(timeout: .+,)' and add"
+        rf" 'requirement ({name}) needs ({name}\.fresh)'(?:, or for ((?:{name}(?:, )?)+))?",
+        hint,
+    )
+    message = place.message(found[1]) if found else None
+    if not found or message is None or place.file is None:
+        return
+    before = re.search(r"type\s*:\s*\Z", place.source.text[: message.type.span.start])
+    statement = next(
+        (d for d in place.file.declarations if d.span.start <= place.span.start < d.span.end), None
+    )
+    if before is None or statement is None:
+        return
+    start = statement.span.start
+    for command in (found[3], *(found[5] or "").split(", ")):
+        if command:
+            requirement = f"requirement {command} needs {found[4]}"
+            edits = (
+                place.insert(before.start(), f"{found[2]} "),
+                place.insert(start, f"{requirement}\n{place.indent(start)}"),
+            )
+            yield Action(f"Add a timeout and '{requirement}'", edits)
+
+
 def _line_of(span: Span) -> Span:
     """The whole line if nothing else is on it."""
     source = span.source
@@ -223,4 +264,5 @@ def _line_of(span: Span) -> Span:
 
 _RULES: tuple[_Rule, ...] = (
     _replace, _choose, _remove, _close, _default, _initial, _links, _import, _transition,
+    _freshness,
 )  # fmt: skip

@@ -7,7 +7,8 @@ has a name is the name; of all else, what was written.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeAlias
@@ -20,7 +21,7 @@ from robosc.source import Span
 __all__ = [
     "After", "Assignment", "Behaviour", "Binding", "Communication", "Component", "Data",
     "DataArray", "DataObject", "EventKind", "Kind", "Preference", "Provide", "Requirement",
-    "ResultTransition", "Robot", "State", "Tau", "Variable", "data_expressions",
+    "ResultTransition", "Robot", "State", "Tau", "Variable", "data_expressions", "display_names",
 ]  # fmt: skip
 
 
@@ -92,6 +93,12 @@ class Communication:
     @property
     def _types(self) -> dict[str, Type]:
         return {"response": self.response, "feedback": self.feedback}
+
+
+def display_names(communications: Mapping[str, Communication]) -> dict[str, str]:
+    """Key to what users see: the bare name, ``Component.name`` only where that is ambiguous."""
+    count = Counter(communication.name for communication in communications.values())
+    return {key: c.name if count[c.name] == 1 else key for key, c in communications.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,13 +296,8 @@ class Robot:
 
     @cached_property
     def display_names(self) -> dict[str, str]:
-        """Key to what users see: the bare name, ``Component.name`` only where that is ambiguous."""
-        count: dict[str, int] = {}
-        for communication in self.communications.values():
-            count[communication.name] = count.get(communication.name, 0) + 1
-        return {
-            key: c.name if count[c.name] == 1 else key for key, c in self.communications.items()
-        }
+        """Key to what users see."""
+        return display_names(self.communications)
 
     def component(self, name: str) -> Component:
         return next(c for c in self.components if c.name == name)

@@ -21,6 +21,7 @@ from robosc.model.entities import Component, Preference, Provide, Requirement
 from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr, RosParameter
 from robosc.model.expressions import RULE, Incoming, Typer
+from robosc.model.freshness import check_freshness
 from robosc.model.indexes import check_indexes
 from robosc.model.named_values import NamedValueTyper
 from robosc.model.overlap import check_overlaps
@@ -135,6 +136,7 @@ class FileResolver:
         if library or not whole:
             check_overlaps(model.components, self._report, library=library)
         if whole:
+            check_freshness(components, requirements, provides, self._report)
             check_unused(
                 self._scope, self.component_table, model, self._type_declarations, self._report
             )

@@ -1,0 +1,159 @@
+"""Commands that would go on with what a message said last, though it has fallen silent.
+
+Only data count: a message that makes states change is an event, and an event does not grow old. A
+command that uses up what it was told (the variable's component enables it only when the message has
+come, and its request leads to a state in which it is disabled) is sent once for each message, so
+that it does not go on either.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+
+from robosc.errors import Note
+from robosc.language.events import EventKind, Kind
+from robosc.model.entities import (
+    Behaviour,
+    Communication,
+    Component,
+    Provide,
+    Requirement,
+    data_expressions,
+    display_names,
+)
+from robosc.model.expr import Expr, PhaseRef, ValueRef, VariableRef, walk
+from robosc.model.report import Report
+from robosc.source import Span
+
+__all__ = ["check_freshness"]
+
+_FRESH = "fresh"
+
+
+def check_freshness(
+    components: Sequence[Component],
+    requirements: Sequence[Requirement],
+    provides: Sequence[Provide],
+    report: Report,
+) -> None:
+    """Warn of commands that rest on data that may be out of date."""
+    communications = {c.key: c for component in components for c in component.communications}
+    messages = _lasting_messages(components, communications)
+    behaviours = {c.name: c.behaviour for c in components}
+    names = display_names(communications)
+    stale: dict[str, dict[str, VariableRef]] = defaultdict(dict)
+    for command, expressions in _read_by_commands(requirements, provides).items():
+        if any(_names_freshness(expr) for expr in expressions):
+            continue
+        for ref in _variables(expressions):
+            message = messages.get(f"{ref.component}.{ref.variable}")
+            behaviour = behaviours[ref.component]
+            if message is not None and behaviour and not _uses_up(behaviour, command, message.key):
+                stale[message.key][names[command]] = ref
+                break  # a requirement that names any freshness mends the command
+    told: set[Span] = set()  # what is written once for several copies is told once
+    for key, commands in stale.items():
+        span = next(iter(commands.values())).span
+        if span is not None and span not in told:
+            told.add(span)
+            message = communications[key]
+            note = Note(f"{message.name} is declared here", message.span)
+            report.add("stale-data", span, *_texts(commands, names[key]), [note])
+
+
+def _read_by_commands(
+    requirements: Sequence[Requirement], provides: Sequence[Provide]
+) -> dict[str, list[Expr]]:
+    """What each command's requirements and data read, by its key."""
+    found: dict[str, list[Expr]] = defaultdict(list)
+    for requirement in requirements:
+        for key in requirement.communications:
+            found[key].append(requirement.condition)
+    for provide in provides:
+        if provide.condition is not None:
+            found[provide.communication].append(provide.condition)
+        found[provide.communication] += data_expressions(provide.data)
+    return found
+
+
+def _variables(expressions: Sequence[Expr]) -> Iterator[VariableRef]:
+    for expr in expressions:
+        for part in walk(expr):
+            if isinstance(part, VariableRef):
+                yield part
+
+
+def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, str]:
+    """What is wrong, and the two edits that mend it for one of the commands."""
+    (first, ref), *_ = commands.items()
+    others = ", ".join(list(commands)[1:])
+    return (
+        f"{first} goes on with the last value of {ref.component}.{ref.variable}"
+        f" if {message} falls silent" + (f", and so do {others}" if others else ""),
+        f"give {message} a 'timeout: 500 ms,' and add"
+        f" 'requirement {first} needs {message}.fresh'" + (f", or for {others}" if others else ""),
+    )
+
+
+def _lasting_messages(
+    components: Sequence[Component], communications: Mapping[str, Communication]
+) -> dict[str, Communication]:
+    """The variables that only messages without timeout set, each with one of these messages."""
+    found: dict[str, Communication] = {}
+    others: set[str] = set()
+    for component in components:
+        if component.behaviour is None:
+            continue
+        for transition in component.behaviour.all_transitions:
+            message = communications.get(transition.communication)
+            lasting = (
+                transition.event is EventKind.RESPONSE
+                and message is not None
+                and message.kind is Kind.OUTGOING
+                and message.timeout is None
+            )
+            for assignment in transition.assignments:
+                key = f"{component.name}.{assignment.variable}"
+                if not lasting:
+                    others.add(key)
+                elif message is not None and _takes_value(assignment.value):
+                    found.setdefault(key, message)
+    return {key: message for key, message in found.items() if key not in others}
+
+
+def _uses_up(behaviour: Behaviour, command: str, message: str) -> bool:
+    """Whether the command is enabled only after the message came, and disabled by each request.
+
+    A request that failed or was cancelled may be repeated.
+    """
+    targets = {state.name: _targets(behaviour, state.name, command) for state in behaviour.states}
+    enabled = {name for name, found in targets.items() if found}
+    left = all(
+        goto is not None and goto not in enabled for name in enabled for goto in targets[name]
+    )
+    at_first = any(state.initial and state.name in enabled for state in behaviour.states)
+    entries = {(t.event, t.communication) for t in behaviour.all_transitions if t.goto in enabled}
+    entries -= {
+        (EventKind.RESPONSE, message), (EventKind.ERROR, command), (EventKind.CANCEL, command)
+    }  # fmt: skip
+    by_itself = any(tau.goto in enabled for tau in behaviour.all_taus)
+    return bool(enabled) and left and not (at_first or entries or by_itself)
+
+
+def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:
+    """Where requests of the command lead from a state; None: they stay."""
+    state = next(state for state in behaviour.states if state.name == name)
+    own, shared = (
+        [t.goto for t in transitions if (t.event, t.communication) == (EventKind.REQUEST, command)]
+        for transitions in (state.transitions, behaviour.transitions)
+    )
+    return own or shared
+
+
+def _takes_value(expr: Expr) -> bool:
+    return any(isinstance(part, ValueRef) for part in walk(expr))
+
+
+def _names_freshness(expr: Expr) -> bool:
+    return any(isinstance(part, PhaseRef) and part.phase == _FRESH for part in walk(expr))
