@@ -1,5 +1,5 @@
-"""The robot of the example on ROS 2: the action /navigate, its place on /pose, and ten times a second
-on /emergency_stop whether its emergency stop is pressed, which /press does.
+"""The robot of the example on ROS 2: the action /navigate, its place on /pose, and ten times a
+second on /emergency_stop whether its emergency stop is pressed, which /press does.
 
 Start it with ``python3 simulated_base_ros2.py``. Parameters: speed (simulated seconds per second),
 failures (so many drives get stuck first).
