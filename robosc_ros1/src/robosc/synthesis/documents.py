@@ -79,13 +79,19 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
 def explore_json(graph: Graph) -> Iterator[str]:
     """The text of :func:`explore_document`, in parts: a state and a transition to a line."""
     plant = graph.plant
-    head = {"version": 1, "robot": plant.robot.name, "initial": 0}
+    head = {"version": 1, "robot": plant.robot.name, **_initial(graph)}
     yield json.dumps(head)[:-1] + ',\n "states": [\n'
     states = (_state(plant, number, state) for number, state in enumerate(graph.states))
     yield from _lines(json.dumps(state) for state in states)
     yield '],\n "transitions": [\n'
     yield from _lines(_transition_texts(graph))
     yield "]}\n"
+
+
+def _initial(graph: Graph) -> dict[str, Any]:
+    """The initial state; all of them where parameters make several."""
+    several = {"initials": list(range(graph.starts))} if graph.starts > 1 else {}
+    return {"initial": 0, **several}
 
 
 def _lines(texts: Iterable[str]) -> Iterator[str]:
@@ -122,7 +128,7 @@ def explore_document(graph: Graph) -> dict[str, Any]:
     return {
         "version": 1,
         "robot": plant.robot.name,
-        "initial": 0,
+        **_initial(graph),
         "states": [
             _state(plant, number, state) for number, state in enumerate(graph.states)
         ],

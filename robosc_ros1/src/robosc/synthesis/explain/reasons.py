@@ -23,6 +23,7 @@ from robosc.source import Span
 from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.explain.blocking import why_blocked
 from robosc.synthesis.explain.range_violation import leaving_remedy
+from robosc.synthesis.explain.starts import assumed, lost_start, nearest
 from robosc.synthesis.formatting import event_text, listing, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper, Test
 from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
@@ -82,9 +83,11 @@ class _Explainer:
 
     def empty(self) -> Explanation:
         robot = self.plant.robot
-        bad = self._bad_state(self.plant.initial)
+        first = lost_start(self.system)
+        bad = self._bad_state(first)
         trace = self._trace(bad.states, bad.last)
-        start = f"after {trace_text(trace)}, which no controller can prevent, " if trace else ""
+        start = assumed(self.plant, first)
+        start += f"after {trace_text(trace)}, which no controller can prevent, " if trace else ""
         message = f"no controller can keep the requirements: {start}{bad.reason}"
         diagnostic = Diagnostic(
             Severity.ERROR, "empty-supervisor", message, robot.span, bad.remedy, _notes(bad)
@@ -94,7 +97,7 @@ class _Explainer:
     def guard(self, guard: Guard) -> Explanation:
         event = guard.event
         refused = conjunction([allowed(self.plant, event), negation(guard.expr)])
-        path = self.system.nearest(refused)
+        path = nearest(self.system, refused)
         if path is None:
             return self._never_asked(guard)
         number = next(i for i, e in enumerate(self.plant.events) if e is event)
@@ -110,7 +113,8 @@ class _Explainer:
         head = f"{name} can never be allowed" if never else f"{name} is restricted further"
         before = trace_text(trace[: len(trace) - len(after)])
         forced = f" the controller cannot prevent {trace_text(after)}; then" if after else ","
-        message = f"{head}: after {before}{forced} {bad.reason}"
+        start = assumed(self.plant, path[0])
+        message = f"{head}: {start}after {before}{forced} {bad.reason}"
         diagnostic = Diagnostic(
             Severity.WARNING,
             "never-allowed" if never else "restricted-command",

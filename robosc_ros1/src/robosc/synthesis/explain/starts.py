@@ -1,0 +1,66 @@
+"""Which of the initial states an explanation is about: as far as possible that of the defaults.
+
+What parameters are is not known beforehand, so there is an initial state for all that they may be.
+A reader wants to hear of a parameter only where it has to do with the matter.
+"""
+
+from __future__ import annotations
+
+from robosc.ir.automaton import Plant, PlantState, StateVariable
+from robosc.ir.expr import conjunction, negation, to_dsl
+from robosc.ir.finite.classes import Classes
+from robosc.model.expr import Binary, Expr, Literal
+from robosc.model.types import BooleanType
+from robosc.synthesis.formatting import listing
+from robosc.synthesis.system import System
+
+__all__ = ["assumed", "lost_start", "nearest"]
+
+
+def assumed(plant: Plant, start: PlantState) -> str:
+    """What an initial state takes parameters to be that their defaults are not, before a clause."""
+    texts = [
+        to_dsl(_outcome(variable, index), plant.robot)
+        for variable, index in zip(plant.variables, start, strict=True)
+        if index != variable.initial
+    ]
+    return f"if {listing(texts)} at the start, " if texts else ""
+
+
+def lost_start(system: System) -> PlantState:
+    """An initial state that cannot be kept; there is one."""
+    plant = system.plant
+    state = next(s for s in plant.initial_states if not system.is_good(s))
+    for number, variable in enumerate(plant.variables):
+        other = (*state[:number], variable.initial, *state[number + 1 :])
+        if not system.is_good(other):
+            state = other
+    return state
+
+
+def nearest(system: System, condition: Expr) -> tuple[PlantState, ...] | None:
+    """A path as of :meth:`System.nearest`, with as many parameters as possible at their default."""
+    found = system.nearest(condition)
+    if found is None:
+        return None
+    written = frozenset[int]().union(*system.plant.writes)
+    for number, variable in enumerate(system.plant.variables):
+        if found[0][number] == variable.initial or number in written:
+            continue
+        narrower = conjunction([condition, _outcome(variable, variable.initial)])
+        path = system.nearest(narrower)
+        if path is not None:
+            condition, found = narrower, path
+    return found
+
+
+def _outcome(variable: StateVariable, index: int) -> Expr:
+    """The condition that a test comes to one of its outcomes."""
+    test = variable.test
+    assert test is not None
+    if isinstance(variable.values, Classes):
+        return variable.values.condition([index], [index]).of(test)
+    value = variable.values[index]
+    if isinstance(test.type, BooleanType):
+        return test if value else negation(test)
+    return Binary("=", test, Literal(value, test.type), BooleanType())
