@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import random
-from types import SimpleNamespace
+from collections.abc import Mapping
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import pytest
@@ -26,6 +27,7 @@ from robosc.model.expr import StateRef, ValueRef, VariableRef
 from robosc.model.resolve import load
 from robosc.model.types import Value
 from robosc.runtime.values import Mismatch
+from robosc.simulate.start import supervisor_with
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import synthesize
@@ -35,11 +37,14 @@ from robosc.synthesis.parameters import weight
 class Run:
     """A controller at work, and the state of the plant that its data belong to."""
 
-    def __init__(self, supervisor: Supervisor) -> None:
-        self.supervisor = supervisor
-        self.plant = supervisor.plant
+    def __init__(
+        self, supervisor: Supervisor, parameters: Mapping[str, Value] = MappingProxyType({})
+    ) -> None:
         make, context = controller_class(supervisor)
+        self.supervisor = supervisor = supervisor_with(supervisor, parameters)
+        self.plant = supervisor.plant
         self.controller = make()
+        self.controller.configure(parameters)
         self.busy = {key: name for name, key in _phases(self.controller).items()}
         self.attributes = dict(context.variables)
         self.guards = {id(g.event): g for g in supervisor.guards}
@@ -136,24 +141,32 @@ def step(run: Run, event: Event, value: Value | None) -> None:
     assert after == expected, (event, value, before)
 
 
-def small_supervisor(rng: random.Random, computed: bool) -> Supervisor:
+def small_supervisor(rng: random.Random, computed: bool, parameter: bool) -> Supervisor:
     """That of the first random model whose events do not have all too many values."""
     while True:
-        robot, diagnostics = load(Source("model.rscd", data_model(rng, computed)))
+        robot, diagnostics = load(Source("model.rscd", data_model(rng, computed, parameter)))
         assert robot is not None, diagnostics
         plant = lower(robot)
         if all(weight(event) < 3000 for event in plant.events):
             return synthesize(plant)
 
 
-@pytest.mark.parametrize("computed", [False, True])
-@pytest.mark.parametrize("seed", range(25))
-def test_steps_on_exact_data_are_steps_of_the_plant(seed: int, computed: bool) -> None:
+CASES = [(seed, computed, False) for seed in range(25) for computed in (False, True)]
+CASES += [(seed, computed, True) for seed in range(8) for computed in (False, True)]
+
+
+@pytest.mark.parametrize(("seed", "computed", "parameter"), CASES)
+def test_steps_on_exact_data_are_steps_of_the_plant(
+    seed: int, computed: bool, parameter: bool
+) -> None:
     rng = random.Random(seed)
-    run = Run(small_supervisor(rng, computed))
-    if run.supervisor.empty:
+    supervisor = small_supervisor(rng, computed, parameter)
+    if supervisor.empty:
         return
-    samples = SAMPLES[str(run.plant.robot.communications["Sensor.sense"].response)]
+    samples = SAMPLES[str(supervisor.plant.robot.communications["Sensor.sense"].response)]
+    finite = [v for v in samples if not isinstance(v, float) or math.isfinite(v)]
+    run = Run(supervisor, {"p": rng.choice(finite)} if parameter else {})
+    assert run.state() in set(supervisor.plant.initial_states)
     for _ in range(150):
         event = rng.choice(run.plant.events)
         value = rng.choice(samples) if event.name in ("sense", "probe") else None

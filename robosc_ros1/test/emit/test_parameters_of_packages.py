@@ -108,7 +108,7 @@ def test_the_launch_file_of_ros_2_takes_every_parameter(gauntlet: Supervisor) ->
     launch = EMITTERS["ros2"](gauntlet, PACKAGE).files[f"launch/{PACKAGE}.launch.py"].content
     table = re.search(r"^PARAMETERS = (\(.*?^\))$", launch, re.MULTILINE | re.DOTALL)
     assert table is not None
-    given = {parameter: argument for argument, parameter, _ in ast.literal_eval(table[1])}
+    given = {parameter: argument for argument, parameter, _, _ in ast.literal_eval(table[1])}
     names = {name.replace("/", ".") for name in declared_by(gauntlet, "ros2")}
     assert set(given) - {"use_sim_time"} == names
     assert all(argument == name.replace(".", "_") for name, argument in given.items())

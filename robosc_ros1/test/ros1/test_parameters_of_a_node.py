@@ -29,6 +29,10 @@ PROBE = (
         ("_order:=alphabetical", "~order must be one of rotate, declared, random"),
         ("_stop_command:=jump", "(ask, run, blow, halt), not 'jump'"),
         ("_timeout/run:=true", "~timeout/run must be a number"),
+        ("_loud:=very", "~loud must be an integer, not 'very'"),
+        ("_loud:=10", "~loud must be an integer of at most 9, not 10"),
+        ("_loud:=3.0", "~loud must be an integer, not 3.0"),
+        ("_loud:=true", "~loud must be an integer, not True"),
         ("_rate/of_what:=3", "~rate must be a number, not a group with ~rate/of_what"),
     ],
 )
@@ -49,6 +53,18 @@ def test_a_wrong_value_is_refused_at_the_start(
 def test_an_unknown_parameter_is_told_with_the_nearest(stage: Stage, ear: Puppet) -> None:
     with stage.controller(ear, timout__run=3.0) as node:
         await_condition(lambda: "did you mean ~timeout/run?" in node.log, "the warning")
+
+
+def test_a_parameter_of_the_model_decides(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    with stage.controller(ear, loud=7) as node:
+        state = node.shows(lambda s: True)
+        assert state["parameters"] == {"loud": 7}
+        puppet.publish("/level", INT, 7)
+        state = node.shows(lambda s: s["variables"]["Switches.height"] == 7)
+        enabled = {c["event"]["name"] for c in state["commands"] if c["enabled"]}
+        assert enabled == {"halt"}
+        puppet.publish("/level", INT, 8)
+        node.tells(event("request", "blow"))
 
 
 def test_the_rate_is_kept(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
@@ -126,6 +142,7 @@ def test_the_launch_file_gives_each_parameter_its_type(generated_workspace: Work
         "event_log": "123", "event_log_size": 1, "event_log_files": 0, "legacy_state_topic": "on",
         "timeout/ask": 1, "timeout/run": 2.0, "goal_timeout/run": 3, "refuse_not_finite": False,
         "allowed_publishers": "/teleop /joy", "rate/ask": 4, "rate/run": 5, "rate/blow": 6, "rate/halt": 7,
+        "loud": 2,
     }  # fmt: skip
     arguments = [
         f"{name.removesuffix('/default').replace('/', '_')}:={value}"
@@ -138,5 +155,6 @@ def test_the_launch_file_gives_each_parameter_its_type(generated_workspace: Work
         assert yaml.safe_load(done.stdout) == {above + k: v for k, v in given.items()}
     done = generated_workspace.run("roslaunch", "--dump-params", *launch)
     defaults = {"/probe_controller/" + p.name: p.default for p in declared(PROBE)}
+    defaults["/probe_controller/loud"] = 5
     defaults["/probe_controller/rate/default"] = defaults.pop("/probe_controller/rate")
     assert yaml.safe_load(done.stdout) == defaults

@@ -58,7 +58,7 @@ def test_a_command_that_is_not_enabled_names_the_requirement_and_its_line(
         state = node.shows(lambda s: s["variables"]["Switches.reading"] == "warm")
         blocked = {c["event"]["name"]: c["blocked_by"] for c in state["commands"]}
         assert [reason["text"] for reason in blocked["blow"]] == [
-            "requirement blow needs Switches.height > 5"
+            "requirement blow needs Switches.height > loud"
         ]
         (reason,) = blocked["halt"]
         assert reason["text"] == "requirement Switches.reading = warm disables halt"

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-__all__ = ["Node", "started"]
+__all__ = ["Node", "ParameterValue", "started"]
 
 
 @dataclass
@@ -40,6 +40,12 @@ class LaunchConfiguration:
 @dataclass(kw_only=True)
 class OpaqueFunction:
     function: Callable[[dict[str, str]], list[Node] | None]
+
+
+@dataclass
+class ParameterValue:
+    value: str
+    value_type: type = field(kw_only=True)
 
 
 @dataclass(kw_only=True)
@@ -66,7 +72,11 @@ class Node:
             file = given
             if isinstance(given, dict):
                 file = str(folder / f"{self.name}-{number}.yaml")
-                content = {"/**": {"ros__parameters": given}}
+                told = {
+                    name: value.value if isinstance(value, ParameterValue) else value
+                    for name, value in given.items()
+                }
+                content = {"/**": {"ros__parameters": told}}
                 Path(file).write_text(json.dumps(content), encoding="utf-8")
             words += ["--params-file", str(file)]
         for name, other in self.remappings:
@@ -85,6 +95,7 @@ def started(file: Path, share: Callable[[str], str], **arguments: str) -> list[N
         },
         "launch.substitutions": {"LaunchConfiguration": LaunchConfiguration},
         "launch_ros.actions": {"Node": Node},
+        "launch_ros.parameter_descriptions": {"ParameterValue": ParameterValue},
     }
     modules = {name: types.ModuleType(name) for name in parts}
     for name, content in parts.items():

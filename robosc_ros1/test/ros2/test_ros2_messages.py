@@ -156,6 +156,7 @@ def test_namespace_and_name_are_the_launchers(graph: Graph, controller: Start) -
 
 def test_wrong_parameters_are_refused_by_name(graph: Graph, controller: Start) -> None:
     wrong = {"rate": "fast", "qos__zone__depth": 0, "stop_command": "jump", "timeout__lock": True}
+    wrong["near_by"] = "close"
     node = controller(qos__zone__reliability="always", **wrong)
     assert node.wait() == 2
     for complaint in (
@@ -163,10 +164,22 @@ def test_wrong_parameters_are_refused_by_name(graph: Graph, controller: Start) -
         "parameter qos.zone.reliability must be one of reliable, best_effort, not 'always'",
         "parameter qos.zone.depth must be an integer of at least 1, not 0",
         "parameter timeout.lock must be a number, not True",
+        "parameter near_by must be a number, not 'close'",
         "(lock, reach, warn, speed), not 'jump'",
     ):
         assert complaint in node.output
     assert "Traceback" not in node.output
+
+
+def test_a_parameter_of_the_model_decides(graph: Graph, controller: Start) -> None:
+    controller(near_by=4)  # an integer does for a double
+    robot = graph.peer()
+    robot.subscribe("beacon", "std_msgs/msg/Empty")
+    robot.watch("guarded_arm")
+    robot.publish("person", READING, FAR)
+    warned(robot)
+    state = robot.expect_state("guarded_arm", lambda s: s["variables"]["Person.where"] == "near")
+    assert state["parameters"] == {"near_by": 4.0}
 
 
 def test_simulated_time_is_a_switch(graph: Graph, controller: Start) -> None:

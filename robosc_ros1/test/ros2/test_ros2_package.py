@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from catkin_pkg.package import parse_package
-from ros2.launching import Node, started
+from ros2.launching import Node, ParameterValue, started
 from ros2.ros2_support import Bed, Graph, Process
 from ros_support import run_robosc
 
@@ -103,8 +103,14 @@ def test_the_launch_file_starts_the_node(launch: Callable[..., Node]) -> None:
 def test_the_launch_file_takes_parameters_as_arguments(
     launch: Callable[..., Node],
 ) -> None:
-    node = launch(ns="left", rate="5", timeout_lock="0.5", stop_command="warn", respawn="true")
+    node = launch(ns="left", rate="5", timeout_lock="0.5", event_log="on", near_by="2")
+    assert node.parameters[1] == {
+        "rate": 5,
+        "timeout.lock": 0.5,
+        "event_log": ParameterValue("on", value_type=str),
+        "near_by": 2,
+    }
+    node = launch(ns="left", respawn="true")
     assert (node.namespace, node.respawn) == ("left", True)
-    assert node.parameters[1] == {"rate": 5, "timeout.lock": 0.5, "stop_command": "warn"}
     node = launch(remap="beacon=/lamp ~state=told")
     assert node.remappings == [("beacon", "/lamp"), ("~/state", "told")]

@@ -13,6 +13,7 @@ from runtime.schemas import validate
 
 from robosc.runtime.engine import Engine
 from robosc.runtime.eventlog import EventLog
+from robosc.runtime.model import Controller, Parameter
 from robosc.runtime.report import Outlet, Reporter, dump, event_document, state_document
 from robosc.runtime.settings import Settings
 
@@ -115,8 +116,10 @@ def test_events_follow_their_schema_whatever_they_carry() -> None:
     assert [d["number"] for d in documents] == list(range(1, len(documents) + 1))
 
 
-def run_reporter(settings: Settings, heard: Heard, play: Any) -> Engine:
-    engine = Engine(LampController(), PlayedPort(), settings)
+def run_reporter(
+    settings: Settings, heard: Heard, play: Any, controller: Controller | None = None
+) -> Engine:
+    engine = Engine(controller or LampController(), PlayedPort(), settings)
     reporter = Reporter(engine, heard)
     thread = threading.Thread(target=engine.run, daemon=True)
     thread.start()
@@ -268,3 +271,32 @@ def test_the_reporter_writes_the_log_and_tells_when_it_cannot(tmp_path: Path) ->
     engine = run_reporter(Settings(event_log=str(tmp_path / "file" / "log")), heard, play_longer)
     logs = [text for _, text in engine._port.logs if "event log" in text]  # type: ignore[attr-defined]
     assert len(logs) == 1
+
+
+class AdjustableLamp(LampController):
+    """With a parameter of the model."""
+
+    PARAMETERS = (
+        Parameter("limit", "number", 0.5, "parameter limit of the model", attribute="most"),
+    )
+    most = 0.5
+
+
+def test_the_first_event_of_a_log_and_the_state_tell_the_parameters(tmp_path: Path) -> None:
+    log = tmp_path / "events.jsonl"
+    heard = Heard()
+    controller = AdjustableLamp()
+    controller.configure({"limit": 0.75})
+
+    def play(engine: Engine) -> None:
+        for value in (50, 60):
+            engine.post(SENSOR, "response", value)
+
+    run_reporter(Settings(event_log=str(log)), heard, play, controller)
+    events = [json.loads(line) for line in log.read_text().splitlines()]
+    for event in events:
+        validate(event, "event")
+    assert [event.get("parameters") for event in events][:2] == [{"limit": 0.75}, None]
+    state = heard.states[-1]
+    validate(state, "state")
+    assert state["parameters"] == {"limit": 0.75}

@@ -39,11 +39,18 @@ def parameter_views(
     own = declared_parameters(robot)
     for p in (*own, *settings.declared(declared_communications(robot)), *more):
         argument = p.name.replace("/", "_")
-        while argument in views:  # of a.b and of a_b
+        while argument in views or argument in _OF_LAUNCH_FILES:  # of a.b and of a_b
             argument += "_"
         default = _yaml(config.parameters.get(p.name, p.default))
         views[argument] = ParameterView(p.name, argument, p.type, default, _meaning(p))
     return tuple(views.values())
+
+
+_OF_LAUNCH_FILES = (
+    *("config", "name", "ns", "output", "remap", "required", "respawn"),
+    *(f"controller_{what}" for what in ("args", "executable", "name", "package")),
+)
+"""Arguments that launch files have for other things."""
 
 
 def _meaning(parameter: settings.Parameter) -> str:

@@ -13,166 +13,230 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 
-# (argument, parameter, meaning)
+# (argument, parameter, type, meaning)
 PARAMETERS = (
-    ("use_sim_time", "use_sim_time", "follow /clock instead of the machine's clock"),
+    ("use_sim_time", "use_sim_time", "boolean", "follow /clock instead of the machine's clock"),
     (
         "on_mismatch",
         "on_mismatch",
+        "string",
         "what to do when the robot reports what the model says cannot happen (ignore, stop)",
     ),
     (
         "stop_command",
         "stop_command",
+        "string",
         "communication that is requested once at a safe stop and at shutdown, guard or not",
     ),
-    ("exit_on_stop", "exit_on_stop", "end the node after a safe stop"),
+    ("exit_on_stop", "exit_on_stop", "boolean", "end the node after a safe stop"),
     (
         "refuse_not_finite",
         "refuse_not_finite",
+        "boolean",
         "do not send a command with a number that is infinite or not a number",
     ),
     (
         "server_lost_after",
         "server_lost_after",
+        "number",
         "seconds of wall time without status after which an action's server counts as lost (at "
         "least 0.1)",
     ),
-    ("state_rate", "state_rate", "limit for the rate of ~state, in Hz (at least 0.1)"),
-    ("publish_events", "publish_events", "publish each event on ~events"),
-    ("event_log", "event_log", "file that gets each event as a line of JSON"),
+    ("state_rate", "state_rate", "number", "limit for the rate of ~state, in Hz (at least 0.1)"),
+    ("publish_events", "publish_events", "boolean", "publish each event on ~events"),
+    ("event_log", "event_log", "string", "file that gets each event as a line of JSON"),
     (
         "event_log_size",
         "event_log_size",
+        "number",
         "size at which the log file is rotated, in MB (at least 0.001)",
     ),
-    ("event_log_files", "event_log_files", "how many rotated log files are kept (at least 0)"),
+    (
+        "event_log_files",
+        "event_log_files",
+        "integer",
+        "how many rotated log files are kept (at least 0)",
+    ),
     (
         "legacy_state_topic",
         "legacy_state_topic",
+        "string",
         "topic that gets the state in the layout of the original tool's /state",
     ),
     (
         "allowed_publishers",
         "allowed_publishers",
+        "string",
         "nodes, with blanks between, that may publish on topics of commands, too",
     ),
     (
         "timeout_reach",
         "timeout.reach",
+        "number",
         "deadline until a goal of reach is accepted, in seconds (at least 0.001)",
     ),
     (
         "goal_timeout_reach",
         "goal_timeout.reach",
+        "number",
         "deadline of an accepted goal of reach, in seconds; 0: none (at least 0)",
     ),
     (
         "timeout_set_level",
         "timeout.set_level",
+        "number",
         "deadline of a call of set_level, in seconds (at least 0.001)",
     ),
-    ("qos_scan_reliability", "qos.scan.reliability", "reliability of scan (reliable, best_effort)"),
+    (
+        "qos_scan_reliability",
+        "qos.scan.reliability",
+        "string",
+        "reliability of scan (reliable, best_effort)",
+    ),
     (
         "qos_scan_durability",
         "qos.scan.durability",
+        "string",
         "durability of scan (volatile, transient_local)",
     ),
-    ("qos_scan_depth", "qos.scan.depth", "length of the queue of scan (at least 1)"),
+    ("qos_scan_depth", "qos.scan.depth", "integer", "length of the queue of scan (at least 1)"),
     (
         "qos_spots_reliability",
         "qos.spots.reliability",
+        "string",
         "reliability of spots (reliable, best_effort)",
     ),
     (
         "qos_spots_durability",
         "qos.spots.durability",
+        "string",
         "durability of spots (volatile, transient_local)",
     ),
-    ("qos_spots_depth", "qos.spots.depth", "length of the queue of spots (at least 1)"),
-    ("qos_up_reliability", "qos.up.reliability", "reliability of up (reliable, best_effort)"),
-    ("qos_up_durability", "qos.up.durability", "durability of up (volatile, transient_local)"),
-    ("qos_up_depth", "qos.up.depth", "length of the queue of up (at least 1)"),
-    ("qos_down_reliability", "qos.down.reliability", "reliability of down (reliable, best_effort)"),
+    ("qos_spots_depth", "qos.spots.depth", "integer", "length of the queue of spots (at least 1)"),
+    (
+        "qos_up_reliability",
+        "qos.up.reliability",
+        "string",
+        "reliability of up (reliable, best_effort)",
+    ),
+    (
+        "qos_up_durability",
+        "qos.up.durability",
+        "string",
+        "durability of up (volatile, transient_local)",
+    ),
+    ("qos_up_depth", "qos.up.depth", "integer", "length of the queue of up (at least 1)"),
+    (
+        "qos_down_reliability",
+        "qos.down.reliability",
+        "string",
+        "reliability of down (reliable, best_effort)",
+    ),
     (
         "qos_down_durability",
         "qos.down.durability",
+        "string",
         "durability of down (volatile, transient_local)",
     ),
-    ("qos_down_depth", "qos.down.depth", "length of the queue of down (at least 1)"),
+    ("qos_down_depth", "qos.down.depth", "integer", "length of the queue of down (at least 1)"),
     (
         "qos_say_reliability",
         "qos.say.reliability",
+        "string",
         "reliability of say, shout (reliable, best_effort)",
     ),
     (
         "qos_say_durability",
         "qos.say.durability",
+        "string",
         "durability of say, shout (volatile, transient_local)",
     ),
-    ("qos_say_depth", "qos.say.depth", "length of the queue of say, shout (at least 1)"),
+    ("qos_say_depth", "qos.say.depth", "integer", "length of the queue of say, shout (at least 1)"),
     (
         "qos_count_reliability",
         "qos.count.reliability",
+        "string",
         "reliability of count (reliable, best_effort)",
     ),
     (
         "qos_count_durability",
         "qos.count.durability",
+        "string",
         "durability of count (volatile, transient_local)",
     ),
-    ("qos_count_depth", "qos.count.depth", "length of the queue of count (at least 1)"),
+    ("qos_count_depth", "qos.count.depth", "integer", "length of the queue of count (at least 1)"),
     (
         "qos_Left_slip_reliability",
         "qos.Left.slip.reliability",
+        "string",
         "reliability of Left.slip (reliable, best_effort)",
     ),
     (
         "qos_Left_slip_durability",
         "qos.Left.slip.durability",
+        "string",
         "durability of Left.slip (volatile, transient_local)",
     ),
-    ("qos_Left_slip_depth", "qos.Left.slip.depth", "length of the queue of Left.slip (at least 1)"),
+    (
+        "qos_Left_slip_depth",
+        "qos.Left.slip.depth",
+        "integer",
+        "length of the queue of Left.slip (at least 1)",
+    ),
     (
         "qos_Left_turn_reliability",
         "qos.Left.turn.reliability",
+        "string",
         "reliability of Left.turn (reliable, best_effort)",
     ),
     (
         "qos_Left_turn_durability",
         "qos.Left.turn.durability",
+        "string",
         "durability of Left.turn (volatile, transient_local)",
     ),
-    ("qos_Left_turn_depth", "qos.Left.turn.depth", "length of the queue of Left.turn (at least 1)"),
+    (
+        "qos_Left_turn_depth",
+        "qos.Left.turn.depth",
+        "integer",
+        "length of the queue of Left.turn (at least 1)",
+    ),
     (
         "qos_Right_slip_reliability",
         "qos.Right.slip.reliability",
+        "string",
         "reliability of Right.slip (reliable, best_effort)",
     ),
     (
         "qos_Right_slip_durability",
         "qos.Right.slip.durability",
+        "string",
         "durability of Right.slip (volatile, transient_local)",
     ),
     (
         "qos_Right_slip_depth",
         "qos.Right.slip.depth",
+        "integer",
         "length of the queue of Right.slip (at least 1)",
     ),
     (
         "qos_Right_turn_reliability",
         "qos.Right.turn.reliability",
+        "string",
         "reliability of Right.turn (reliable, best_effort)",
     ),
     (
         "qos_Right_turn_durability",
         "qos.Right.turn.durability",
+        "string",
         "durability of Right.turn (volatile, transient_local)",
     ),
     (
         "qos_Right_turn_depth",
         "qos.Right.turn.depth",
+        "integer",
         "length of the queue of Right.turn (at least 1)",
     ),
 )
@@ -206,10 +270,15 @@ def start(context):
         return LaunchConfiguration(name).perform(context)
 
     given = {}
-    for name, parameter, _ in PARAMETERS:
+    for name, parameter, sort, _ in PARAMETERS:
         text = argument(name)
         if text != "":
-            given[parameter] = yaml.safe_load(text)
+            # A text stays one even where it looks like a number or a switch.
+            string = sort == "string"
+            given[parameter] = ParameterValue(
+                text,
+                value_type=str,
+            ) if string else yaml.safe_load(text)
     pairs = (pair.split("=", 1) for pair in argument("remap").split())
     nodes = [
         Node(
@@ -266,7 +335,7 @@ def generate_launch_description():
         # An empty argument leaves the parameter to the file.
         + [
             DeclareLaunchArgument(name, default_value="", description=meaning)
-            for name, _, meaning in PARAMETERS
+            for name, _, _, meaning in PARAMETERS
         ]
         + [OpaqueFunction(function=start)]
     )

@@ -9,105 +9,138 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 
-# (argument, parameter, meaning)
+# (argument, parameter, type, meaning)
 PARAMETERS = (
-    ("use_sim_time", "use_sim_time", "follow /clock instead of the machine's clock"),
+    ("use_sim_time", "use_sim_time", "boolean", "follow /clock instead of the machine's clock"),
     (
         "rate",
         "rate",
+        "number",
         "how often a command is repeated while it stays allowed, in Hz (at least 0.001)",
     ),
-    ("order", "order", "which of several due commands goes first (rotate, declared, random)"),
-    ("seed", "seed", "seed of the random order"),
+    (
+        "order",
+        "order",
+        "string",
+        "which of several due commands goes first (rotate, declared, random)",
+    ),
+    ("seed", "seed", "integer", "seed of the random order"),
     (
         "on_mismatch",
         "on_mismatch",
+        "string",
         "what to do when the robot reports what the model says cannot happen (ignore, stop)",
     ),
     (
         "stop_command",
         "stop_command",
+        "string",
         "communication that is requested once at a safe stop and at shutdown, guard or not",
     ),
-    ("exit_on_stop", "exit_on_stop", "end the node after a safe stop"),
+    ("exit_on_stop", "exit_on_stop", "boolean", "end the node after a safe stop"),
     (
         "refuse_not_finite",
         "refuse_not_finite",
+        "boolean",
         "do not send a command with a number that is infinite or not a number",
     ),
     (
         "server_lost_after",
         "server_lost_after",
+        "number",
         "seconds of wall time without status after which an action's server counts as lost (at "
         "least 0.1)",
     ),
-    ("state_rate", "state_rate", "limit for the rate of ~state, in Hz (at least 0.1)"),
-    ("publish_events", "publish_events", "publish each event on ~events"),
-    ("event_log", "event_log", "file that gets each event as a line of JSON"),
+    ("state_rate", "state_rate", "number", "limit for the rate of ~state, in Hz (at least 0.1)"),
+    ("publish_events", "publish_events", "boolean", "publish each event on ~events"),
+    ("event_log", "event_log", "string", "file that gets each event as a line of JSON"),
     (
         "event_log_size",
         "event_log_size",
+        "number",
         "size at which the log file is rotated, in MB (at least 0.001)",
     ),
-    ("event_log_files", "event_log_files", "how many rotated log files are kept (at least 0)"),
+    (
+        "event_log_files",
+        "event_log_files",
+        "integer",
+        "how many rotated log files are kept (at least 0)",
+    ),
     (
         "legacy_state_topic",
         "legacy_state_topic",
+        "string",
         "topic that gets the state in the layout of the original tool's /state",
     ),
     (
         "allowed_publishers",
         "allowed_publishers",
+        "string",
         "nodes, with blanks between, that may publish on topics of commands, too",
     ),
     (
         "rate_kindle",
         "rate.kindle",
+        "number",
         "how often kindle is repeated, in Hz; 0: as all others (at least 0)",
     ),
     (
         "rate_snuff",
         "rate.snuff",
+        "number",
         "how often snuff is repeated, in Hz; 0: as all others (at least 0)",
     ),
     (
         "qos_brightness_reliability",
         "qos.brightness.reliability",
+        "string",
         "reliability of brightness (reliable, best_effort)",
     ),
     (
         "qos_brightness_durability",
         "qos.brightness.durability",
+        "string",
         "durability of brightness (volatile, transient_local)",
     ),
     (
         "qos_brightness_depth",
         "qos.brightness.depth",
+        "integer",
         "length of the queue of brightness (at least 1)",
     ),
     (
         "qos_kindle_reliability",
         "qos.kindle.reliability",
+        "string",
         "reliability of kindle (reliable, best_effort)",
     ),
     (
         "qos_kindle_durability",
         "qos.kindle.durability",
+        "string",
         "durability of kindle (volatile, transient_local)",
     ),
-    ("qos_kindle_depth", "qos.kindle.depth", "length of the queue of kindle (at least 1)"),
+    (
+        "qos_kindle_depth",
+        "qos.kindle.depth",
+        "integer",
+        "length of the queue of kindle (at least 1)",
+    ),
     (
         "qos_snuff_reliability",
         "qos.snuff.reliability",
+        "string",
         "reliability of snuff (reliable, best_effort)",
     ),
     (
         "qos_snuff_durability",
         "qos.snuff.durability",
+        "string",
         "durability of snuff (volatile, transient_local)",
     ),
-    ("qos_snuff_depth", "qos.snuff.depth", "length of the queue of snuff (at least 1)"),
+    ("qos_snuff_depth", "qos.snuff.depth", "integer", "length of the queue of snuff (at least 1)"),
 )
 
 
@@ -118,10 +151,15 @@ def start(context):
         return LaunchConfiguration(name).perform(context)
 
     given = {}
-    for name, parameter, _ in PARAMETERS:
+    for name, parameter, sort, _ in PARAMETERS:
         text = argument(name)
         if text != "":
-            given[parameter] = yaml.safe_load(text)
+            # A text stays one even where it looks like a number or a switch.
+            string = sort == "string"
+            given[parameter] = ParameterValue(
+                text,
+                value_type=str,
+            ) if string else yaml.safe_load(text)
     pairs = (pair.split("=", 1) for pair in argument("remap").split())
     return [
         Node(
@@ -160,7 +198,7 @@ def generate_launch_description():
         # An empty argument leaves the parameter to the file.
         + [
             DeclareLaunchArgument(name, default_value="", description=meaning)
-            for name, _, meaning in PARAMETERS
+            for name, _, _, meaning in PARAMETERS
         ]
         + [OpaqueFunction(function=start)]
     )

@@ -9,116 +9,188 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 
-# (argument, parameter, meaning)
+# (argument, parameter, type, meaning)
 PARAMETERS = (
-    ("use_sim_time", "use_sim_time", "follow /clock instead of the machine's clock"),
-    ("wanted", "wanted", "parameter wanted of the model"),
-    ("steps", "steps", "parameter steps of the model (1 to 3)"),
-    ("season", "season", "parameter season of the model (winter, summer)"),
-    ("greeting", "greeting", "parameter greeting of the model"),
-    ("limit", "limit", "parameter limit of the model"),
+    ("use_sim_time", "use_sim_time", "boolean", "follow /clock instead of the machine's clock"),
+    ("wanted", "wanted", "number", "parameter wanted of the model"),
+    ("steps", "steps", "integer", "parameter steps of the model (1 to 3)"),
+    ("season", "season", "string", "parameter season of the model (winter, summer)"),
+    ("greeting", "greeting", "string", "parameter greeting of the model"),
+    ("limit", "limit", "integer", "parameter limit of the model"),
     (
         "Sensor_silence",
         "Sensor.silence",
+        "number",
         "parameter Sensor.silence of the model, in seconds (at least 0.001)",
     ),
-    ("Heater_eager", "Heater.eager", "parameter Heater.eager of the model"),
+    ("Heater_eager", "Heater.eager", "boolean", "parameter Heater.eager of the model"),
     (
         "Heater_pause",
         "Heater.pause",
+        "number",
         "parameter Heater.pause of the model, in seconds (at least 0.001)",
     ),
     (
         "rate",
         "rate",
+        "number",
         "how often a command is repeated while it stays allowed, in Hz (at least 0.001)",
     ),
-    ("order", "order", "which of several due commands goes first (rotate, declared, random)"),
-    ("seed", "seed", "seed of the random order"),
+    (
+        "order",
+        "order",
+        "string",
+        "which of several due commands goes first (rotate, declared, random)",
+    ),
+    ("seed", "seed", "integer", "seed of the random order"),
     (
         "on_mismatch",
         "on_mismatch",
+        "string",
         "what to do when the robot reports what the model says cannot happen (ignore, stop)",
     ),
     (
         "stop_command",
         "stop_command",
+        "string",
         "communication that is requested once at a safe stop and at shutdown, guard or not",
     ),
-    ("exit_on_stop", "exit_on_stop", "end the node after a safe stop"),
+    ("exit_on_stop", "exit_on_stop", "boolean", "end the node after a safe stop"),
     (
         "refuse_not_finite",
         "refuse_not_finite",
+        "boolean",
         "do not send a command with a number that is infinite or not a number",
     ),
     (
         "server_lost_after",
         "server_lost_after",
+        "number",
         "seconds of wall time without status after which an action's server counts as lost (at "
         "least 0.1)",
     ),
-    ("state_rate", "state_rate", "limit for the rate of ~state, in Hz (at least 0.1)"),
-    ("publish_events", "publish_events", "publish each event on ~events"),
-    ("event_log", "event_log", "file that gets each event as a line of JSON"),
+    ("state_rate", "state_rate", "number", "limit for the rate of ~state, in Hz (at least 0.1)"),
+    ("publish_events", "publish_events", "boolean", "publish each event on ~events"),
+    ("event_log", "event_log", "string", "file that gets each event as a line of JSON"),
     (
         "event_log_size",
         "event_log_size",
+        "number",
         "size at which the log file is rotated, in MB (at least 0.001)",
     ),
-    ("event_log_files", "event_log_files", "how many rotated log files are kept (at least 0)"),
+    (
+        "event_log_files",
+        "event_log_files",
+        "integer",
+        "how many rotated log files are kept (at least 0)",
+    ),
     (
         "legacy_state_topic",
         "legacy_state_topic",
+        "string",
         "topic that gets the state in the layout of the original tool's /state",
     ),
     (
         "allowed_publishers",
         "allowed_publishers",
+        "string",
         "nodes, with blanks between, that may publish on topics of commands, too",
     ),
-    ("rate_heat", "rate.heat", "how often heat is repeated, in Hz; 0: as all others (at least 0)"),
-    ("rate_rest", "rate.rest", "how often rest is repeated, in Hz; 0: as all others (at least 0)"),
-    ("rate_say", "rate.say", "how often say is repeated, in Hz; 0: as all others (at least 0)"),
+    (
+        "rate_heat",
+        "rate.heat",
+        "number",
+        "how often heat is repeated, in Hz; 0: as all others (at least 0)",
+    ),
+    (
+        "rate_rest",
+        "rate.rest",
+        "number",
+        "how often rest is repeated, in Hz; 0: as all others (at least 0)",
+    ),
+    (
+        "rate_say",
+        "rate.say",
+        "number",
+        "how often say is repeated, in Hz; 0: as all others (at least 0)",
+    ),
     (
         "qos_reading_reliability",
         "qos.reading.reliability",
+        "string",
         "reliability of reading (reliable, best_effort)",
     ),
     (
         "qos_reading_durability",
         "qos.reading.durability",
+        "string",
         "durability of reading (volatile, transient_local)",
     ),
-    ("qos_reading_depth", "qos.reading.depth", "length of the queue of reading (at least 1)"),
+    (
+        "qos_reading_depth",
+        "qos.reading.depth",
+        "integer",
+        "length of the queue of reading (at least 1)",
+    ),
     (
         "qos_outside_reliability",
         "qos.outside.reliability",
+        "string",
         "reliability of outside (reliable, best_effort)",
     ),
     (
         "qos_outside_durability",
         "qos.outside.durability",
+        "string",
         "durability of outside (volatile, transient_local)",
     ),
-    ("qos_outside_depth", "qos.outside.depth", "length of the queue of outside (at least 1)"),
-    ("qos_heat_reliability", "qos.heat.reliability", "reliability of heat (reliable, best_effort)"),
+    (
+        "qos_outside_depth",
+        "qos.outside.depth",
+        "integer",
+        "length of the queue of outside (at least 1)",
+    ),
+    (
+        "qos_heat_reliability",
+        "qos.heat.reliability",
+        "string",
+        "reliability of heat (reliable, best_effort)",
+    ),
     (
         "qos_heat_durability",
         "qos.heat.durability",
+        "string",
         "durability of heat (volatile, transient_local)",
     ),
-    ("qos_heat_depth", "qos.heat.depth", "length of the queue of heat (at least 1)"),
-    ("qos_rest_reliability", "qos.rest.reliability", "reliability of rest (reliable, best_effort)"),
+    ("qos_heat_depth", "qos.heat.depth", "integer", "length of the queue of heat (at least 1)"),
+    (
+        "qos_rest_reliability",
+        "qos.rest.reliability",
+        "string",
+        "reliability of rest (reliable, best_effort)",
+    ),
     (
         "qos_rest_durability",
         "qos.rest.durability",
+        "string",
         "durability of rest (volatile, transient_local)",
     ),
-    ("qos_rest_depth", "qos.rest.depth", "length of the queue of rest (at least 1)"),
-    ("qos_say_reliability", "qos.say.reliability", "reliability of say (reliable, best_effort)"),
-    ("qos_say_durability", "qos.say.durability", "durability of say (volatile, transient_local)"),
-    ("qos_say_depth", "qos.say.depth", "length of the queue of say (at least 1)"),
+    ("qos_rest_depth", "qos.rest.depth", "integer", "length of the queue of rest (at least 1)"),
+    (
+        "qos_say_reliability",
+        "qos.say.reliability",
+        "string",
+        "reliability of say (reliable, best_effort)",
+    ),
+    (
+        "qos_say_durability",
+        "qos.say.durability",
+        "string",
+        "durability of say (volatile, transient_local)",
+    ),
+    ("qos_say_depth", "qos.say.depth", "integer", "length of the queue of say (at least 1)"),
 )
 
 
@@ -129,10 +201,15 @@ def start(context):
         return LaunchConfiguration(name).perform(context)
 
     given = {}
-    for name, parameter, _ in PARAMETERS:
+    for name, parameter, sort, _ in PARAMETERS:
         text = argument(name)
         if text != "":
-            given[parameter] = yaml.safe_load(text)
+            # A text stays one even where it looks like a number or a switch.
+            string = sort == "string"
+            given[parameter] = ParameterValue(
+                text,
+                value_type=str,
+            ) if string else yaml.safe_load(text)
     pairs = (pair.split("=", 1) for pair in argument("remap").split())
     return [
         Node(
@@ -171,7 +248,7 @@ def generate_launch_description():
         # An empty argument leaves the parameter to the file.
         + [
             DeclareLaunchArgument(name, default_value="", description=meaning)
-            for name, _, meaning in PARAMETERS
+            for name, _, _, meaning in PARAMETERS
         ]
         + [OpaqueFunction(function=start)]
     )

@@ -126,7 +126,7 @@ class ThermostatController(Controller):
     def data_for_heat(self):
         """Return the fields to send; all others keep their defaults."""
         if self.sensor_season == "winter":  # thermostat.rscd:49
-            return {"data": divide(self.wanted - self.sensor_degrees, self.heater_level)}
+            return {"data": divide(self.wanted - self.sensor_degrees, self.steps)}
         if self.sensor_season != "winter":  # thermostat.rscd:50
             return {"data": float(self.steps)}
         return None
