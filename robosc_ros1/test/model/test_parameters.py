@@ -109,9 +109,10 @@ def test_copies_of_a_component_have_parameters_of_their_own() -> None:
             ("type-mismatch", "limit"),
         ),
         (
-            "component C { behaviour { variable v: integer(0..3) = Sensor.least"
+            "component C { parameter least: integer(0..3) = 1"
+            " behaviour { variable v: integer(0..3) = least"
             " initial marked state s { transition if v = 1 } } }",
-            ("initial-not-constant", "Sensor.least"),
+            ("initial-not-constant", "least"),
         ),
         (
             "component C { outgoing message c with type: duration }",

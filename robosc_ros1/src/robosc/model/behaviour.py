@@ -118,7 +118,7 @@ class BehaviourResolver:
         typer = Typer(
             self._report,
             self._instance.types,
-            self._symbols,
+            None,
             no_value("an initial value cannot depend on what comes in"),
         )
         place = f"variable '{node.name.text}'"

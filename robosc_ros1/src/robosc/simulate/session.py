@@ -34,7 +34,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
     "random": ("random N [SEED]", "N steps at random; the same seed takes the same ones"),
     "undo": ("undo [N]", "take back the last N steps"),
     "restart": ("restart", "begin again"),
-    "set": ("set NAME VALUE", "begin again with a parameter: set rate 5 (with --execute)"),
+    "set": ("set NAME VALUE", "begin again with a parameter, as in: set limit 0.5"),
     "expect": ("expect …", "CONDITION, enabled EVENT, disabled EVENT, sent …, data …, marked …"),
     "save": ("save FILE", "write all steps so far as a script"),
     "play": ("play FILE", "do the lines of a script"),
