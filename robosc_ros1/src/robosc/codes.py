@@ -318,8 +318,8 @@ _ALL = (
     _error(
         _TYPES,
         "variable-type",
-        "A variable cannot be of type `none`, an object or array variable has no initial value, and"
-        " a constant is of a basic type or an enum.",
+        "A variable or constant cannot be of type `none`, an object or array variable has no"
+        " initial value, and a parameter is of a basic type or an enum.",
         "variable nothing: none",
         "Use another type; an object or array holds nothing until something is assigned to it.",
     ),

@@ -20,7 +20,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from roslib.message import get_message_class as message_class
 from rospy.impl.tcpros_base import TCPROSTransport
 
-from ._runtime.values import fields_of, only_field
+from ._runtime.values import NOW, fields_of, only_field
 from .ros_watch import Refused, ask
 
 RESULT_TIMEOUT = 2.0
@@ -38,7 +38,9 @@ def fill(message, data):
         if not hasattr(message, name):
             name += "_"  # a Python keyword
         old = getattr(message, name)
-        if hasattr(old, "__slots__"):
+        if value is NOW:
+            setattr(message, name, rospy.Time.now())
+        elif hasattr(old, "__slots__"):
             setattr(message, name, fill(old, value))
         elif isinstance(value, list):
             setattr(message, name, _array(message, name, value))

@@ -8,7 +8,7 @@ import re
 import struct
 import sys
 
-from ._runtime.values import fields_of, only_field
+from ._runtime.values import NOW, fields_of, only_field
 
 
 @functools.lru_cache(maxsize=None)
@@ -119,10 +119,19 @@ def compose(message, data, clock):
     """
     if isinstance(data, type(message)):
         return sendable(copy.deepcopy(data)) if has_oddities(type(message)) else data
-    fill(message, data)
+    fill(message, _timed(data, clock))
     if data is None or isinstance(data, dict):
         _stamp(message, data or {}, clock)
     return message
+
+
+def _timed(data, clock):
+    """The data with the time of the clock wherever they ask for that of sending."""
+    if isinstance(data, dict):
+        return {name: _timed(part, clock) for name, part in data.items()}
+    if isinstance(data, list):
+        return [_timed(part, clock) for part in data]
+    return clock.now().to_msg() if data is NOW else data
 
 
 def _stamp(message, data, clock):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import json
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,7 +14,7 @@ from runtime.lamp_robot import PlayedPort
 
 from robosc.runtime.engine import Engine
 from robosc.runtime.report import state_document
-from robosc.runtime.values import demand_finite, fields_of, jsonable
+from robosc.runtime.values import NOW, demand_finite, fields_of, jsonable
 
 MODEL = """
 robot Courier {
@@ -122,3 +123,23 @@ def test_a_message_of_another_type_gives_the_fields_that_both_have() -> None:
     assert fields_of(data, ["_x", "_y"]) == [("x", 1.0)]
     assert fields_of({"x": 2.0}, ["_x"]) == [("x", 2.0)]
     assert fields_of(None, ["_x"]) == []
+
+
+TIMED = """
+robot Timed {
+    constant spot: geometry_msgs/Point = { x: 1, y: 2.5 }
+    component Base {
+        incoming message go with type: geometry_msgs/PoseStamped
+    }
+    provide go with { header: { stamp: now() }, pose: { position: spot } }
+}
+"""
+
+
+@pytest.mark.ros
+def test_constants_and_the_time_of_sending_are_sent() -> None:
+    made, _ = controller_class(supervisor_of(TIMED))
+    data = made().data_for_go()
+    assert data == {"header": {"stamp": NOW}, "pose": {"position": {"x": 1.0, "y": 2.5}}}
+    assert data["header"]["stamp"] is NOW
+    assert json.loads(json.dumps(jsonable(data)))["header"] == {"stamp": "now()"}

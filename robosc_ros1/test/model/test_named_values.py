@@ -16,6 +16,7 @@ constant limit: double = 2 * half
 constant half: integer = 2
 constant mine: Way = near
 condition safe = Sensor.ready and Sensor.way != mine
+datatype object Spot { x: double y: double }
 datatype enum Way from double to { value > limit -> far default -> near }
 component Sensor {
     constant least: integer = 3
@@ -62,6 +63,44 @@ def test_values_stand_in_rules_initial_values_and_data() -> None:
     assert to_dsl(robot.provides[0].data, robot) == "4.0 + 2"
 
 
+WHOLES = """
+    interface links use Plan from nowhere_msgs
+    datatype object Plan { to: Spot via: array(Spot) weights: array(double) }
+    datatype object Spot { x: double y: double }
+    constant home: Spot = { x: 1.5, y: 2 }
+    constant route: array(Spot) = [home, { y: -1.0 }]
+    component Base {
+        incoming message go with type: Plan links links
+        constant weights: array(double) = [0.5, 1]
+        outgoing message level with type: double
+        behaviour {
+            variable l: double = weights[1]
+            initial marked state on { on response from level do l := value }
+        }
+    }
+    requirement go needs Base.l > home.y and any(w < Base.l for w in Base.weights)
+    provide go with { to: home, via: route, weights: Base.weights } if Base.l > route[1].y
+    provide go with { to: route[0], weights: [Base.weights[0], count(w > 0 for w in [1, 2])] }
+"""
+
+
+def test_constants_may_be_objects_and_arrays() -> None:
+    robot = resolve(WHOLES)
+    home = {"x": 1.5, "y": 2.0}
+    first, second = (dict(p.data.fields) for p in robot.provides)
+    assert first["to"].value == home
+    assert first["via"].value == (home, {"y": -1.0})
+    assert first["weights"].value == (0.5, 1.0)
+    assert second["to"].value == home
+    assert to_dsl(first["via"], robot) == "[{ x: 1.5, y: 2.0 }, { y: -1.0 }]"
+    assert to_dsl(robot.provides[0].condition, robot) == "Base.l > -1.0"
+    (variable,) = robot.component("Base").behaviour.variables
+    assert variable.initial == 1.0
+    (requirement,) = robot.requirements
+    text = "Base.l > 2.0 and any(w < Base.l for w in [0.5, 1.0])"
+    assert to_dsl(requirement.condition, robot) == text
+
+
 @pytest.mark.parametrize(
     ("declaration", "fault"),
     [
@@ -70,7 +109,17 @@ def test_values_stand_in_rules_initial_values_and_data() -> None:
         ("constant a: boolean = 3", ("type-mismatch", "3")),
         ("constant a: double = 1 / 0", ("initial-not-constant", "1 / 0")),
         ("constant half: integer = 3", ("duplicate-name", "half")),
-        ("constant a: array(double) = 3", ("variable-type", "array(double)")),
+        ("constant a: none = 3", ("variable-type", "none")),
+        ("parameter a: array(double) = [3]", ("variable-type", "array(double)")),
+        ("constant a: array(double) = 3", ("type-mismatch", "3")),
+        ("constant a: array(double) = [0.5, true]", ("type-mismatch", "true")),
+        ("constant a: array(double) = { x: 3 }", ("type-mismatch", "{ x: 3 }")),
+        ("constant a: Spot = { x: 1, z: 2 }", ("unknown-property", "z")),
+        ("constant a: Spot = { x: 1, x: 2 }", ("duplicate-name", "x")),
+        ("constant a: Spot = { x: Sensor.n }", ("unknown-name", "Sensor")),
+        ("constant a: Spot = { x: 1 } condition b = a.y > 0", ("unknown-member", "a.y")),
+        ("constant a: array(double) = [1] condition b = a[1] > 0", ("unknown-member", "a[1]")),
+        ("constant a: array(double) = [1] condition b = a.x > 0", ("unknown-member", "x")),
         ("condition a = Sensor.n", ("type-mismatch", "Sensor.n")),
         ("condition a = value > 3", ("value-not-allowed", "value")),
         ("condition a = b condition b = !a", ("initial-not-constant", "a")),

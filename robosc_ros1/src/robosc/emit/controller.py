@@ -59,7 +59,7 @@ _RESERVED = """
     After Command Communication Controller Input Mismatch Parameter Requirement Tau Undefined
     annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS REQUIREMENTS PARAMETERS
     STEP_BOUND assigned components configure copied copy count_undefined given holds in_range kept
-    message only_field optional parameters self undefined value variables
+    message now only_field optional parameters self undefined value variables
 """
 
 
@@ -84,7 +84,10 @@ def _tables(context: ControllerContext) -> tuple[str, ...]:
 def _imports(context: ControllerContext) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What is used of each module of the runtime: all expressions are text in the context."""
     text = repr(context).replace("\\n", " ")
-    modules = {"functions": [], "values": ["copied", "given", "in_range", "only_field", "optional"]}
+    modules = {
+        "functions": [],
+        "values": ["copied", "given", "in_range", "now", "only_field", "optional"],
+    }
     for name, function in HELPERS.items():
         modules[function.__module__.rpartition(".")[2]].append(name)
     used = {

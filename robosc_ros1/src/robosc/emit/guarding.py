@@ -17,7 +17,7 @@ from robosc.ir.expr import evaluate
 from robosc.model.entities import Communication, Data, DataArray, DataObject, Kind, Robot
 from robosc.model.expr import Binary, Expr, Literal, Unary, walk
 from robosc.model.report import Report
-from robosc.model.types import Value
+from robosc.model.types import ArrayType, ObjectType, Value
 
 __all__ = ["CommandMatch", "command_matches"]
 
@@ -158,11 +158,11 @@ def _provided(message: Communication, robot: Robot) -> Iterator[_Provided]:
 def _leaves(
     data: Data, message: Communication, path: Path = ()
 ) -> Iterator[tuple[Path, Expr | None]]:
-    """The expressions for all fields; None for an array, which is no constant to compare with."""
+    """The expressions for all fields; None for what is no constant to compare with as a whole."""
     if isinstance(data, DataObject):
         for name, part in data.fields:
             yield from _leaves(part, message, (*path, name))
-    elif isinstance(data, DataArray):
+    elif isinstance(data, DataArray) or isinstance(data.type, ArrayType | ObjectType):
         yield path, None
     else:
         yield path or (message.binding.request_field or "",), data

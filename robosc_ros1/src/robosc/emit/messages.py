@@ -82,6 +82,8 @@ def _data(data: Data, type_: Type, spelling: Spelling) -> str:
     if isinstance(data, DataArray):
         element = type_.element if isinstance(type_, ArrayType) else NoneType()
         return f"[{', '.join(_data(value, element, spelling) for value in data.elements)}]"
+    if isinstance(data, Literal) and isinstance(type_, ArrayType | ObjectType):
+        return literal(data.value)
     if isinstance(type_, ArrayType | ObjectType):
         return f"copied({spelling.text(data)})"
     if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):

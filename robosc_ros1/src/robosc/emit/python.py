@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from robosc.emit.naming import field_attribute
 from robosc.ir.expr import element_name, exact, to_python
@@ -38,6 +39,7 @@ from robosc.model.types import (
     Type,
     Value,
 )
+from robosc.runtime.values import NOW
 
 __all__ = [
     "Attributes", "Spelling", "access", "converted", "converter_counts", "converter_parameters",
@@ -81,6 +83,16 @@ class Spelling:
 
 def literal(value: Value) -> str:
     """A value as Python source, strings always in double quotes."""
+    return _source(value)
+
+
+def _source(value: Any) -> str:
+    if value is NOW:
+        return "now()"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_source(n)}: {_source(v)}" for n, v in value.items()) + "}"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_source, value))}]"
     if isinstance(value, str):
         text = repr(value)
         if text[0] == "'" and '"' not in text:

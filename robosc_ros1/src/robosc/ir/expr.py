@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from robosc.language.keywords import escape
 from robosc.language.operators import PYTHON_ATOM, UNARY, Spelled
@@ -36,7 +36,17 @@ from robosc.model.expr import (
     walk,
     with_operands,
 )
-from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, StringType
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    ObjectType,
+    StringType,
+    Type,
+)
+from robosc.runtime.values import NOW
 
 __all__ = [
     "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "element_name", "evaluate",
@@ -201,11 +211,23 @@ def _parts(path: tuple[str | int, ...]) -> str:
 
 
 def _literal(node: Literal) -> str:
-    value = node.value
+    return _constant_text(node.value, node.type)
+
+
+def _constant_text(value: Any, type_: Type) -> str:
+    if isinstance(value, dict):
+        fields = dict(type_.properties) if isinstance(type_, ObjectType) else {}
+        parts = (f"{escape(n)}: {_constant_text(v, fields[n])}" for n, v in value.items())
+        return "{ " + ", ".join(parts) + " }"
+    if isinstance(value, tuple):
+        element = type_.element if isinstance(type_, ArrayType) else type_
+        return f"[{', '.join(_constant_text(v, element) for v in value)}]"
     if isinstance(value, bool):
         return "true" if value else "false"
+    if value is NOW:
+        return str(value)
     if isinstance(value, str):
-        if isinstance(node.type, StringType):
+        if isinstance(type_, StringType):
             escaped = value.replace("\\", "\\\\").replace('"', '\\"')
             return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
         return escape(value)

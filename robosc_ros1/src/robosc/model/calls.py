@@ -25,6 +25,10 @@ def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
     """A call of one of the language's functions; None after a reported error."""
     name = node.function.root.text
     function = FUNCTIONS.get(name) if not node.function.path else None
+    if function is None and name == "now" and not node.function.path:
+        message = "now() is a point in time: it stands in provided data, where a field takes one"
+        report.add("type-mismatch", node.span, message)
+        return None
     if function is None:
         report.add(
             "unknown-name",

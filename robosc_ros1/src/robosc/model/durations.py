@@ -8,10 +8,11 @@ from robosc.language.keywords import UNITS
 from robosc.model.expected import expected_type
 from robosc.model.expr import Literal
 from robosc.model.report import Report
+from robosc.model.ros.types import DURATIONS
 from robosc.model.types import DurationType
 from robosc.syntax.nodes import DurationNode
 
-__all__ = ["DURATION", "typed_duration"]
+__all__ = ["DURATION", "duration_fields", "typed_duration"]
 
 DURATION = expected_type(DurationType())
 """What a timeout and ``after`` need."""
@@ -26,3 +27,9 @@ def typed_duration(node: DurationNode, report: Report) -> Literal | None:
         )
         return None
     return Literal(seconds, DurationType(), node.span)
+
+
+def duration_fields(node: DurationNode, type_: str) -> dict[str, int]:
+    """A duration as the message that ROS has for it: whole seconds and nanoseconds."""
+    nanoseconds = round(node.amount * UNITS[node.unit] * 10**9)
+    return dict(zip(DURATIONS[type_], divmod(nanoseconds, 10**9), strict=True))

@@ -30,7 +30,10 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """A constant; for an enum type the value is the enum value's name."""
+    """A constant; for an enum type the value is the enum value's name.
+
+    The value of an object is a dict, that of an array a tuple; that of a time is ``NOW``.
+    """
 
     value: Value
     type: Type
@@ -45,7 +48,8 @@ class Literal:
         )
 
     def __hash__(self) -> int:
-        return hash((type(self.value), self.value))
+        whole = isinstance(self.value, dict | tuple)
+        return hash((type(self.value), str(self.type) if whole else self.value))
 
 
 @dataclass(frozen=True, slots=True)

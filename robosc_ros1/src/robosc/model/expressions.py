@@ -19,12 +19,14 @@ the user writes ``Enum.value`` or ``Component.name``.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import cast
 
 from robosc.language.functions import AGGREGATES
-from robosc.language.operators import BINARY, UNARY, Operand
+from robosc.language.operators import BINARY, UNARY, Operand, Result
 from robosc.model.calls import typed_call, typed_element, typed_membership, typed_section
 from robosc.model.datatypes import TypeTable
 from robosc.model.durations import typed_duration
+from robosc.model.evaluation import Undefined, constant, part_of_value
 from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, expected_type, needs_of
 from robosc.model.expr import (
     Aggregate,
@@ -38,6 +40,7 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
     part_of,
+    path_text,
 )
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
@@ -54,6 +57,8 @@ from robosc.model.types import (
     NoneType,
     ObjectType,
     Type,
+    Value,
+    is_number,
 )
 from robosc.model.unknown import NameFaults, last_name
 from robosc.model.values import comparable, describe, result_type, type_of
@@ -63,6 +68,7 @@ from robosc.syntax.nodes import (
     ArrayNode,
     BinaryNode,
     CallNode,
+    DataObjectNode,
     DurationNode,
     ElementNode,
     ExprNode,
@@ -148,6 +154,8 @@ class Typer:
                 found = self._aggregate(node)
             case DurationNode() if isinstance(expected.type, DurationType):
                 found = typed_duration(node, self._report)
+            case ArrayNode() if expected == needs_of(Operand.ARRAY):
+                found = self._listed(node)
             case ArrayNode() | DurationNode():
                 what = "an array" if isinstance(node, ArrayNode) else "a duration"
                 self._report.add(
@@ -382,6 +390,26 @@ class Typer:
         type_ = result_type(operation.result, (element.type,))
         return Aggregate(name, variable, array, element, condition, type_, node.span)
 
+    def _listed(self, node: ArrayNode) -> Literal | None:
+        """``[0, 1, 2]`` where an array is gone through: constants of one type."""
+        values: list[Value] = []
+        types: list[Type] = []
+        for element in node.elements:
+            expr = None
+            if not isinstance(element, DataObjectNode):
+                expr = self.check(element, equal_to(types[0]) if types else ANY, "an element")
+            value = None if expr is None else constant(expr)
+            if expr is None or value is None:
+                if expr is not None or isinstance(element, DataObjectNode):
+                    message = "the elements of an array are constants of a basic type here"
+                    self._report.add("type-mismatch", element.span, message)
+                return None
+            values.append(value)
+            types.append(expr.type)
+        type_ = result_type(Result.NUMBER, types) if types and is_number(types[0]) else None
+        element_type = type_ or (types[0] if types else IntegerType())
+        return Literal(cast(Value, tuple(values)), ArrayType(element_type), node.span)
+
     def _element(self, access: Access) -> Expr | None:
         """What goes through an array, or a part of it."""
         name = access.root.text
@@ -399,15 +427,29 @@ class Typer:
             return None
         return part_of(whole, _path(access), _unbounded(type_), node.span)
 
-    def _part_of_variable(self, access: Access, variable: VariableRef, members: int) -> Expr | None:
-        """A part of a variable that is an object or an array."""
+    def _part_of_variable(
+        self, access: Access, whole: VariableRef | Literal, members: int
+    ) -> Expr | None:
+        """A part of a variable or of a constant that is an object or an array."""
         rest = replace(access, path=access.path[members:])
         if not rest.path:
-            return variable
-        type_ = self._part_of(rest, variable.type)
+            return whole
+        type_ = self._part_of(rest, whole.type)
         if type_ is None:
             return None
-        return part_of(variable, _path(rest), _unbounded(type_), access.span)
+        if isinstance(whole, Literal):
+            return self._part_of_constant(whole, _path(rest), type_, access)
+        return part_of(whole, _path(rest), _unbounded(type_), access.span)
+
+    def _part_of_constant(
+        self, whole: Literal, path: tuple[str | int, ...], type_: Type, access: Access
+    ) -> Literal | None:
+        try:
+            return Literal(part_of_value(whole.value, path), type_, access.span)
+        except (Undefined, KeyError):
+            message = f"the constant has no value for '{path_text(path)}'"
+            self._report.add("unknown-member", access.span, message)
+            return None
 
     # --- value -----------------------------------------------------------------------------------
 

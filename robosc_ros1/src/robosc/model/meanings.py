@@ -66,12 +66,17 @@ class Meanings:
             self._types.scope.names.use(access.root, self._declaration(access.root.text))
         return found
 
-    def whole_of(self, access: Access) -> tuple[VariableRef, int] | None:
+    def whole_of(self, access: Access) -> tuple[VariableRef | Literal, int] | None:
         """The object or array of which a name is a part, and how many members name it."""
-        if not access.path or self._symbols is None:
+        if not access.path:
             return None
-        own, first = self._symbols.own, access.path[0]
-        name = access.root.text
+        first, name = access.path[0], access.root.text
+        constant = self._constant_whole(access)
+        if constant is not None:
+            return constant
+        if self._symbols is None:
+            return None
+        own = self._symbols.own
         if own is not None and _is_whole(own.variables.get(name)):
             return self._whole(own, Access(access.root, (), span=access.root.span)), 0
         component = self._symbols.component(name)
@@ -80,6 +85,21 @@ class Meanings:
         if not _is_whole(component.variables.get(first.text)):
             return None
         return self._whole(component, Access(access.root, (first,), span=access.span)), 1
+
+    def _constant_whole(self, access: Access) -> tuple[Literal, int] | None:
+        """The constant of which a name is a part, and how many members name it."""
+        found = self._types.values.find(access.root.text)
+        members = 0
+        if found is None and len(access.path) > 1 and isinstance(access.path[0], Name):
+            member = self._value_of(access.root.text, access.path[0].text)
+            found = None if member is None else (*member, access.root.text)
+            members = 1
+        if found is None or not isinstance(found[1], Literal) or not _is_whole(found[1].type):
+            return None
+        meaning = self._value(access, found[0], found[1], found[2])
+        assert isinstance(meaning, Literal)
+        self.record(replace(access, path=access.path[:members]), meaning)
+        return meaning, members
 
     def _whole(self, component: Instance, access: Access) -> VariableRef:
         name = last_name(access)

@@ -4,21 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import cast
 
 from robosc.model.datatypes import TypeTable
+from robosc.model.durations import duration_fields
 from robosc.model.evaluation import constant
 from robosc.model.expected import BOOLEAN, expected_type
 from robosc.model.expr import Expr, Literal, ParameterRef, RosParameter
 from robosc.model.expressions import Typer, no_value
 from robosc.model.report import Report
+from robosc.model.ros.types import DURATIONS
 from robosc.model.tables import SymbolTable
-from robosc.model.types import DurationType, EnumType, Type, Value
+from robosc.model.types import (
+    ArrayType,
+    DurationType,
+    EnumType,
+    ObjectType,
+    Type,
+    Value,
+)
 from robosc.model.values import check_range, coerce, describe, is_basic
 from robosc.syntax.nodes import (
+    ArrayNode,
     ConditionNode,
     ConstantNode,
     DataNode,
     DataObjectNode,
+    DurationNode,
     ParameterNode,
     ValueNode,
 )
@@ -83,6 +95,8 @@ class NamedValueTyper:
     def _is_possible(self, node: ConstantNode | ParameterNode, type_: Type, what: str) -> bool:
         if is_basic(type_) or isinstance(type_, EnumType | DurationType):
             return True
+        if isinstance(node, ConstantNode) and isinstance(type_, ArrayType | ObjectType):
+            return True
         self.report.add(
             "variable-type",
             node.type.span,
@@ -95,7 +109,20 @@ class NamedValueTyper:
 def _constant(
     node: DataNode, type_: Type, what: str, types: TypeTable, report: Report
 ) -> Value | None:
-    """The value of a constant expression; None after a reported error."""
+    """The value of a constant expression; None after a reported error.
+
+    That of an object is a dict, that of an array a tuple, as provided data have them.
+    """
+    match node, type_:
+        case DataObjectNode(), ObjectType():
+            return _object(node, type_, what, types, report)
+        case ArrayNode(elements=elements), ArrayType(element=element):
+            parts = [
+                _constant(e, element, f"an element of {what}", types, report) for e in elements
+            ]
+            return None if None in parts else cast(Value, tuple(parts))
+        case DurationNode(), ObjectType(name=name) if name in DURATIONS:
+            return cast(Value, duration_fields(node, name))
     if isinstance(node, DataObjectNode):
         message = f"{what} needs {describe(type_)}, this is an object"
         report.add("type-mismatch", node.span, message)
@@ -114,3 +141,24 @@ def _constant(
     literal = coerce(Literal(value, type_, node.span), type_)
     assert isinstance(literal, Literal)
     return literal.value
+
+
+def _object(
+    node: DataObjectNode, type_: ObjectType, what: str, types: TypeTable, report: Report
+) -> Value | None:
+    """The values of the properties that are named, the others keep their defaults."""
+    found: dict[str, Value | None] = {}
+    for given in node.fields:
+        name = given.name.text
+        inner = type_.property(name)
+        types.record_property(given.name, type_)
+        if name in found or inner is None:
+            code, words = ("duplicate-name", "is given twice") if name in found else (
+                "unknown-property", f"is no property of {type_.name}"
+            )  # fmt: skip
+            known = [n for n, _ in type_.properties]
+            hint = None if name in found else report.suggest(name, known, "its properties")
+            report.add(code, given.name.span, f"'{name}' {words}", hint)
+            return None
+        found[name] = _constant(given.value, inner, f"property '{name}'", types, report)
+    return None if None in found.values() else cast(Value, found)

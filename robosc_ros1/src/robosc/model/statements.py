@@ -8,9 +8,9 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import product
 
 from robosc.errors import Note
-from robosc.language.keywords import UNITS
 from robosc.model.communications import resolve_communication
 from robosc.model.datatypes import TypeTable
+from robosc.model.durations import duration_fields
 from robosc.model.entities import (
     Data,
     DataArray,
@@ -26,15 +26,17 @@ from robosc.model.expressions import Typer, no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.report import Report
 from robosc.model.ros.links import Binder
-from robosc.model.ros.types import DURATIONS
+from robosc.model.ros.types import DURATIONS, TIMES
 from robosc.model.scope import report_duplicate
 from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.types import ArrayType, IntegerType, NoneType, ObjectType, Type
 from robosc.model.values import check_range, coerce, describe
+from robosc.runtime.values import NOW
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
     ArrayNode,
+    CallNode,
     DataNode,
     DataObjectNode,
     DurationNode,
@@ -163,6 +165,8 @@ class StatementResolver:
             return None
         if isinstance(type_, ObjectType) and isinstance(node, DurationNode):
             return self._duration(node, type_, place)
+        if isinstance(type_, ObjectType) and type_.name in TIMES and _is_now(node):
+            return Literal(NOW, type_, node.span)
         if isinstance(type_, ArrayType | ObjectType) and not isinstance(node, LiteralNode):
             return self._typer.check(node, expected_type(type_), place)
         if isinstance(type_, ObjectType):
@@ -192,15 +196,12 @@ class StatementResolver:
 
     def _duration(self, node: DurationNode, type_: ObjectType, place: str) -> DataObject | None:
         """A duration as the message that ROS has for it: whole seconds and nanoseconds."""
-        names = DURATIONS.get(type_.name)
-        if names is None:
+        if type_.name not in DURATIONS:
             self._report.add(
                 "type-mismatch", node.span, f"{place} needs {describe(type_)}, this is a duration"
             )
             return None
-        nanoseconds = round(node.amount * UNITS[node.unit] * 10**9)
-        parts = divmod(nanoseconds, 10**9)
-        fields = zip(names, parts, strict=True)
+        fields = duration_fields(node, type_.name).items()
         return DataObject(
             tuple((name, Literal(part, IntegerType(), node.span)) for name, part in fields)
         )
@@ -240,6 +241,11 @@ class StatementResolver:
             f"{type_.name} has no property '{name}'",
             self._report.suggest(name, [n for n, _ in type_.properties], "its properties"),
         )
+
+
+def _is_now(node: DataNode) -> bool:
+    """Whether this is ``now()``."""
+    return isinstance(node, CallNode) and node.span.text.replace(" ", "") == "now()"
 
 
 def _opening(span: Span) -> Span:

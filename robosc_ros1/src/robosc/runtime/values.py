@@ -8,13 +8,20 @@ import math
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 __all__ = [
-    "Mismatch", "Undefined", "Value", "copied", "demand_finite", "divide", "fields_of", "given",
-    "in_range", "jsonable", "only_field", "optional", "remainder", "widen",
+    "NOW", "Mismatch", "Undefined", "Value", "copied", "demand_finite", "divide", "fields_of",
+    "given", "in_range", "jsonable", "now", "only_field", "optional", "remainder", "widen",
 ]  # fmt: skip
 
 Value = Any
 """A value of the language: bool, int, float or str; a dict of them by path for what an event
 brings; a message or an array as it came for an object or an array."""
+
+
+class Now(str):
+    """The time of sending, in data for a field that takes a point in time."""
+
+
+NOW = Now("now()")
 
 
 class Mismatch(Exception):
@@ -136,6 +143,11 @@ def fields_of(data: Value, names: Iterable[str]) -> List[Tuple[str, Value]]:
     parts = _parts(data)
     names = [name.lstrip("_") for name in names]
     return [(name, parts[name]) for name in names if name in parts]
+
+
+def now() -> Value:
+    """The time at which the data that hold this are sent."""
+    return NOW
 
 
 def copied(data: Value) -> Value:

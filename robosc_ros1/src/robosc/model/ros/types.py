@@ -28,7 +28,7 @@ from robosc.model.types import (
     Value,
 )
 
-__all__ = ["DURATIONS", "Folder", "RosTypes", "is_ros_type"]
+__all__ = ["DURATIONS", "TIMES", "Folder", "RosTypes", "is_ros_type"]
 
 Folder: TypeAlias = Literal["msg", "srv", "action"]
 """Where a package keeps its messages, services or actions; also how ROS 2 spells their names."""
@@ -42,6 +42,9 @@ DURATIONS: Mapping[str, tuple[str, str]] = {
     "builtin_interfaces/Duration": ("sec", "nanosec"),
 }
 """The types of durations in both versions of ROS, each with its fields."""
+
+TIMES = ("time", "builtin_interfaces/Time")
+"""The types of points in time in both versions of ROS."""
 
 
 def is_ros_type(type_: ObjectType) -> bool:
