@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from robosc.synthesis.verify.check import VerifyReport
 
 __all__ = [
-    "Checked", "Generated", "Loaded", "Mode", "Options", "Output", "Target", "check", "explore",
-    "export", "generate", "load", "supervise", "synthesize", "verify", "write_text",
+    "Checked", "Generated", "Loaded", "Mode", "Options", "Output", "Target", "check",
+    "collector_at_rest", "explore", "export", "generate", "load", "supervise", "synthesize", "verify", "write_text",
 ]  # fmt: skip
 
 
@@ -378,12 +378,12 @@ def _read(path: str | Path, options: Options) -> tuple[Robot | None, tuple[Diagn
     from robosc.model.resolve import load as resolve
 
     library_path = [str(folder) for folder in options.library_path]
-    with _collector_at_rest():
+    with collector_at_rest():
         return resolve(str(path), library_path, strict=options.strict)
 
 
 @contextmanager
-def _collector_at_rest() -> Iterator[None]:
+def collector_at_rest() -> Iterator[None]:
     """No search for garbage meanwhile.
 
     A model that is being read only grows, and holds next to no cycles. Each search walks through

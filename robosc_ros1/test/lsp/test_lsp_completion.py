@@ -165,3 +165,61 @@ def test_fields_of_a_real_message_are_offered_behind_value(
         open_text(desk, path, text)
         found = [candidate.label for candidate in complete(desk, str(path), offset)]
         assert found == wanted
+
+
+SEVERAL = """\
+robot R {
+    component Station[2..12] {
+        outgoing message call with type: none
+        incoming message go with type: none
+        behaviour {
+            variable held: boolean
+            initial marked state idle { on response from call goto waiting }
+            state waiting { on request to go goto idle }
+        }
+    }
+    component Gate {}
+    for i in 3..12 {
+        requirement Station[i].go needs Station[i-1].idle
+    }
+    requirement Station[2].go needs Station[3].idle
+}
+"""
+ROW, FIRST = "needs Station[i-1].idle", "needs Station[3].idle"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "first"),
+    [
+        (FIRST, "needs Station[|", [*map(str, range(2, 13))]),
+        (FIRST, "needs Station[3].|", ["held", "idle", "waiting"]),
+        (ROW, "needs Station[|", ["i", "2", "3"]),
+        (ROW, "needs Station[i - 1].|", ["held", "idle", "waiting"]),
+        ("Station[i].go", "|", ["Station[i].go", "always"]),
+        ("Station[2].go", "|", ["Station[2].go", "always"]),
+        ("goto waiting", "goto |", ["idle", "waiting"]),
+        ("from call", "from |", ["call"]),
+        ("to go goto idle", "to go if Station[|", ["index", "2"]),
+    ],
+)
+def test_one_of_several(tmp_path: Path, old: str, new: str, first: list[str]) -> None:
+    """Copies are offered once, by the index that one would write."""
+    desk, path = Desk(), str(tmp_path / "model.rscd")
+    open_text(desk, path, SEVERAL)
+    assert old in SEVERAL
+    text, offset = cursor(SEVERAL.replace(old, new, 1))
+    open_text(desk, path, text)
+    assert [c.label for c in complete(desk, path, offset)][: len(first)] == first
+
+
+def test_a_long_text_is_not_read_again_for_each_key(tmp_path: Path) -> None:
+    """What is offered comes from the text as it was when somebody last had to read it."""
+    desk, path = Desk(), str(tmp_path / "model.rscd")
+    long = MODEL + "// " + "." * 30_000 + "\n"
+    open_text(desk, path, long)
+    text, offset = cursor(long.replace(REQUIREMENT, "requirement drive needs Eye.|", 1))
+    desk.put(path, text)
+    found = [candidate.label for candidate in complete(desk, path, offset)]
+    assert found == ["bright", "last", "open", "shut"]
+    assert not desk.is_known(path)
+    assert desk.analysis(path) is desk.recent(path)

@@ -210,9 +210,10 @@ class Tokens:
         return place >= 0 and (not index or self.faults[place] >= self.ends[index - 1])
 
 
-def tokenize(source: Source) -> Tokens:
-    """The tokens of a source; never raises."""
+def tokenize(source: Source, start: int = 0, end: int | None = None) -> Tokens:
+    """The tokens of a source, or of that part of it; never raises."""
     text = source.text
+    end = len(text) if end is None else end
     if (nul := text.find("\0")) >= 0:
         fault = _error(source, "bad-character", nul, nul + 1, "the file contains a NUL character")
         return Tokens(source, "", [], [], (), (fault,), (nul,), False, binary=True)
@@ -220,7 +221,8 @@ def tokenize(source: Source) -> Tokens:
     starts: list[int] = []
     ends: list[int] = []
     others: list[tuple[str, int, int]] = []
-    for match in _TOKEN.finditer(text, 1 if text.startswith("\ufeff") else 0):
+    mark = not start and text.startswith("\ufeff")
+    for match in _TOKEN.finditer(text, 1 if mark else start, end):
         what = match.lastgroup
         found = match.group()
         if what in ("word", "symbol"):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from robosc.errors import Diagnostic, UsageError
 from robosc.lsp.carriers import carriers
+from robosc.lsp.context import Context, Landmarks, context_at
 from robosc.model.file_resolver import FileContents
 from robosc.model.libraries import LibraryFinder
 from robosc.model.occurrences import NameIndex
@@ -20,6 +21,9 @@ from robosc.source import Source
 from robosc.syntax.parser import read_source
 
 __all__ = ["Analysis", "Desk"]
+
+_LONG = 30_000
+"""Characters from which on reading a text takes longer than the pause between two keys."""
 
 _SUFFIXES = (".rscd", ".rsc")
 _MOST_FILES = 500
@@ -72,7 +76,9 @@ class Desk:
     folders: list[str] = field(default_factory=list)
     _open: dict[str, Source] = field(default_factory=dict)
     _analyses: dict[str, Analysis] = field(default_factory=dict)
+    _earlier: dict[str, Analysis] = field(default_factory=dict)
     _whole: dict[str, Analysis] = field(default_factory=dict)
+    _landmarks: dict[str, Landmarks] = field(default_factory=dict)
     _definitions: dict[str, MessageDefinitions] = field(default_factory=dict)
 
     # --- documents -------------------------------------------------------------------------------
@@ -90,8 +96,10 @@ class Desk:
 
     def close(self, path: str) -> None:
         known = self._open.pop(path, None)
-        self._whole.pop(path, None)
         self._forget_analyses(path, known)
+        self._whole.pop(path, None)
+        self._earlier.pop(path, None)
+        self._landmarks.pop(path, None)
 
     def refresh(self) -> None:
         """Files have changed: libraries and message definitions are looked up anew."""
@@ -100,7 +108,9 @@ class Desk:
 
     def _forget_analyses(self, path: str, *texts: Source | None) -> None:
         """A library that changes changes what imports it, or could; another robot does not."""
-        self._analyses.pop(path, None)
+        outdated = self._analyses.pop(path, None)
+        if outdated is not None:
+            self._earlier[path] = outdated
         if any(source is not None and "library" in source.text for source in texts):
             for other, analysis in list(self._analyses.items()):
                 if analysis.reading.libraries or _wants_library(analysis):
@@ -118,6 +128,13 @@ class Desk:
         """The text of an open document, or of a file."""
         return self._read(path)[0]
 
+    def context(self, path: str, offset: int) -> Context | None:
+        """What a place in an open document or a file is part of."""
+        source = self.source(path)
+        if source is None:
+            return None
+        return context_at(source, offset, self._landmarks.setdefault(path, Landmarks()))
+
     # --- what is known of them -------------------------------------------------------------------
 
     def analysis(self, path: str) -> Analysis | None:
@@ -130,6 +147,16 @@ class Desk:
             if found.contents is not None and not found.contents.scope.faults:
                 self._whole[path] = found
         return self._analyses[path]
+
+    def recent(self, path: str) -> Analysis | None:
+        """As :meth:`analysis`; of a long text perhaps what was known of it some keys ago."""
+        if path not in self._analyses and path in self._earlier and self.is_long(path):
+            return self._earlier[path]
+        return self.analysis(path)
+
+    def is_long(self, path: str) -> bool:
+        """Whether reading an open document again keeps whoever types waiting."""
+        return path in self._open and len(self._open[path].text) > _LONG
 
     def analyse(self, source: Source) -> Analysis:
         definitions = self.definitions(source.path)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.lsp.analysis import Desk
-from robosc.lsp.context import context_at
 from robosc.lsp.interfaces import model_type, offered_types
 from robosc.lsp.offers import (
     BLOCK_WORDS,
@@ -29,19 +28,16 @@ _SENT = (EventKind.REQUEST, EventKind.CANCEL)
 
 def complete(desk: Desk, path: str, offset: int) -> list[Candidate]:
     """Everything that can stand at a place, each label once, the likeliest first."""
-    source = desk.source(path)
-    if source is None:
+    context = desk.context(path, offset)
+    if context is None or context.inside_text:
         return []
-    context = context_at(source, offset)
-    if context.inside_text:
-        return []
-    known = [a for a in (desk.analysis(path), desk.whole(path)) if a is not None]
+    known = [a for a in (desk.recent(path), desk.whole(path)) if a is not None]
     found: dict[str, Candidate] = {}
     for candidate in _Completer(desk, path, context, known).candidates():
         best = found.get(candidate.label)
         if best is None or candidate.rank < best.rank:
             found[candidate.label] = candidate
-    return sorted(found.values(), key=lambda c: (c.rank, c.label.casefold()))
+    return sorted(found.values(), key=lambda c: c.sort_key)
 
 
 class _Completer(Offers):
@@ -51,6 +47,9 @@ class _Completer(Offers):
         words, last = self._context.words, self._context.last
         if last == ".":
             yield from self._members()
+            return
+        if last == "[" and self._context.word(-2).lstrip("^") in self._several:
+            yield from self._indexes()
             return
         if last == "/" and self._is_ros_package(self._context.word(-2)):
             yield from self._ros_types(self._context.word(-2), self._ros_folder())

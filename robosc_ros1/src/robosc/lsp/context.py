@@ -6,6 +6,7 @@ looked at here, and whatever is wrong further up does no harm beyond its block.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 
 from robosc.language.keywords import starts_of
@@ -13,7 +14,7 @@ from robosc.language.operators import symbols
 from robosc.language.tokens import STRING, Tokens, is_word, tokenize
 from robosc.source import Source
 
-__all__ = ["Block", "Context", "context_at"]
+__all__ = ["Block", "Context", "Landmarks", "context_at"]
 
 _BLOCKS = ("file", "robot", "library", "for", "component", "behaviour", "state", "enum")
 _STARTS = {block: starts_of(block) for block in _BLOCKS}
@@ -74,9 +75,47 @@ class Context:
 _FILE = Block("file", "", ())
 
 
-def context_at(source: Source, offset: int) -> Context:
-    """The context of a place."""
-    tokens = tokenize(source)
+class Landmarks:
+    """Places in a text that is being typed from which on it can be read: behind a block that ended.
+
+    So what a place is part of can be told without reading all that stands before it.
+    """
+
+    def __init__(self) -> None:
+        self._text = ""
+        self._places: list[tuple[int, tuple[Block, ...]]] = [(0, (_FILE,))]
+
+    def last(self, text: str, offset: int) -> tuple[int, tuple[Block, ...]]:
+        """The last known place up to an offset in a text, and the blocks that are open there."""
+        same = _common_start(self._text, text)
+        behind_same = bisect_right(self._places, same, key=lambda place: place[0])
+        del self._places[max(1, behind_same) :]
+        self._text = text
+        return self._places[bisect_right(self._places, offset, key=lambda place: place[0]) - 1]
+
+    def add(self, offset: int, blocks: tuple[Block, ...]) -> None:
+        if offset > self._places[-1][0]:
+            self._places.append((offset, blocks))
+
+
+def _common_start(one: str, other: str) -> int:
+    """How many characters two texts begin with alike."""
+    low, high = 0, min(len(one), len(other))
+    while low < high:
+        middle = (low + high + 1) // 2
+        if one[low:middle] == other[low:middle]:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+def context_at(source: Source, offset: int, landmarks: Landmarks | None = None) -> Context:
+    """The context of a place; ``landmarks`` are those of an earlier text of this document."""
+    landmarks = landmarks or Landmarks()
+    begin, opened = landmarks.last(source.text, offset)
+    line_end = source.text.find("\n", offset)
+    tokens = tokenize(source, begin, line_end if line_end >= 0 else None)
     if any(c.start < offset < c.end or _at_end(c.text, c.end, offset) for c in tokens.comments):
         return Context((_FILE,), (), "", offset, inside_text=True)
     end = tokens.before(offset)
@@ -89,10 +128,10 @@ def context_at(source: Source, offset: int) -> Context:
             end -= 1
         else:
             prefix, start = "", offset
-    blocks = [_FILE]
+    blocks = [*opened]
     words: list[str] = []
-    outer: list[list[str]] = []
-    for word in tokens.texts(0, end):
+    outer: list[list[str]] = [[] for _ in blocks[1:]]
+    for index, word in enumerate(tokens.texts(0, end)):
         if word == "{":
             blocks.append(_opened(blocks[-1], words))
             outer.append(words)
@@ -103,6 +142,8 @@ def context_at(source: Source, offset: int) -> Context:
                 blocks.pop()
                 words = outer.pop()
             words = [*words, "}"] if kind in ("data", "commands") else []
+            if len(blocks) == 2 and not words:
+                landmarks.add(tokens.ends[index], tuple(blocks))
         else:
             if _begins(blocks[-1].kind, word, words):
                 words = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from robosc.language.keywords import Role, starts_of, words_of
@@ -10,9 +10,12 @@ from robosc.language.operators import BINARY, symbols
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.context import Context
 from robosc.lsp.interfaces import offered_types
+from robosc.model.copies import copy_name
 from robosc.model.entities import EventKind, Kind
+from robosc.model.file_resolver import FileContents
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
+from robosc.syntax.nodes import ComponentNode, ImportNode, RangeNode
 
 __all__ = [
     "BLOCK_WORDS",
@@ -22,6 +25,7 @@ __all__ = [
     "Offers",
     "ends_operand",
     "keywords",
+    "several",
 ]
 
 
@@ -30,6 +34,7 @@ class Candidate:
     """``kind`` is a word of ``SymbolKind``, ``keyword`` or ``snippet``.
 
     ``text`` is what is inserted if that is not the label. ``rank`` orders: what fits best is 0.
+    Of one rank the smaller ``order`` comes first, then the alphabet decides.
     """
 
     label: str
@@ -37,6 +42,11 @@ class Candidate:
     detail: str = ""
     text: str | None = None
     rank: int = 1
+    order: int = 0
+
+    @property
+    def sort_key(self) -> tuple[int, int, str]:
+        return self.rank, self.order, self.label.casefold()
 
 
 _MORE = {
@@ -68,8 +78,11 @@ class Offers:
         self._context = context
         self._analyses = list(known)
         self._known = [a.contents for a in self._analyses if a.contents is not None]
+        self._several = {name: at for c in self._known for name, at in several(c).items()}
         component = context.around("component")
         self._own = component.name if component is not None else ""
+        if self._own in self._several:
+            self._own = copy_name(self._own, self._several[self._own].first)
 
     def _next(self) -> Iterator[Candidate]:
         """What may begin behind a declaration that could end here."""
@@ -77,7 +90,35 @@ class Offers:
 
     # --- names -----------------------------------------------------------------------------------
 
+    def _is_further_copy(self, instance: Instance) -> bool:
+        """Whether it is one of several of a kind, of which another one is offered for all."""
+        name, bracket, _ = instance.name.partition("[")
+        return bool(bracket) and instance.name != copy_name(name, self._several[name].first)
+
+    def _indexed(self, name: str) -> str:
+        """A name with the index of a copy as one would write it here, perhaps ``Station[i]``."""
+        loop = self._context.around("for")
+        several, bracket, rest = name.partition("[")
+        if not bracket or loop is None or len(loop.header) < 2:
+            return name
+        return f"{several}[{loop.header[1]}{rest[rest.index(']') :]}"
+
+    def _indexes(self) -> Iterator[Candidate]:
+        """Behind ``Station[``."""
+        indexes = self._several.get(self._context.word(-2).lstrip("^"))
+        if indexes is None:
+            return
+        loop = self._context.around("for")
+        if loop is not None and len(loop.header) > 1:
+            yield Candidate(loop.header[1], "variable", "of this for", rank=0)
+        if self._own.endswith("]"):
+            yield Candidate("index", "variable", "of this copy", rank=0)
+        for index in range(indexes.first, indexes.last + 1):
+            yield Candidate(str(index), "value", rank=1, order=index)
+
     def _owners(self, name: str) -> Iterator[Instance]:
+        if name in self._several:
+            name = copy_name(name, self._several[name].first)
         for contents in self._known:
             owner = contents.instances.get(name)
             if owner is not None:
@@ -86,7 +127,8 @@ class Offers:
     def _infos(self) -> Iterator[CommunicationInfo]:
         for contents in self._known:
             for instance in contents.instances.values():
-                yield from instance.communications.values()
+                if not self._is_further_copy(instance):
+                    yield from instance.communications.values()
 
     def _communications(self, events: tuple[EventKind, ...], rank: int = 1) -> Iterator[Candidate]:
         """Those that have one of the events; own ones first."""
@@ -99,7 +141,8 @@ class Offers:
             if EventKind.REQUEST in events and info.kind is Kind.OUTGOING:
                 continue
             own = info.instance.name == self._own
-            label = info.name if own or len(names[info.name]) == 1 else info.key
+            alone = len(names[info.name]) == 1 and "[" not in info.key
+            label = info.name if own or alone else self._indexed(info.key)
             yield Candidate(
                 label,
                 "communication",
@@ -210,8 +253,8 @@ class Offers:
                     yield Candidate(name, "state", f"state of {self._own}")
         for contents in self._known:
             for name, owner in contents.instances.items():
-                if owner.members:
-                    yield Candidate(name, "component")
+                if owner.members and not self._is_further_copy(owner):
+                    yield Candidate(self._indexed(name), "component")
             if expected is None:
                 for value in contents.types.enum_values():
                     yield Candidate(value, "enum value", rank=2)
@@ -247,7 +290,7 @@ class Offers:
         if chain[:1] == ["value"]:
             yield from self._parts(chain[1:])
             return
-        if len(chain) != 1:
+        if len(chain) != 1 and not (chain[1:] == ["[]"] and chain[0] in self._several):
             return
         statement = self._context.word(0)
         before = self._context.words[-3:-2]
@@ -278,6 +321,16 @@ class Offers:
                 yield Candidate(name, "property", str(inner), rank=0)
 
 
+def several(contents: FileContents) -> Mapping[str, RangeNode]:
+    """The indexes of each component of a file that stands for several of a kind."""
+    written = contents.scope.node.written
+    return {
+        node.name.text: node.indexes
+        for node in (written.declarations if written is not None else ())
+        if isinstance(node, ComponentNode | ImportNode) and node.indexes is not None
+    }
+
+
 def keywords(words: Iterable[str], rank: int = 1) -> Iterator[Candidate]:
     return (Candidate(word, "keyword", rank=rank) for word in words)
 
@@ -294,9 +347,9 @@ def _chain(words: tuple[str, ...]) -> list[str]:
     found: list[str] = []
     place = len(words) - 2
     while place >= 0:
-        if words[place] == "]" and place >= 2:
+        if words[place] == "]" and "[" in words[:place]:
             found.append("[]")
-            place -= 3
+            place -= words[place::-1].index("[") + 1
             continue
         found.append(words[place].lstrip("^"))
         if place == 0 or words[place - 1] != ".":

@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 
 from robosc.source import Source, Span
 
-__all__ = ["Encoding", "Position", "Range", "offset_of", "position_of", "range_of"]
+__all__ = ["Encoding", "Position", "Range", "offset_of", "position_of", "range_of", "units"]
 
 Encoding: TypeAlias = Literal["utf-8", "utf-16", "utf-32"]
 Position: TypeAlias = tuple[int, int]
@@ -24,7 +24,7 @@ def position_of(source: Source, offset: int, encoding: Encoding = "utf-16") -> P
     """The place of a character offset."""
     line, column = source.position(offset)
     before = source.line(line)[: column - 1]
-    return line - 1, _units(before, encoding)
+    return line - 1, units(before, encoding)
 
 
 def range_of(span: Span, encoding: Encoding = "utf-16") -> Range:
@@ -47,7 +47,8 @@ def offset_of(source: Source, position: Position, encoding: Encoding = "utf-16")
     return start + len(encoded.decode(_CODEC[encoding], "ignore"))
 
 
-def _units(text: str, encoding: Encoding) -> int:
+def units(text: str, encoding: Encoding) -> int:
+    """The length of a text as the protocol counts it."""
     if text.isascii():
         return len(text)
     return len(text.encode(_CODEC[encoding], "surrogatepass")) // _UNIT[encoding]

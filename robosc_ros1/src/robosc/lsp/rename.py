@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from robosc.language.functions import AGGREGATES, FUNCTIONS
+from robosc.language.keywords import KEYWORDS, UNITS
 from robosc.lsp.actions import Edit
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
@@ -13,7 +15,14 @@ from robosc.source import Source
 
 __all__ = ["RenameError", "applied", "may_be_renamed", "references", "rename"]
 
+_PLAIN = frozenset(SymbolKind) - {SymbolKind.PROPERTY, SymbolKind.LIBRARY}
+"""Symbols whose names only have to differ from others in models."""
+
 _ALWAYS_ESCAPED = frozenset({"value", "true", "false", "and", "or"})
+
+
+_MEANINGFUL = frozenset({*KEYWORDS, *UNITS, *FUNCTIONS, *AGGREGATES, "not"})
+"""Words of the language, in lower case as all of them are."""
 
 
 class RenameError(Exception):
@@ -48,6 +57,8 @@ def rename(desk: Desk, path: str, symbol: Symbol, name: str) -> Mapping[str, lis
         raise RenameError("this name is not given by a model")
     found = references(desk, path, symbol)
     spellings = (f"^{name}",) if name in _ALWAYS_ESCAPED else (name, f"^{name}")
+    if symbol.kind in _PLAIN and _is_new(desk, path, name):
+        return {file: [Edit(o.span, name) for o in here] for file, here in found.items()}
     for spelling in spellings:
         edits = {file: [Edit(o.span, spelling) for o in here] for file, here in found.items()}
         if _is_harmless(desk, edits, {file: len(here) for file, here in found.items()}):
@@ -55,6 +66,24 @@ def rename(desk: Desk, path: str, symbol: Symbol, name: str) -> Mapping[str, lis
     if symbol.kind is SymbolKind.PROPERTY:
         raise RenameError(f"'{symbol.name}' is named by the ROS definition, or '{name}' is taken")
     raise RenameError(f"'{name}' would clash with another name, or change what a name means")
+
+
+def _is_new(desk: Desk, path: str, name: str) -> bool:
+    """Whether a name is certainly free: no model knows the word, in upper or lower case.
+
+    Then nobody needs to read all files with the new name in them to find a clash.
+    """
+    if not re.fullmatch(r"[A-Za-z]+(_?[A-Za-z]+)*", name) or name.casefold() in _MEANINGFUL:
+        return False
+    if desk.definitions(path).packages.find(name) is not None:
+        return False
+    texts: list[str] = []
+    for analysis in desk.related(path).values():
+        texts.append(analysis.source.text)
+        libraries = (library.contents for library in analysis.reading.libraries.values())
+        texts += [found.scope.source.text for found in libraries if found is not None]
+    word = re.compile(rf"(?<![A-Za-z0-9_]){name}(?![A-Za-z0-9_])", re.IGNORECASE)
+    return not any(word.search(text) for text in texts)
 
 
 def _is_harmless(desk: Desk, edits: Mapping[str, list[Edit]], counts: Mapping[str, int]) -> bool:

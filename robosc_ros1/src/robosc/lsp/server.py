@@ -1,7 +1,9 @@
 """The server: requests of the protocol to what the other modules know.
 
-Everything happens in one thread, between requests: reading a model takes some ten milliseconds.
-Only synthesis is computed elsewhere (:mod:`robosc.lsp.derived`).
+Everything happens in one thread, between requests: reading a model takes some ten milliseconds,
+a long one up to a second. So a text is read when no key comes for a moment, the longer it is the
+longer; completion answers at once, from what is known so far, and other requests about a long text
+wait until it is read. Only synthesis is computed elsewhere (:mod:`robosc.lsp.derived`).
 """
 
 from __future__ import annotations
@@ -22,7 +24,6 @@ from robosc.lsp import tokens, wire
 from robosc.lsp.actions import Edit, actions_for
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.completion import complete
-from robosc.lsp.context import context_at
 from robosc.lsp.definition import definition_of
 from robosc.lsp.derived import Derived, command, derived_from, moved, request_for
 from robosc.lsp.hover import hover_text
@@ -30,19 +31,28 @@ from robosc.lsp.outline import folds, outline
 from robosc.lsp.positions import Encoding, offset_of
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
 from robosc.model.occurrences import Occurrence
+from robosc.pipeline import collector_at_rest
 from robosc.source import Source, Span
-from robosc.syntax.format import format_text
+from robosc.syntax.format import format_text, format_tree
 
 __all__ = ["serve"]
 
 _PAUSE = 0.05
-"""Seconds without a keystroke until diagnostics are told."""
+_PAUSE_PER_CHARACTER = 1e-6
+_LONGEST_PAUSE = 0.25
+"""Seconds without a keystroke until diagnostics are told: who types on gets none in between."""
+
+_QUIET = 0.03
+"""Seconds after the last message: what waits to be read is read by then."""
 
 _REST = 0.5
 """Seconds without a keystroke until synthesis begins."""
 
 _PATIENCE = 60.0
 """Seconds after which synthesis is given up."""
+
+_MOST_ITEMS = 200
+"""Of more completions, the editor gets the first, and asks again when more of the word is typed."""
 
 _WATCHED = ("**/*.{rscd,rsc,msg,srv,action}", "**/package.xml")
 
@@ -61,13 +71,15 @@ class _Session:
 
     def __init__(self, version: str, desk: Desk) -> None:
         self.server = LanguageServer(
-            "robosc", version, text_document_sync_kind=types.TextDocumentSyncKind.Full
+            "robosc", version, text_document_sync_kind=types.TextDocumentSyncKind.Incremental
         )
         self._desk = desk
         self._given_path = tuple(desk.library_path)
         self._derived: dict[str, Derived] = {}
         self._timers: dict[str, asyncio.TimerHandle] = {}
+        self._awaited: dict[str, asyncio.Future[None]] = {}
         self._runs: dict[str, asyncio.Task[None]] = {}
+        self._handled_at = 0.0
         self._register()
 
     def _register(self) -> None:
@@ -82,9 +94,11 @@ class _Session:
             types.WORKSPACE_DID_CHANGE_WATCHED_FILES: self._files_changed,
             types.WORKSPACE_DID_CHANGE_WORKSPACE_FOLDERS: self._folders_changed,
             types.WORKSPACE_DID_CHANGE_CONFIGURATION: self._configured,
+            types.TEXT_DOCUMENT_FORMATTING: self._formatting,
+        }
+        reading: dict[str, Callable[[Any], Any]] = {
             types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: self._symbols,
             types.TEXT_DOCUMENT_FOLDING_RANGE: self._folding,
-            types.TEXT_DOCUMENT_FORMATTING: self._formatting,
             types.TEXT_DOCUMENT_HOVER: self._hover,
             types.TEXT_DOCUMENT_DEFINITION: self._definition,
             types.TEXT_DOCUMENT_REFERENCES: self._references,
@@ -93,18 +107,20 @@ class _Session:
         }
         for name, handler in handlers.items():
             self._add(name, handler)
-        self._add(types.TEXT_DOCUMENT_RENAME, self._rename, types.RenameOptions(True))
+        for name, handler in reading.items():
+            self._add_reading(name, handler)
+        self._add_reading(types.TEXT_DOCUMENT_RENAME, self._rename, types.RenameOptions(True))
         self._add(
             types.TEXT_DOCUMENT_COMPLETION,
             self._completion,
-            types.CompletionOptions(trigger_characters=[".", ":", ">", "=", " ", "{"]),
+            types.CompletionOptions(trigger_characters=[".", ":", ">", "=", " ", "{", "["]),
         )
-        self._add(
+        self._add_reading(
             types.TEXT_DOCUMENT_CODE_ACTION,
             self._actions,
             types.CodeActionOptions([types.CodeActionKind.QuickFix]),
         )
-        self._add(
+        self._add_reading(
             types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL,
             self._tokens,
             wire.legend(tokens.TYPES, tokens.MODIFIERS),
@@ -112,9 +128,24 @@ class _Session:
 
     def _add(self, name: str, handler: Callable[[Any], Any], options: Any = None) -> None:
         def handle(params: Any) -> Any:  # pygls marks what it is given; methods cannot be marked
-            return handler(params)
+            return self._handled(handler, params)
 
         self.server.feature(name, options)(handle)
+
+    def _add_reading(self, name: str, handler: Callable[[Any], Any], options: Any = None) -> None:
+        """A request that is answered from the text as it is; it can be cancelled until then."""
+
+        async def handle(params: Any) -> Any:
+            await self._read(wire.path_of(params.text_document.uri))
+            return self._handled(handler, params)
+
+        self.server.feature(name, options)(handle)
+
+    def _handled(self, handler: Callable[[Any], Any], params: Any) -> Any:
+        try:
+            return handler(params)
+        finally:
+            self._handled_at = asyncio.get_running_loop().time()
 
     # --- the client and its files ----------------------------------------------------------------
 
@@ -200,6 +231,7 @@ class _Session:
     def _closed(self, params: types.DidCloseTextDocumentParams) -> None:
         path = wire.path_of(params.text_document.uri)
         self._stop(path)
+        self._release(path)
         self._derived.pop(path, None)
         self._desk.close(path)
         self.server.text_document_publish_diagnostics(
@@ -225,7 +257,11 @@ class _Session:
         """Tell diagnostics soon, and what synthesis finds later."""
         self._stop(path)
         loop = asyncio.get_running_loop()
-        self._timers[path] = loop.call_later(_PAUSE, self._tell, path)
+        source = self._desk.source(path)
+        length = len(source.text) if source is not None else 0
+        pause = min(_PAUSE + length * _PAUSE_PER_CHARACTER, _LONGEST_PAUSE)
+        self._timers[path] = loop.call_later(pause, self._read_when_quiet, path)
+        self._awaited.setdefault(path, loop.create_future())
         self._runs[path] = loop.create_task(self._derive(path, rest))
 
     def _stop(self, path: str) -> None:
@@ -235,8 +271,34 @@ class _Session:
         if run is not None:
             run.cancel()
 
+    async def _read(self, path: str) -> None:
+        """Return when a long text that is open was read; at once for any other."""
+        while self._desk.is_long(path) and not self._desk.is_known(path) and path in self._awaited:
+            await asyncio.shield(self._awaited[path])
+
+    def _read_when_quiet(self, path: str) -> None:
+        """Tell diagnostics, unless there may be more to do first.
+
+        While a request is worked on the pause goes by, and further keys wait to be read.
+        """
+        loop = asyncio.get_running_loop()
+        rest = self._handled_at + _QUIET - loop.time()
+        if rest > 0:
+            self._timers[path] = loop.call_later(rest, self._read_when_quiet, path)
+        else:
+            self._tell(path)
+
+    def _release(self, path: str) -> None:
+        """Requests that wait for a text go on."""
+        if (waiting := self._awaited.pop(path, None)) is not None:
+            waiting.set_result(None)
+
     def _tell(self, path: str) -> None:
-        analysis = self._desk.analysis(path)
+        try:
+            with collector_at_rest():
+                analysis = self._desk.analysis(path)
+        finally:
+            self._release(path)
         if analysis is None or path not in self._desk.open:
             return
         uri = self._uri(path)
@@ -313,15 +375,25 @@ class _Session:
 
     def _formatting(self, params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
         """None for a text with errors of syntax: it stays as it is."""
-        analysis = self._analysis(params)
-        if analysis is None:
+        path = wire.path_of(params.text_document.uri)
+        source = self._desk.source(path)
+        if source is None:
             return None
         try:
-            text = format_text(analysis.source)
+            with collector_at_rest():
+                text = self._formatted(path, source)
         except ModelError:
             return None
-        edit = _difference(analysis.source, text)
+        edit = _difference(source, text)
         return [wire.text_edit(edit, self._encoding)] if edit is not None else []
+
+    def _formatted(self, path: str, source: Source) -> str:
+        """The text in canonical layout; its tree may be there already. Raises ModelError."""
+        analysis = self._desk.analysis(path) if self._desk.is_known(path) else None
+        if analysis is None or analysis.contents is None or analysis.contents.scope.faults:
+            return format_text(source)
+        node = analysis.contents.scope.node
+        return format_tree(node.written or node)
 
     def _hover(self, params: types.HoverParams) -> types.Hover | None:
         named = self._named(params)
@@ -402,12 +474,17 @@ class _Session:
         if source is None:
             return types.CompletionList(False, [])
         offset = self._offset(source, params.position)
-        start = context_at(source, offset).start
+        context = self._desk.context(path, offset)
+        start = context.start if context is not None else offset
+        typed = source.text[start:offset].lstrip("^").casefold()
+        found = complete(self._desk, path, offset)
+        if len(found) > _MOST_ITEMS:
+            found = [c for c in found if c.label.casefold().startswith(typed)]
         place = wire.range_(Span(source, start, offset), self._encoding)
         snippets = self._has_snippets()
         return types.CompletionList(
-            False,
-            [wire.completion_item(c, place, snippets) for c in complete(self._desk, path, offset)],
+            len(found) > _MOST_ITEMS,
+            [wire.completion_item(c, place, snippets) for c in found[:_MOST_ITEMS]],
         )
 
     def _has_snippets(self) -> bool:

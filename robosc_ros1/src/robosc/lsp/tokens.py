@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from robosc.language.keywords import KEYWORDS, Role
 from robosc.language.tokens import INTEGER, NUMBER, STRING, tokenize
 from robosc.lsp.analysis import Analysis
-from robosc.lsp.positions import Encoding, position_of
+from robosc.lsp.positions import Encoding, position_of, units
 from robosc.model.occurrences import SymbolKind
 from robosc.source import Source
 
@@ -39,6 +39,7 @@ _OF_SYMBOL = {
     SymbolKind.CONDITION: "variable",
     SymbolKind.INCOMING: "parameter",
 }
+_NUMBERS = {type_: number for number, type_ in enumerate(TYPES)}
 _TYPE_OF = {INTEGER: "number", NUMBER: "number", STRING: "string"}
 
 
@@ -58,15 +59,9 @@ def encoded(analysis: Analysis, encoding: Encoding = "utf-16") -> list[int]:
     for token in _tokens(analysis):
         for start, end in _lines(source, token):
             at, from_ = position_of(source, start, encoding)
-            _, to = position_of(source, end, encoding)
+            length = units(source.text[start:end], encoding)
             before = column if at == line else 0
-            data += [
-                at - line,
-                from_ - before,
-                to - from_,
-                TYPES.index(token.type),
-                token.modifiers,
-            ]
+            data += [at - line, from_ - before, length, _NUMBERS[token.type], token.modifiers]
             line, column = at, from_
     return data
 
@@ -74,6 +69,9 @@ def encoded(analysis: Analysis, encoding: Encoding = "utf-16") -> list[int]:
 def _lines(source: Source, token: _Token) -> Iterator[tuple[int, int]]:
     """A token may not go over a line end."""
     start = token.start
+    if source.text.find("\n", start, token.end) < 0:
+        yield start, token.end
+        return
     for part in source.text[token.start : token.end].split("\n"):
         if part:
             yield start, start + len(part)
@@ -91,11 +89,12 @@ def _tokens(analysis: Analysis) -> list[_Token]:
     found = list(names.values())
     tokens = tokenize(analysis.source)
     found += (_Token(c.start, c.end, "comment") for c in tokens.comments)
-    for index, kind in enumerate(tokens.kinds):
-        start = tokens.starts[index]
-        type_ = _TYPE_OF.get(kind) or _type_of_word(tokens.text(index))
-        if start not in names and type_:
-            found.append(_Token(start, tokens.ends[index], type_))
+    for kind, start, end in zip(tokens.kinds, tokens.starts, tokens.ends, strict=True):
+        if start in names:
+            continue
+        type_ = _TYPE_OF.get(kind) or _type_of_word(analysis.source.text[start:end])
+        if type_:
+            found.append(_Token(start, end, type_))
     return sorted(found, key=lambda token: token.start)
 
 

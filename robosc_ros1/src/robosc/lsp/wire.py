@@ -34,6 +34,11 @@ _SYMBOLS = {
     "communication": types.SymbolKind.Event,
     "variable": types.SymbolKind.Variable,
     "state": types.SymbolKind.EnumMember,
+    "constant": types.SymbolKind.Constant,
+    "parameter": types.SymbolKind.Constant,
+    "condition": types.SymbolKind.Boolean,
+    "prefer": types.SymbolKind.Operator,
+    "for": types.SymbolKind.Array,
 }
 _ITEMS = {
     "keyword": types.CompletionItemKind.Keyword,
@@ -146,7 +151,7 @@ def completion_item(
         label=candidate.label,
         kind=_ITEMS[candidate.kind],
         detail=candidate.detail or None,
-        sort_text=f"{candidate.rank}{candidate.label.casefold()}",
+        sort_text=f"{candidate.rank}{candidate.order:05}{candidate.label.casefold()}",
         text_edit=types.TextEdit(place, text if is_snippet else text.replace("$0", "")),
         insert_text_format=(
             types.InsertTextFormat.Snippet if is_snippet else types.InsertTextFormat.PlainText

@@ -8,11 +8,13 @@ and every name, number and string stays as it was written.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from operator import eq
 from typing import Any
 
 from robosc.errors import ModelError, has_errors
 from robosc.language.attributes import ATTRIBUTES
 from robosc.language.operators import BINARY
+from robosc.language.tokens import Tokens, tokenize
 from robosc.source import Source
 from robosc.syntax.layout import Doc, Indent, Line, print_doc
 from robosc.syntax.nodes import (
@@ -61,7 +63,7 @@ from robosc.syntax.nodes import (
 from robosc.syntax.parser import parse
 from robosc.syntax.words import Words
 
-__all__ = ["WIDTH", "format_text"]
+__all__ = ["WIDTH", "format_text", "format_tree"]
 
 WIDTH = 100
 """Lines longer than this are broken."""
@@ -75,17 +77,25 @@ def format_text(source: Source) -> str:
     tree, diagnostics = parse(source)
     if tree is None or has_errors(diagnostics):
         raise ModelError(diagnostics)
-    formatted = print_doc(_Formatter(source).file(tree), WIDTH)
-    again, _ = parse(Source(source.path, formatted))
-    assert again == tree, "formatting has changed the model"
-    return formatted
+    return format_tree(tree)
+
+
+def format_tree(tree: FileNode) -> str:
+    """The model with this tree, which was read without errors, in canonical layout."""
+    tokens = tokenize(tree.span.source)
+    formatted = Source(tokens.source.path, print_doc(_Formatter(tokens).file(tree), WIDTH))
+    again = tokenize(formatted)
+    # What the parser sees is mostly the same; else it must at least read the same from it.
+    same = again.kinds == tokens.kinds and all(map(eq, again.texts(), tokens.texts()))
+    assert same or parse(formatted)[0] == tree, "formatting has changed the model"
+    return formatted.text
 
 
 class _Formatter:
     """Makes the document of each kind of node; the words are taken as they come."""
 
-    def __init__(self, source: Source) -> None:
-        self.words = Words(source)
+    def __init__(self, tokens: Tokens) -> None:
+        self.words = Words(tokens)
         self.kinds: dict[type, Callable[[Any], Doc]] = {
             ComponentNode: self._component,
             ImportNode: self._import,

@@ -78,11 +78,13 @@ class _Printer:
         tasks: list[_Task] = [(0, False, doc)]
         while tasks:
             indent, flat, now = tasks.pop()
-            match now:
-                case " ":
+            if type(now) is str:  # by far the most frequent
+                if now == " ":
                     self.space = True
-                case str():
+                else:
                     self._write(now, indent)
+                continue
+            match now:
                 case Remark():
                     self._remark(now, indent)
                 case Line(hard=hard, blank=blank):
@@ -147,9 +149,10 @@ class _Printer:
                 tasks.append(rest[following])
                 continue
             indent, flat, now = tasks.pop()
+            if type(now) is str:
+                left -= len(now)
+                continue
             match now:
-                case str():
-                    left -= len(now)
                 case Remark(text=text):
                     if now.ends_line:
                         return True

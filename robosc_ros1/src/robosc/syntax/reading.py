@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 from pyparsing import ParseBaseException, ParserElement, ParseSyntaxException
@@ -112,6 +113,30 @@ class Form:
     parts: list[Any]
 
 
+@dataclass(frozen=True, slots=True)
+class _Applied:
+    """What a rule of the grammar finds in a window of tokens, and where it ends or goes wrong."""
+
+    parts: tuple[Any, ...]
+    end: int
+    fault: ParseBaseException | None = None
+
+
+@lru_cache(maxsize=2**14)
+def _applied(grammar: ParserElement, kinds: str) -> _Applied:
+    """What a rule finds at the beginning of some tokens.
+
+    Remembered, since only their kinds count: a text is read anew after each key in an editor, and
+    twice when it is formatted, and most declarations in it look like others.
+    """
+    try:
+        *parts, end = grammar.parse_string(kinds)
+    except ParseBaseException as error:
+        # The traceback would keep every frame of the parse alive.
+        return _Applied((), error.loc, error.with_traceback(None))
+    return _Applied(tuple(part for part in parts if type(part) is not str), end)
+
+
 class Reading:
     """The tokens of one source, and what one parse finds in them.
 
@@ -155,19 +180,13 @@ class Reading:
         """
         size = _WINDOW
         while True:
-            fault: ParseBaseException | None = None
-            parts: list[Any] = []
-            try:
-                *parts, end = grammar.parse_string(self.kinds[at : at + size])
-            except ParseBaseException as error:
-                # The traceback would keep every frame of the parse alive.
-                fault, end = error.with_traceback(None), error.loc
-            if end + _LOOKAHEAD < size or at + size >= len(self.kinds):
+            found = _applied(grammar, self.kinds[at : at + size])
+            if found.end + _LOOKAHEAD < size or at + size >= len(self.kinds):
                 break
             size *= 8
-        if fault:
-            raise self._explained(fault, at)
-        return [self.made(part, at) for part in parts if type(part) is not str], at + end
+        if found.fault:
+            raise self._explained(found.fault, at)
+        return [self.made(part, at) for part in found.parts], at + found.end
 
     def made(self, part: Any, base: int) -> Any:
         """The node of a form whose places count from the token ``base``."""

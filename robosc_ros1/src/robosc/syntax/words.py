@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
-from robosc.language.tokens import Comment, tokenize
+from robosc.language.tokens import Comment, Tokens
 from robosc.source import Source
 from robosc.syntax.layout import Doc, Group, Line, Remark
 
@@ -29,11 +29,15 @@ class _Gap:
         return bool(self.before) or any(remark.ends_line for remark in self.behind)
 
 
+_PLAIN = (_Gap((), (), (False,)), _Gap((), (), (True,)))
+"""Gaps without comments, without and with an empty line."""
+
+
 class Words:
     """The words of a model in order, each taken once, with the comments at them."""
 
-    def __init__(self, source: Source) -> None:
-        tokens = tokenize(source)
+    def __init__(self, tokens: Tokens) -> None:
+        source = tokens.source
         spans = list(zip(tokens.starts, tokens.ends, strict=True))
         self._texts = [source.text[start:end] for start, end in spans]
         self._starts = [start for start, _ in spans]
@@ -60,11 +64,12 @@ class Words:
 
     def take(self) -> Doc:
         """The next word with its comments."""
-        doc: list[Doc] = [] if self._told else [*self._gaps[self.index].before]
+        before = () if self._told else self._gaps[self.index].before
+        text = self._texts[self.index]
         self._told = False
-        doc.append(self._texts[self.index])
         self.index += 1
-        return [*doc, *self._gaps[self.index].behind]
+        behind = self._gaps[self.index].behind
+        return [*before, text, *behind] if before or behind else text
 
     def until(self, end: int) -> list[Doc]:
         """All words that begin before ``end``, with nothing between them."""
@@ -102,7 +107,12 @@ def _gaps(source: Source, spans: list[tuple[int, int]], comments: Sequence[Comme
     text = source.text
     end = 0
     index = 0
+    upcoming = comments[0].start if comments else len(text)
     for start, next_end in [*spans, (len(text), len(text))]:
+        if start <= upcoming:
+            gaps.append(_PLAIN[text.count("\n", end, start) > 1])
+            end = next_end
+            continue
         behind: list[Remark] = []
         before: list[Remark] = []
         blank: list[bool] = []
@@ -121,4 +131,5 @@ def _gaps(source: Source, spans: list[tuple[int, int]], comments: Sequence[Comme
         blank.append(text.count("\n", end, start) > 1)
         gaps.append(_Gap(tuple(behind), tuple(before), tuple(blank)))
         end = next_end
+        upcoming = comments[index].start if index < len(comments) else len(text)
     return gaps

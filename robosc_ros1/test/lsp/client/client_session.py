@@ -163,3 +163,48 @@ async def test_tokens(client: LanguageClient, open_model) -> None:
     )
     assert len(found.data) % 5 == 0 and len(found.data) > 500
     assert min(found.data) >= 0
+
+
+@pytest.mark.asyncio
+async def test_keys_in_a_long_text(client: LanguageClient, open_model) -> None:
+    """Single keys are enough, and a request waits until the text is read with all of them."""
+    document = open_model(GOOD + "// " + "." * 40_000 + "\n")
+    await document.codes(WARNINGS)
+    for key in "x🤖":
+        document.insert(place(document.text, "...."), key)
+    document.insert(place(document.text, "Eye.last = far", len("Eye.last = f")), "u")
+    document.insert(place(document.text, "Eye.last = fuar", len("Eye.last = fua")), "r")
+    (wrong,) = await document.codes({"unknown-name"})
+    assert "'fuarr'" in wrong.message
+    document.insert(place(document.text, "component Wheel"), "component Fresh {}\n    ")
+    (found,) = await client.text_document_document_symbol_async(
+        types.DocumentSymbolParams(document.id)
+    )
+    assert [child.name for child in found.children][:3] == ["Eye", "Fresh", "Wheel"]
+    pending = asyncio.ensure_future(
+        client.text_document_document_symbol_async(types.DocumentSymbolParams(document.id))
+    )
+    document.close()
+    await asyncio.wait_for(pending, 30)
+
+
+@pytest.mark.asyncio
+async def test_every_declaration_is_in_the_outline(client: LanguageClient, open_model) -> None:
+    text = """\
+robot R {
+    constant most: integer = 3
+    condition calm = Gate.shut
+    component Gate { behaviour { initial marked state shut {} } }
+    component Cell[1..2] { incoming message go with type: none }
+    component Other { incoming message halt with type: none }
+    for i in 1..2 { requirement Cell[i].go needs calm }
+    prefer halt over Cell[1].go
+}
+"""
+    document = open_model(text)
+    (found,) = await client.text_document_document_symbol_async(
+        types.DocumentSymbolParams(document.id)
+    )
+    assert [child.name for child in found.children] == [
+        "most", "calm", "Gate", "Cell", "Other", "for i in 1..2", "prefer halt over Cell[1].go",
+    ]  # fmt: skip

@@ -30,6 +30,11 @@ async def client(lsp_client: LanguageClient, tmp_path: Path) -> AsyncIterator[No
     await lsp_client.shutdown_session()
 
 
+def _typed(line: str, units: int, text: str) -> str:
+    before = line.encode("utf-16-le")[: 2 * units].decode("utf-16-le")
+    return before + text + line[len(before) :]
+
+
 class Document:
     def __init__(self, client: LanguageClient, path: Path, text: str) -> None:
         self.client = client
@@ -47,6 +52,19 @@ class Document:
             types.DidChangeTextDocumentParams(
                 types.VersionedTextDocumentIdentifier(self.version, self.uri),
                 [types.TextDocumentContentChangeWholeDocument(text)],
+            )
+        )
+
+    def insert(self, at: types.Position, text: str) -> None:
+        """Type at a place, which is all that the server is told."""
+        lines = self.text.split("\n")
+        lines[at.line] = _typed(lines[at.line], at.character, text)
+        self.text = "\n".join(lines)
+        self.version += 1
+        self.client.text_document_did_change(
+            types.DidChangeTextDocumentParams(
+                types.VersionedTextDocumentIdentifier(self.version, self.uri),
+                [types.TextDocumentContentChangePartial(types.Range(at, at), text)],
             )
         )
 
