@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Checked", "Generated", "Loaded", "Mode", "Options", "Output", "Target", "check",
-    "collector_at_rest", "explore", "export", "generate", "load", "supervise", "synthesize", "verify", "write_text",
+    "collector_at_rest", "explore", "export", "generate", "load", "supervise", "synthesize",
+    "verify", "write_text",
 ]  # fmt: skip
 
 
