@@ -77,3 +77,10 @@ def hint_of(line: str) -> str | None:
     """The hint of the first diagnostic."""
     _, diagnostics = load(Source("m.rscd", MODEL % line))
     return diagnostics[0].hint
+
+
+@pytest.mark.parametrize("written", ["type: double, timeout: 3 s", "type: double timeout: 3 s"])
+def test_a_timeout_behind_the_type(written: str) -> None:
+    text = f"robot R {{ component C {{ outgoing message m with {written} }} }}"
+    _, (found, *_) = load(Source("m.rscd", text))
+    assert found.hint == "'timeout:' stands before what is carried: with timeout: 1 s, type: T"

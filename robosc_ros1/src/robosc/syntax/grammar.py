@@ -387,7 +387,11 @@ def _component_block() -> Block:
         "'behaviour'",
     )
     words += tuple(f"'{word}'" for word in values)
-    advice = (("',' identifier ':'", "'identifier:' stands right behind 'with'"),)
+    order = "'timeout:' stands before what is carried: with timeout: 1 s, type: T"
+    advice = (
+        ("',' identifier ':'", "'identifier:' stands right behind 'with'"),
+        *((place, order) for place in ("',' timeout ':'", "timeout ':'")),
+    )
     meant = (("message", "write 'incoming message' or 'outgoing message'"),)
     return Block(
         Items(words, rules, advice=advice, meant=meant),
