@@ -25,6 +25,7 @@ CACHE = ROOT / ".cache" / "gallery"
 LIBRARIES = CACHE / "lib"
 PINS = "mujoco==4.0.0 mujoco-core==4.0.0 glfw==2.11.0 PyOpenGL==3.1.10"
 """What is installed for the gallery alone; numpy is that of each version of ROS."""
+INTERFACES = [path.parent for path in sorted(HERE.glob("*/package.xml"))]
 RATE = 25
 """Hz of the commands: somewhat more than the simulation's steps, so that each step has one."""
 
@@ -83,7 +84,8 @@ class Ros1:
         self._master: Master | None = None
 
     def build(self, robots: list[str]) -> None:
-        self.workspace.add(HERE / "gallery_msgs")
+        for interfaces in INTERFACES:
+            self.workspace.add(interfaces)
         for robot in robots:
             generate(robot, self.folder, "ros1")
         self.workspace.build()

@@ -79,7 +79,7 @@ class ActionServer:
             if done is not None:
                 self._ended = (self._world.time + self._late, done)
         if self._ended is not None and self._world.time >= self._ended[0]:
-            self._goal.end("succeeded" if self._ended[1] else "aborted")
+            self._goal.end("succeeded" if self._ended[1] else "aborted", self._task.result())
             self._drop()
 
 

@@ -119,9 +119,10 @@ class Goal:
         feedback = type(self._handle.action_server.ActionFeedback().feedback)
         self._handle.publish_feedback(fill(feedback(), fields))
 
-    def end(self, how: str) -> None:
-        """End it: ``succeeded``, ``aborted`` or ``canceled``."""
-        getattr(self._handle, f"set_{how}")()
+    def end(self, how: str, fields: dict[str, Any] | None = None) -> None:
+        """End it: ``succeeded``, ``aborted`` or ``canceled``, with the fields of the result."""
+        result = self._handle.action_server.ActionResultType()
+        getattr(self._handle, f"set_{how}")(fill(result, fields or {}))
 
 
 def fill(message: Any, fields: dict[str, Any]) -> Any:

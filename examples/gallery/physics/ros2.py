@@ -108,14 +108,14 @@ class Goal:
     def feed_back(self, fields: dict[str, Any]) -> None:
         self._handle.publish_feedback(fill(self._type.Feedback(), fields))
 
-    def end(self, how: str) -> None:
-        """End it: ``succeeded``, ``aborted`` or ``canceled``."""
+    def end(self, how: str, fields: dict[str, Any] | None = None) -> None:
+        """End it: ``succeeded``, ``aborted`` or ``canceled``, with the fields of the result."""
 
         def finish(handle: Any) -> Any:
             {"succeeded": handle.succeed, "aborted": handle.abort, "canceled": handle.canceled}[
                 how
             ]()
-            return self._type.Result()
+            return fill(self._type.Result(), fields or {})
 
         self._handle.execute(finish)
 

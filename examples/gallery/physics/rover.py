@@ -19,10 +19,10 @@ TRACK = 0.18
 LASER_HEIGHT = 0.15
 
 
-def frame(bodies: str, actuators: str) -> str:
+def frame(bodies: str, actuators: str, contacts: str = "") -> str:
     """Return a whole MuJoCo model around bodies and actuators: floor, light, time step."""
     return f"""<mujoco>
-  <option timestep="0.005" integrator="implicitfast"/>
+  <option timestep="0.005" integrator="implicitfast" {contacts}/>
   <visual>
     <global offwidth="480" offheight="360"/><quality shadowsize="0" offsamples="2"/>
     <headlight ambient=".4 .4 .4" diffuse=".15 .15 .15" specular="0 0 0"/>

@@ -44,6 +44,9 @@ class Drive:
     def feedback(self) -> dict[str, Any]:
         return {"distance": self._rover.distance(*self._places[-1]) if self._places else 0.0}
 
+    def result(self) -> dict[str, Any]:
+        return {}
+
     def stop(self) -> None:
         self._rover.drive(0.0, 0.0)
 
@@ -67,6 +70,9 @@ class Turn:
 
     def feedback(self) -> dict[str, Any]:
         return {"left": wrap(self._heading - self._rover.heading)}
+
+    def result(self) -> dict[str, Any]:
+        return {}
 
     def stop(self) -> None:
         self._rover.drive(0.0, 0.0)

@@ -28,6 +28,9 @@ class Task(Protocol):
     def feedback(self) -> dict[str, Any]:
         """Return the fields of the feedback."""
 
+    def result(self) -> dict[str, Any]:
+        """Return the fields of the result."""
+
     def stop(self) -> None:
         """Leave it unfinished."""
 

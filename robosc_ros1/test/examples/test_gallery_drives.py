@@ -14,7 +14,7 @@ import gallery
 
 pytestmark = pytest.mark.slow
 
-LONG = {"follow_wall", "maze"}
+LONG = {"corridor", "follow_wall", "maze", "pick_and_place"}
 """What is not done within the 20 seconds of simulated time, but well on its way."""
 
 

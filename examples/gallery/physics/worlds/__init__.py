@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from physics.world import World
 from physics.worlds.ball import Ball
+from physics.worlds.corridor import Corridor
 from physics.worlds.follow_person import FollowPerson
 from physics.worlds.follow_wall import FollowWall
 from physics.worlds.go_to_pose import GoToPose
 from physics.worlds.line_follower import LineFollower
 from physics.worlds.maze import Maze
+from physics.worlds.pick_and_place import PickAndPlace
 
 __all__ = ["WORLDS"]
 
@@ -20,4 +22,6 @@ WORLDS: dict[str, type[World]] = {
     "ball": Ball,
     "follow_person": FollowPerson,
     "reckless": LineFollower,
+    "pick_and_place": PickAndPlace,
+    "corridor": Corridor,
 }
