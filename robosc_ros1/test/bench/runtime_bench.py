@@ -1,4 +1,5 @@
-"""The engine without ROS: cost per event of the line follower, no growth, and cost of large robots.
+"""The engine without ROS: cost per event of the line follower, no growth, cost of large robots, and
+how late timeouts are.
 
 ``--events 10000000`` is eight hours of a busy robot, compressed.
 """
@@ -8,6 +9,7 @@ from __future__ import annotations
 import argparse
 import random
 import resource
+import threading
 import time
 from typing import Any
 
@@ -16,8 +18,9 @@ from ros_support import EXAMPLES
 
 from robosc import pipeline
 from robosc.runtime.engine import Engine
-from robosc.runtime.model import Command, Communication, Controller, Input
+from robosc.runtime.model import After, Command, Communication, Controller, Input
 from robosc.runtime.port import Port
+from robosc.runtime.settings import read
 
 __all__ = ["main"]
 
@@ -27,6 +30,14 @@ TOUCH_LIMIT = 8.0
 """Microseconds of processor time for an input that concerns one of 1,000 commands."""
 GROWTH_LIMIT = 1.5
 """So much more than in the smallest robot may a command cost that is due."""
+WATCHED = 50
+"""Messages whose silence is noticed."""
+SILENCE = 0.1
+"""Their timeout, in seconds."""
+LATENESS = 5.0
+"""Milliseconds after which a timeout must have been acted upon, 99 of 100 times."""
+BESIDE = 1.1
+"""So much more may an input cost while clocks run that do not concern it."""
 LIMIT = 20.0
 """Microseconds of processor time that an event may cost the engine."""
 
@@ -89,7 +100,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     print(f"  memory {early} kB after 3/10, {parts_memory} kB at the end")
     missed = sorted(parts)[5] > LIMIT or parts_memory > early * 1.05 or engine.stopped is not None
-    return int(wide_robots() or missed)
+    return int(wide_robots() | lateness_of_timeouts() | missed)
 
 
 def wide_robots() -> bool:
@@ -105,6 +116,68 @@ def wide_robots() -> bool:
     print(f"  (at most {TOUCH_LIMIT:g} us, and {GROWTH_LIMIT:g} times the smallest robot's)")
     least, largest = due[SIZES[0]], due[SIZES[-1]]
     return touched[SIZES[-1]] > TOUCH_LIMIT or largest > GROWTH_LIMIT * least
+
+
+def lateness_of_timeouts(rounds: int = 10) -> bool:
+    """Measure how late the silence of 50 messages is noticed; whether a target is missed."""
+    controller, late = watching_controller()
+    settings, _ = read(controller.COMMUNICATIONS, {})
+    engine = Engine(controller, NullPort(), settings)
+    thread = threading.Thread(target=engine.run, daemon=True)
+    thread.start()
+    posters = [engine.poster([f"In.m{number}"]) for number in range(WATCHED)]
+    for turn in range(1, rounds + 1):
+        for post in posters:
+            post(None)
+            time.sleep(0.001)
+        while len(late) < turn * WATCHED:
+            time.sleep(0.01)
+    engine.close()
+    thread.join()
+    late.sort()
+    worst = late[int(len(late) * 0.99)] * 1e3
+    print(
+        f"  timeouts of {WATCHED} messages: {late[len(late) // 2] * 1e3:.2f} ms late at the median,"
+        f" {worst:.2f} ms at 99 %  (at most {LATENESS:g} ms on an idle machine)"
+    )
+    costs = [[cost_of_an_input(100, 5000, clocks=n) for n in (0, 250)] for _ in range(20)]
+    without, beside = map(min, zip(*costs, strict=True))
+    print(
+        f"  beside 250 clocks that run, an input costs {beside / without:.2f} times as much"
+        f"  (at most {BESIDE:g})"
+    )
+    return worst > LATENESS or beside > BESIDE * without
+
+
+def watching_controller() -> tuple[Controller, list[float]]:
+    """A controller of messages with a timeout; and how late each silence was noticed, in seconds."""
+    controller = Controller()
+    heard: dict[str, float] = {}
+    late: list[float] = []
+
+    def entries(number: int) -> tuple[Input, Input]:
+        key = f"In.m{number}"
+
+        def response(_: Any, value: Any) -> None:
+            heard[key] = time.monotonic()
+
+        def timeout(_: Any, value: Any) -> None:
+            late.append(time.monotonic() - heard[key] - SILENCE)
+
+        return (
+            Input(key, "response", None, response, ()),
+            Input(key, "timeout", None, timeout, ()),
+        )
+
+    controller.INPUTS = tuple(entry for n in range(WATCHED) for entry in entries(n))
+    controller.COMMANDS = ()
+    controller.COMMUNICATIONS = tuple(
+        Communication(f"In.m{n}", f"m{n}", "outgoing", None, ("silent", "fresh"), SILENCE)
+        for n in range(WATCHED)
+    )
+    controller.TAUS = ()
+    controller.undefined = {}
+    return controller, late
 
 
 class StillPort(NullPort):
@@ -152,9 +225,15 @@ def wide_controller(size: int) -> Controller:
     return controller
 
 
-def cost_of_an_input(size: int, count: int = 20_000) -> float:
-    """Microseconds per input that changes nothing but the one flag, to the same."""
-    engine = Engine(wide_controller(size), StillPort())
+def cost_of_an_input(size: int, count: int = 20_000, clocks: int = 0) -> float:
+    """Microseconds per input that changes nothing but the one flag, to the same, while clocks run."""
+    controller = wide_controller(size)
+    controller.state, controller.entries = "waiting", 0
+    controller.AFTERS = tuple(
+        After("Wait", n, "waiting", 60.0 + n, "state", "entries", lambda _: None, ("state",), ())
+        for n in range(clocks)
+    )
+    engine = Engine(controller, StillPort())
     engine.begin()
     posters = [engine.poster([f"In.m{number}"]) for number in range(size)]
     start = time.process_time()

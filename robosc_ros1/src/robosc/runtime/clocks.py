@@ -79,9 +79,14 @@ class Clocks:
         for timer in self._timers:
             self._restart(timer, now)
 
-    @property
-    def are_running(self) -> bool:
-        return bool(self._heap)
+    def any_due(self, now: Callable[[], float]) -> bool:
+        """Whether the time of some clock may have come."""
+        heap = self._heap
+        if not heap:
+            return False
+        time = now()
+        self._notice_jump(time)
+        return heap[0][0] <= time
 
     @property
     def have_timers(self) -> bool:
@@ -179,4 +184,5 @@ class Clocks:
     def _notice_jump(self, now: float) -> None:
         if now < self._now or self._now == BEFORE_TIME < now:
             self.restart(now)
-        self._now = now
+        else:
+            self._now = now

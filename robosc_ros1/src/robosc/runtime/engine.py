@@ -205,13 +205,13 @@ class Engine:
 
     def cycle(self, item: _Item = None) -> None:
         """Handle the item and all that is queued, then perform each command that is due, once."""
-        self._guarded(lambda: self._cycle(item))
+        self._guarded(self._cycle, item)
 
-    def _guarded(self, function: Callable[[], None]) -> None:
+    def _guarded(self, function: Callable[..., None], *arguments: Any) -> None:
         """No exception ends the engine: one that is unforeseen makes a safe stop."""
         number = self.recorder.number
         try:
-            function()
+            function(*arguments)
         except Exception:
             self._log("error", "internal", "unexpected error:\n" + traceback.format_exc())
             try:
@@ -242,7 +242,8 @@ class Engine:
                 break
             if item is not None:
                 self._take(item)
-        self._fire_clocks()
+        if self._clocks.any_due(self._port.now):
+            self._fire_clocks()
         earliest = self._calls.earliest
         if earliest is not None and earliest <= self._steady():
             for key, reason in self._calls.expired(self._steady()):
@@ -275,8 +276,6 @@ class Engine:
 
     def _fire_clocks(self) -> None:
         """Apply the timeouts and take the delayed transitions whose time has come."""
-        if not self._clocks.are_running:
-            return
         for clock in self._clocks.due(self._port.now()):
             if isinstance(clock, Timer):
                 path = clock.step()
@@ -304,7 +303,10 @@ class Engine:
 
         Returns the events that could be applied.
         """
-        applied = [entry for entry in entries if self._apply(entry, message)]
+        applied = []
+        for entry in entries:
+            if self._apply(entry, message):
+                applied.append(entry)
         if len(applied) == 1:
             writes = applied[0].writes
         else:

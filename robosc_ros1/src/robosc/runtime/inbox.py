@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import Any, Callable, Deque, Optional, Tuple
+from typing import Any, Callable, Deque, List, Optional, Tuple, Union
 
 __all__ = ["LIMIT", "Inbox"]
 
@@ -22,6 +22,17 @@ class Inbox:
     """``put`` takes a message into the engine's queue, as ``(entries, message, inbox)``; ``now``
     tells the time (None: it does not matter)."""
 
+    __slots__ = (
+        "_arrivals",
+        "_entries",
+        "_latest",
+        "_lock",
+        "_now",
+        "_put",
+        "dropped",
+        "is_watched",
+    )
+
     def __init__(
         self, put: Callable[[Any], None], entries: Any, now: Optional[Callable[[], float]]
     ) -> None:
@@ -31,7 +42,8 @@ class Inbox:
         self._entries = entries
         self._now = now
         self._lock = threading.Lock()
-        self._arrivals: Deque[float] = deque()
+        # Where times do not matter only their number does, for which a list takes less memory.
+        self._arrivals: Union[Deque[float], List[float]] = [] if now is None else deque()
         self._latest: Optional[Tuple[Any, float]] = None
 
     def post(self, message: Any) -> None:
@@ -49,7 +61,8 @@ class Inbox:
 
     def take(self) -> float:
         """The engine takes the message that has waited longest; when that arrived."""
-        arrival = self._arrivals.popleft()
+        arrivals = self._arrivals
+        arrival = arrivals.pop() if isinstance(arrivals, list) else arrivals.popleft()
         if self._latest is not None:
             with self._lock:
                 self._take_latest()
