@@ -81,6 +81,7 @@ function place(document) {
   const time = document.time + (page.ahead ?? 0);
   page.times.count(time, sortOf(document));
   page.times.tick(time, document);
+  hear(document, time);
 }
 
 function note(document) {
@@ -135,6 +136,7 @@ function forget() {
   Object.assign(page, { events: [], fresh: [], number: 0, time: 0, redrawList: true });
   page.followed.clear();
   page.times.clear();
+  clocks.heard.clear();
   for (const row of page.rows.values()) row.forget();
 }
 
