@@ -727,7 +727,7 @@ _ALL = (
     _warning(
         _WHOLE,
         "unused-enum-value",
-        "No expression asks for this value of the enum. (Defaults need not be asked for.)",
+        "No expression asks for this value, nor for any other of the enum.",
         "datatype enum Distance from double to { value > 9 -> far value > 1 -> near default ->"
         " here }",
         "Use it, or remove its rule.",

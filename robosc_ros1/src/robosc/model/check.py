@@ -174,7 +174,7 @@ def check_unused(
         return  # whoever imports it may read its variables
     expressions = list(all_expressions(model))
     _check_variables(component_table, expressions, report)
-    _check_enum_values(scope, model, expressions, type_declarations, report)
+    _check_enum_values(scope, expressions, type_declarations, report)
 
 
 def all_expressions(model: Model | Robot) -> Iterator[Expr]:
@@ -216,35 +216,30 @@ def _check_variables(
 
 def _check_enum_values(
     scope: FileScope,
-    model: Model,
     expressions: list[Expr],
     type_declarations: TypeDeclarations,
     report: Report,
 ) -> None:
-    """Values that no expression names; the default is what is left, it need not be named."""
-    named: set[tuple[str, str]] = set()
+    """Values of enums of which no expression names any; the default need not be named."""
+    named: set[str] = set()
     compared: set[str] = set()
     for part in _parts(expressions):
         match part:
-            case Literal(value=str() as value, type=EnumType(name=name, origin=origin)):
+            case Literal(type=EnumType(name=name, origin=origin)):
                 if origin == scope.origin:
-                    named.add((name, value))
+                    named.add(name)
             case Binary(left=left, right=right) if isinstance(left.type, EnumType):
                 if not isinstance(left, Literal) and not isinstance(right, Literal):
                     compared.add(left.type.name)
-    for component in model.components:
-        for variable in component.behaviour.variables if component.behaviour else ():
-            if isinstance(variable.type, EnumType):
-                named.add((variable.type.name, str(variable.initial)))
     for name in scope.datatypes:
         node = type_declarations.nodes[scope.origin, name]
         rules = getattr(node, "rules", ())
-        if name not in scope.used_datatypes or name in compared:
+        if name not in scope.used_datatypes or name in compared or name in named:
             continue
         seen = {rule.value.text for rule in rules if rule.condition is None}
         for rule in rules:
             value = rule.value.text
-            if value not in seen and (name, value) not in named:
+            if value not in seen:
                 report.add(
                     "unused-enum-value", rule.value.span, f"nothing asks for the value '{value}'"
                 )
