@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from emit.generated_code import supervisor_of
 from simulate.players import play, sent, session
+from simulate.test_replay import lines_of, run_of, write
 
+from robosc.runtime.values import jsonable
+from robosc.simulate.faults import InvalidLine
+from robosc.simulate.replay import replay
 from robosc.supervisor import Supervisor
 
 MODEL = """
@@ -80,3 +86,70 @@ def test_running_keeps_numbers_exactly(supervisor: Supervisor) -> None:
         "Battery.last": 0.2500000001,
         "Base.n": 1,
     }
+
+
+def test_goto_leads_to_what_the_model_asks_of_data(supervisor: Supervisor) -> None:
+    player = session(supervisor)
+    done = play(player, "goto Battery.charge > 0.2 and Battery.charge < Battery.last")
+    assert len(done.happenings) == 1
+    play(player, "expect enabled drive")
+    play(player, "goto !(Battery.charge > 0.2) and Base.n >= 2", "expect disabled step")
+    assert play(player, "goto !(0.2 < Battery.charge)").text == "it holds already"
+
+
+@pytest.mark.parametrize("condition", ["Battery.charge > 0.5", "Base.n < Battery.charge"])
+def test_goto_knows_nothing_else_of_data(supervisor: Supervisor, condition: str) -> None:
+    player = session(supervisor)
+    with pytest.raises(InvalidLine, match="a way can be found only to what decides on commands"):
+        player.do(f"goto {condition}")
+
+
+OBJECTS = """
+robot Courier {
+    interface links use Place from nowhere_msgs
+    datatype object Place { x: double name: string }
+    component Operator {
+        outgoing message place with type: Place links links
+        behaviour {
+            variable goal: Place
+            initial marked state on { on response from place do goal := value }
+        }
+    }
+    component Base { incoming message drive with type: Place links links }
+    requirement drive needs Operator.goal.x > 0.5
+    provide drive with Operator.goal
+}
+"""
+
+
+@pytest.mark.parametrize("execute", [False, True])
+def test_objects_are_given_by_their_parts(execute: bool) -> None:
+    player = session(supervisor_of(OBJECTS), execute=execute)
+    play(player, "expect disabled drive", 'place x: 0.75, name: "shelf"', "expect enabled drive")
+    play(player, "expect Operator.goal.x = 0.75", 'expect Operator.goal.name = "shelf"')
+    command = next(c for c in player.machine.commands() if c.event.name == "drive")
+    assert jsonable(command.data) == {"x": 0.75, "name": "shelf"}
+    play(player, "place x: 0.25", "expect disabled drive", 'expect Operator.goal.name = ""')
+
+
+def test_a_saved_script_with_objects_can_be_played_again() -> None:
+    first = session(supervisor_of(OBJECTS))
+    play(first, 'place x: 0.75, name: "shelf"', "drive")
+    second = session(supervisor_of(OBJECTS))
+    play(second, *(line for line in first.script().splitlines() if not line.startswith("#")))
+    assert second.machine.state == first.machine.state
+
+
+def test_goto_an_object() -> None:
+    player = session(supervisor_of(OBJECTS))
+    assert len(play(player, "goto Operator.goal.x > 0.5").happenings) == 1
+    play(player, "expect enabled drive")
+
+
+def test_a_log_with_objects_is_followed(tmp_path: Path) -> None:
+    supervisor = supervisor_of(OBJECTS)
+    player = session(supervisor, execute=True)
+    log = lines_of(run_of(player, 'place x: 0.75, name: "shelf"', "wait 0.2", "place x: 0.25"))
+    found = replay(supervisor, write(tmp_path / "events.log", log))
+    assert (found.departures, found.missing) == ((), ())
+    assert found.events > 4

@@ -236,7 +236,10 @@ class TypeTable:
             detail = f"field of {object_.name}"
             symbol = Symbol(SymbolKind.PROPERTY, name.text, object_.name, detail=detail)
             self.scope.names.note(name, symbol)
-        elif object_.property(name.text) is not None:
+        elif (
+            object_.property(name.text) is not None
+            and (object_.origin, object_.name) in self.type_declarations.nodes
+        ):
             node = self.type_declarations.property_node(object_, name.text)
             self.scope.names.use(name, node, object_.name)
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from robosc.ir.automaton import Event
 from robosc.ir.expr import to_dsl
-from robosc.model.types import EnumType
+from robosc.model.types import ArrayType, EnumType, ObjectType
 from robosc.simulate.conditions import condition
 from robosc.simulate.expectations import expect
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
@@ -285,7 +285,7 @@ class Session:
         lines += [f"expect {component}.{name}" for component, name in state.components.items()]
         for component in robot.components:
             for variable in component.behaviour.variables if component.behaviour else ():
-                if variable.in_state:
+                if variable.in_state and not isinstance(variable.type, ArrayType | ObjectType):
                     value = state.variables[variable.key]
                     shown = value if isinstance(variable.type, EnumType) else literal_text(value)
                     lines.append(f"expect {variable.key} = {shown}")

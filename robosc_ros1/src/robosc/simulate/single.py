@@ -11,12 +11,32 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from robosc.ir.automaton import Edge, Event, Parameter, Plant, PlantState, value_parts
-from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.automaton import (
+    Edge,
+    Event,
+    Parameter,
+    Plant,
+    PlantState,
+    VariableKind,
+    value_parts,
+)
+from robosc.ir.expr import Leaf, Undefined, evaluate, to_dsl
+from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import value_of
 from robosc.ir.step import Values, Verdict, valuations
+from robosc.language.operators import MIRRORED
 from robosc.model.entities import EventKind, Robot, Variable
-from robosc.model.expr import Expr, ValueRef, VariableRef, path_text, walk
+from robosc.model.expr import (
+    Binary,
+    Expr,
+    Literal,
+    TestRef,
+    ValueRef,
+    VariableRef,
+    path_text,
+    walk,
+)
+from robosc.model.presence import condition_on_data
 from robosc.model.types import DoubleType, IntegerType, Value, domain
 from robosc.runtime.values import widen
 from robosc.simulate.faults import InvalidLine, Refused
@@ -244,12 +264,7 @@ class SingleEvents:
     # --- where to --------------------------------------------------------------------------------
 
     def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
-        if any(
-            isinstance(part, VariableRef) and f"{part.component}.{part.variable}" in self._data
-            for part in walk(condition)
-        ):
-            raise InvalidLine("a way can be found only to what decides on commands, not to data")
-        test = self._stepper.test(condition)
+        test = self._stepper.test(self._of_the_plant(condition))
         start = self._now[0]
         if test(start):
             return []
@@ -273,6 +288,48 @@ class SingleEvents:
                 raise Refused(f"no way was found within {MOST_STATES:,} states")
         return None
 
+    def _of_the_plant(self, condition: Expr) -> Expr:
+        """The condition over states of the plant, which knows data by what the model asks of them.
+
+        Raises:
+            InvalidLine: the plant cannot tell where it holds.
+        """
+        found = self.plant.view.expression(condition_on_data(condition))
+        for part in walk(found):
+            known = True
+            match part:
+                case VariableRef(component=component, variable=name):
+                    known = (VariableKind.DATA, f"{component}.{name}") in self.plant.variable_index
+                case TestRef(name=name):
+                    known = (VariableKind.TEST, name) in self.plant.variable_index
+                case Binary(operator=operator) if operator in MIRRORED:
+                    known = self._tells_apart(part)
+            if not known:
+                text = to_dsl(part, self.plant.robot)
+                raise InvalidLine(
+                    "a way can be found only to what decides on commands, not to data:"
+                    f" '{text}' does not"
+                )
+        return found
+
+    def _tells_apart(self, comparison: Binary) -> bool:
+        """Whether the plant knows where a comparison of data with a constant holds."""
+        operator, term, constant = comparison.operator, comparison.left, comparison.right
+        if isinstance(term, Literal):
+            operator, term, constant = MIRRORED[operator], constant, term
+        index = self.plant.variable_index
+        match term:
+            case VariableRef(component=component, variable=name):
+                found = index.get((VariableKind.DATA, f"{component}.{name}"))
+            case TestRef(name=name):
+                found = index.get((VariableKind.TEST, name))
+            case _:
+                return True
+        classes = None if found is None else self.plant.variables[found].values
+        if not isinstance(classes, Classes) or not isinstance(constant, Literal):
+            return found is not None
+        return classes.tell(operator, constant.value)
+
     def _trace(
         self, came: Mapping[PlantState, tuple[PlantState, int, Values] | None], end: PlantState
     ) -> list[tuple[Event, Given]]:
@@ -288,9 +345,11 @@ class SingleEvents:
     def _filled(self, event: Event, values: Values) -> Given:
         """A value of the plant with the parts that only data reads."""
         taken = dict(zip((p.path for p in event.parameters), values, strict=True))
-        if set(value_parts(event)) <= set(taken):
+        parts = value_parts(event)
+        if set(parts) <= set(taken):
             return taken
-        raw = {path_text(path): value for path, value in taken.items()} or None
+        # Tests are no parts of the value.
+        raw = {path_text(path): value for path, value in taken.items() if path in parts} or None
         return {**complete(self.plant.robot, event, raw, label(event)), **taken}
 
     def draw(self, rng: random.Random) -> tuple[Event, Given] | None:

@@ -110,6 +110,13 @@ class Classes(Sequence[Any]):
 
     # --- conditions
 
+    def tell(self, operator: str, constant: Value) -> bool:
+        """Whether a comparison with a constant comes out alike for all values of each class."""
+        asked = {(operator, constant)}
+        if not isinstance(self.type, DoubleType):  # the opposite is not the same for NaN
+            asked.add((_OPPOSITE[operator], constant))
+        return not asked.isdisjoint(self.comparisons)
+
     def condition(self, needed: Collection[int], free: Collection[int]) -> Condition:
         """A short condition that holds in all needed classes and in no other than the free ones."""
         if isinstance(self.type, StringType):
