@@ -108,6 +108,7 @@ BROKEN: list[tuple[str, Any]] = [
     ("model", {"version": 1, "robot": "R", "components": [], "commands": "all"}),
     ("state", {"version": 1, "commands": 3}),
     ("state", {"version": 1, "commands": [], "components": None, "variables": None}),
+    ("state", {"version": 1, "commands": [], "components": {}, "variables": {}}),
     ("event", {"version": 1, "outcome": "applied"}),
     ("event", {"version": 1, "outcome": "applied", "event": {}, "number": 10**6, "time": "now"}),
 ]

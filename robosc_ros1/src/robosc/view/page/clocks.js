@@ -10,7 +10,7 @@ function hear({ event, outcome }, time) {
 }
 
 function showClocks() {
-  const state = page.state;
+  const state = page.shown; // what cannot be shown is told elsewhere
   if (!state || page.held || document.body.classList.contains("stale")) return;
   const time = now();
   const passed = Math.max(0, time - state.time - (page.ahead ?? 0));
