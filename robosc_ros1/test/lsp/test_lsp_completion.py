@@ -124,6 +124,69 @@ def test_libraries_and_their_components(tmp_path: Path) -> None:
     assert found[:2] == ["Arm", "Leg"]
 
 
+TRACKS = """library Tracks {
+    parameter grip: double = 0.5
+    datatype enum Grip from double to { value > grip -> good default -> poor }
+    component Track {
+        constant radius: double = 0.1
+        parameter wait: duration = 1 s
+        condition still = on_
+        incoming message turn with type: double
+        behaviour { initial marked state on_ {} }
+    }
+}
+"""
+CART = """robot Cart {
+    parameter limit: double = 2.5
+    constant pause: duration = 2 s
+    condition calm = Left.still
+    component Left from Tracks import Track with prefix: "/left", radius: 0.2
+    component Eye {
+        parameter least: integer(0..9) = 3
+        outgoing message seen with timeout: pause, type: double
+        behaviour {
+            variable v: double
+            initial marked state open { on response from seen do v := value after pause goto open }
+        }
+    }
+    requirement turn needs Eye.v > limit
+    datatype enum Sight from double to { value > limit -> far default -> near }
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "some"),
+    [
+        ("needs Eye.v > limit", "needs |", ["limit", "pause", "calm", "Eye", "Left", "Tracks"]),
+        ("needs Eye.v > limit", "needs Eye.|", ["least", "v", "open"]),
+        ("needs Eye.v > limit", "needs Left.|", ["radius", "wait", "still", "on_"]),
+        ("needs Eye.v > limit", "needs Tracks.|", ["grip", "Grip"]),
+        ('prefix: "/left", radius: 0.2', "|", ["prefix:", "radius:", "wait:"]),
+        ("radius: 0.2", "radius: 0.2, |", ["wait:"]),
+        ("timeout: pause", "timeout: |", ["pause"]),
+        ("after pause", "after |", ["pause"]),
+        ("limit: double = 2.5", "limit: |", ["double", "duration", "Sight"]),
+        ("value > limit ->", "value > |", ["limit", "pause"]),
+        ("goto open }", "if | goto open }", ["least", "limit", "v"]),
+    ],
+)
+def test_constants_parameters_and_conditions(
+    tmp_path: Path, old: str, new: str, some: list[str]
+) -> None:
+    (tmp_path / "tracks.rscd").write_text(TRACKS)
+    desk = Desk(folders=[str(tmp_path)])
+    path = tmp_path / "cart.rscd"
+    open_text(desk, path, CART)
+    assert old in CART
+    text, offset = cursor(CART.replace(old, new, 1))
+    open_text(desk, path, text)
+    found = [candidate.label for candidate in complete(desk, str(path), offset)]
+    assert set(some) <= set(found), found
+    if old == "radius: 0.2":
+        assert not {"prefix:", "radius:"} & set(found)
+
+
 SEEN = 'outgoing message seen with identifier: "/seen", type: Sight'
 
 

@@ -48,6 +48,29 @@ robot R {
 """
 
 
+NAMED = """\
+robot N {
+    parameter limit: double = 2.5
+    component Left from Base import Hub with prefix: "/left", radius: 2 * 1, least: 3
+    condition far = Left.size > limit
+    requirement spin needs far and Left.least > 1
+    provide spin with Left.radius
+}
+"""
+HUB = """\
+    component Hub {
+        constant radius: double = 0.5
+        parameter least: integer(0..9) = 2
+        incoming message spin with type: double
+        outgoing message grown with type: double
+        behaviour {
+            variable size: double = radius
+            initial marked state on { on response from grown do size := value }
+        }
+    }
+"""
+
+
 @pytest.fixture
 def desk(tmp_path: Path) -> Desk:
     (tmp_path / "base.rscd").write_text(LIBRARY)
@@ -319,3 +342,24 @@ def test_definitions_of_types_that_ros_itself_defines(
     found = definition_of(analysis, named(analysis, words, inside))
     assert found is not None
     assert (Path(found.source.path).name, found.text, found.line) == (file, text, line)
+
+
+def test_parameters_and_arguments_of_imports(desk: Desk, tmp_path: Path) -> None:
+    base = tmp_path / "base.rscd"
+    base.write_text(LIBRARY.replace("library Base {\n", f"library Base {{\n{HUB}", 1))
+    analysis = open_text(desk, tmp_path / "n.rscd", NAMED)
+    limit = named(analysis, "limit\n")
+    assert limit.symbol.kind is SymbolKind.PARAMETER
+    assert "parameter of the node: double" in hover_text(analysis, limit, None)
+    least = named(analysis, "least: 3")
+    assert least.symbol.kind is SymbolKind.PARAMETER
+    assert named(analysis, "Left.least", 6).symbol.key == least.symbol.key
+    edits = rename(desk, str(tmp_path / "n.rscd"), least.symbol, "fewest")
+    text = applied(analysis.source, edits.pop(str(tmp_path / "n.rscd")))
+    assert "radius: 2 * 1, fewest: 3" in text
+    assert "far and Left.fewest > 1" in text
+    ((file, (edit,)),) = edits.items()
+    assert (file, edit.span.text) == (str(base), "least")
+    left = named(analysis, "Left from").symbol
+    found = references(desk, str(tmp_path / "n.rscd"), left)
+    assert {Path(file).name: len(here) for file, here in found.items()} == {"n.rscd": 4}

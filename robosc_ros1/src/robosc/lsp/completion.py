@@ -16,6 +16,7 @@ from robosc.lsp.offers import (
     keywords,
 )
 from robosc.model.entities import EventKind
+from robosc.model.tables import Instance
 from robosc.model.types import ObjectType, Type
 
 __all__ = ["Candidate", "complete"]
@@ -88,6 +89,22 @@ class _Completer(Offers):
                 yield from self._datatype()
             case "interface":
                 yield from self._interface()
+            case "constant" | "parameter" | "condition":
+                yield from self._value()
+
+    def _value(self) -> Iterator[Candidate]:
+        """A constant, a parameter or a named condition."""
+        words, last = self._context.words, self._context.last
+        if last == ":":
+            yield from self._types(variable=True)
+            yield Candidate("duration", "keyword", "built-in type")
+        elif last == "=":
+            type_ = self._type_named(self._context.behind(":"))
+            yield from self._expression(type_)
+        elif "=" in words:
+            yield from self._expression_or_more()
+        elif ":" in words or self._context.word(0) == "condition":
+            yield from keywords(("=",) if len(words) > 1 else ())
 
     def _import(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
@@ -103,10 +120,29 @@ class _Completer(Offers):
         elif self._context.word(-2) == "import":
             yield Candidate("with prefix:", "keyword", text='with prefix: "')
             yield from self._next()
-        elif last == "with":
-            yield Candidate("prefix:", "keyword", text='prefix: "')
-        elif "prefix" in words:
+        elif last in ("with", ",") and "with" in words:
+            if "prefix" not in words:
+                yield Candidate("prefix:", "keyword", text='prefix: "', rank=0)
+            yield from self._arguments()
+        elif "with" in words:
             yield from self._next()
+
+    def _arguments(self) -> Iterator[Candidate]:
+        """What an import can set of a component: what it has not set yet."""
+        words = self._context.words
+        for owner in self._imported(self._context.behind("from"), self._context.behind("import")):
+            for name in owner.types.values.settable:
+                if name not in words[words.index("with") :]:
+                    yield Candidate(f"{name}:", "constant", text=f"{name}: ")
+
+    def _imported(self, library: str, component: str) -> Iterator[Instance]:
+        for file in self._desk.all_files(self._path):
+            analysis = self._desk.analysis(file)
+            contents = analysis.contents if analysis is not None else None
+            if contents is not None and contents.scope.node.name.text == library:
+                found = contents.instances.get(component)
+                if found is not None:
+                    yield found
 
     def _library_components(self, library: str) -> Iterator[Candidate]:
         for file in self._desk.all_files(self._path):
@@ -192,6 +228,10 @@ class _Completer(Offers):
             yield from keywords(("message",))
         elif first == "behaviour":
             return
+        elif first in ("constant", "parameter", "condition"):
+            yield from self._value()
+        elif last == ":" and self._context.word(-2) == "timeout":
+            yield from self._durations()
         elif last == "links":
             yield from self._interfaces()
         elif last == ":" and self._context.word(-2) in ("type", "request", "response", "feedback"):
@@ -230,6 +270,14 @@ class _Completer(Offers):
                 yield from self._on()
             case "transition":
                 yield from self._clauses(("if", "goto"))
+            case "after":
+                yield from self._after()
+
+    def _after(self) -> Iterator[Candidate]:
+        if len(self._context.words) == 1:
+            yield from self._durations()
+        else:
+            yield from self._clauses(("if", "do", "goto"))
 
     def _variable(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
@@ -334,6 +382,8 @@ class _Completer(Offers):
             yield from keywords(("->", *OPERATORS, *COMPARISONS))
         else:
             yield from keywords(("value", "true", "false"))
+            for contents in self._known:
+                yield from self._named_values(contents.types.values)
 
     # --- provided data ---------------------------------------------------------------------------
 

@@ -21,7 +21,7 @@ _STARTS = {block: starts_of(block) for block in _BLOCKS}
 """The first words of the declarations of each block."""
 
 _EXPECT_NAME = frozenset({
-    ".", "robot", "library", "component", "requirement", "provide", "interface", "message",
+    ".", "robot", "library", "component", "constant", "parameter", "condition", "requirement", "provide", "interface", "message",
     "service", "action", "variable", "state", "from", "to", "goto", "do", "if", "needs",
     "disables", "never", "always", "use", "import", "links", "object", "enum", "->", ":=", "(",
     ",", ":", "[", *symbols(words=True), *symbols(words=False),

@@ -15,7 +15,14 @@ from robosc.model.entities import EventKind, Kind
 from robosc.model.file_resolver import FileContents
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
-from robosc.syntax.nodes import ComponentNode, ImportNode, RangeNode
+from robosc.model.value_scope import ValueScope
+from robosc.syntax.nodes import (
+    ComponentNode,
+    ConditionNode,
+    ImportNode,
+    ParameterNode,
+    RangeNode,
+)
 
 __all__ = [
     "BLOCK_WORDS",
@@ -251,13 +258,37 @@ class Offers:
                     yield Candidate(name, "variable", node.type.span.text)
                 for name in owner.states:
                     yield Candidate(name, "state", f"state of {self._own}")
+                yield from self._named_values(owner.types.values)
         for contents in self._known:
+            yield from self._named_values(contents.types.values)
+            for name in contents.types.libraries:
+                yield Candidate(name, "library", rank=2)
             for name, owner in contents.instances.items():
-                if owner.members and not self._is_further_copy(owner):
+                named = owner.members or list(owner.types.values.declared)
+                if named and not self._is_further_copy(owner):
                     yield Candidate(self._indexed(name), "component")
             if expected is None:
                 for value in contents.types.enum_values():
                     yield Candidate(value, "enum value", rank=2)
+
+    def _named_values(self, scope: ValueScope, rank: int = 1) -> Iterator[Candidate]:
+        """The constants, parameters and conditions that a file or a component declares."""
+        for name in scope.declared:
+            node = scope.node(name)
+            if isinstance(node, ConditionNode):
+                yield Candidate(name, "condition", rank=rank)
+            elif node is not None:
+                kind = "parameter" if isinstance(node, ParameterNode) else "constant"
+                yield Candidate(name, kind, node.type.span.text, rank=rank)
+
+    def _durations(self) -> Iterator[Candidate]:
+        """Names of durations, behind ``timeout:`` and ``after``."""
+        for contents in self._known:
+            scopes = [contents.types.values]
+            scopes += [owner.types.values for owner in self._owners(self._own)]
+            for candidate in (c for scope in scopes for c in self._named_values(scope, rank=0)):
+                if candidate.detail == "duration":
+                    yield candidate
 
     def _values(self, type_: Type | None) -> Iterator[Candidate]:
         if isinstance(type_, EnumType):
@@ -304,7 +335,13 @@ class Offers:
                     yield Candidate(name, "variable", node.type.span.text)
                 for name in owner.states:
                     yield Candidate(name, "state", f"state of {owner.name}")
+                yield from self._named_values(owner.types.values)
         for contents in self._known:
+            library = contents.types.libraries.get(chain[0])
+            if library is not None:
+                yield from self._named_values(library.values)
+                for name in library.scope.datatypes:
+                    yield Candidate(name, "enum" if library.enum(name) else "object", rank=0)
             enum = contents.types.enum(chain[0])
             yield from self._values(enum)
 

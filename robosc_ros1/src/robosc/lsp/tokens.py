@@ -36,6 +36,7 @@ _OF_SYMBOL = {
     SymbolKind.ROS_PACKAGE: "namespace",
     SymbolKind.ROS_CONSTANT: "enumMember",
     SymbolKind.CONSTANT: "variable",
+    SymbolKind.PARAMETER: "variable",
     SymbolKind.CONDITION: "variable",
     SymbolKind.INCOMING: "parameter",
 }

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from robosc.model.datatypes import TypeTable
 from robosc.model.expr import Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
+from robosc.model.occurrences import Declaration
 from robosc.model.report import Report
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
@@ -15,11 +16,7 @@ from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
     BinaryNode,
-    ComponentNode,
-    EnumNode,
-    ImportNode,
     Name,
-    ObjectNode,
     ValueNode,
 )
 
@@ -114,6 +111,12 @@ class Meanings:
         if id(meaning) in self._named:
             node, owner_name = self._named[id(meaning)]
             self._types.scope.names.use(_last(access), node, owner_name)
+            if access.path:
+                library = self._types.libraries.get(access.root.text)
+                owner_node = self._declaration(access.root.text)
+                if owner_node is None and library is not None:
+                    owner_node = library.scope.node
+                self._types.scope.names.use(access.root, owner_node)
             return
         if isinstance(meaning, Literal):
             if isinstance(meaning.type, EnumType):
@@ -137,7 +140,7 @@ class Meanings:
             names.use(access.root, info.instance.declaration)
         names.use(last, info.node, info.instance.name)
 
-    def _declaration(self, name: str) -> ComponentNode | ImportNode | ObjectNode | EnumNode | None:
+    def _declaration(self, name: str) -> Declaration | None:
         """What may stand before a point: a component or a datatype."""
         found = self._symbols.declaration(name) if self._symbols is not None else None
         return found or self._types.scope.datatypes.get(name)

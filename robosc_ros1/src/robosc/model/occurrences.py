@@ -36,7 +36,7 @@ from robosc.syntax.nodes import (
     VariableNode,
 )
 
-__all__ = ["NameIndex", "NameRecorder", "Occurrence", "Symbol", "SymbolKind"]
+__all__ = ["Declaration", "NameIndex", "NameRecorder", "Occurrence", "Symbol", "SymbolKind"]
 
 
 class SymbolKind(Enum):
@@ -52,6 +52,7 @@ class SymbolKind(Enum):
     VALUE = "enum value"
     INTERFACE = "interface"
     CONSTANT = "constant"
+    PARAMETER = "parameter"
     CONDITION = "condition"
     ROS_TYPE = "ROS type"
     ROS_PACKAGE = "ROS package"
@@ -236,8 +237,10 @@ def _kind_and_detail(
             return SymbolKind.PROPERTY, f"property: {type_.span.text}"
         case EnumNode(source=source):
             return SymbolKind.ENUM, f"datatype enum from {source.span.text}"
-        case ConstantNode(type=type_) | ParameterNode(type=type_):
+        case ConstantNode(type=type_):
             return SymbolKind.CONSTANT, f"constant: {type_.span.text}"
+        case ParameterNode(type=type_):
+            return SymbolKind.PARAMETER, f"parameter of the node: {type_.span.text}"
         case ConditionNode(value=value):
             return SymbolKind.CONDITION, f"condition = {value.span.text}"
         case InterfaceNode(package=package, type=ros_type):
