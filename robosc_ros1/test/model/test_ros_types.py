@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from model_text import behaviour_of, faults, resolve
 from test_ros_definitions import around, package
 
+from robosc.emit.python import Attributes, in_controller
+from robosc.language.functions import HELPERS
 from robosc.model.entities import Binding, DataArray, DataObject
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import Binary, Literal
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.types import DURATIONS
 from robosc.model.types import (
     ArrayType,
     DoubleType,
@@ -283,3 +288,29 @@ def test_a_missing_package_is_told_once_with_what_to_install() -> None:
     assert robot is None
     (fault,) = diagnostics
     assert fault.code == "ros-type-unknown" and "ros-nav-msgs" in (fault.hint or "")
+
+
+@pytest.mark.parametrize(
+    ("default", "parts"),
+    [
+        ("1.5 s", (1, 500_000_000)),
+        ("0.1 s", (0, 100_000_000)),
+        ("1 h", (3600, 0)),
+        ("999999999.5 ms", (999_999, 999_500_000)),
+        ("2.9999999999 s", (3, 0)),
+    ],
+)
+@pytest.mark.parametrize("word", ["constant", "parameter"])
+def test_durations_are_sent_by_name(
+    p: MessageDefinitions, word: str, default: str, parts: tuple[int, int]
+) -> None:
+    text = f"{word} long: duration = {default} {WAY % 'pause: long'}"
+    robot = resolve(text, p)
+    (data,) = (dict(provide.data.fields)["pause"] for provide in robot.provides)
+    assert isinstance(data, DataObject)
+    assert tuple(name for name, _ in data.fields) in DURATIONS.values()
+    assert tuple(evaluate(value, lambda leaf: None) for _, value in data.fields) == parts
+    attributes = Attributes({}, {}, {}, {}, parameters={"long": "long"})
+    controller = SimpleNamespace(long=robot.parameters[0].default if robot.parameters else None)
+    for (_, value), part in zip(data.fields, parts, strict=True):
+        assert eval(in_controller(value, attributes), {**HELPERS, "self": controller}) == part

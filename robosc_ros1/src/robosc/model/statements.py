@@ -20,8 +20,8 @@ from robosc.model.entities import (
     Provide,
     Requirement,
 )
-from robosc.model.expected import BOOLEAN, expected_type
-from robosc.model.expr import Literal
+from robosc.model.expected import BOOLEAN, ExpectedType, expected_type
+from robosc.model.expr import Binary, Call, Literal
 from robosc.model.expressions import Typer, no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.report import Report
@@ -29,7 +29,15 @@ from robosc.model.ros.links import Binder
 from robosc.model.ros.types import DURATIONS, TIMES
 from robosc.model.scope import report_duplicate
 from robosc.model.tables import CommunicationInfo, SymbolTable
-from robosc.model.types import ArrayType, IntegerType, NoneType, ObjectType, Type
+from robosc.model.types import (
+    ArrayType,
+    DoubleType,
+    DurationType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    Type,
+)
 from robosc.model.values import check_range, coerce, describe
 from robosc.runtime.values import NOW
 from robosc.source import Span
@@ -167,6 +175,8 @@ class StatementResolver:
             return self._duration(node, type_, place)
         if isinstance(type_, ObjectType) and type_.name in TIMES and _is_now(node):
             return Literal(NOW, type_, node.span)
+        if isinstance(type_, ObjectType) and type_.name in DURATIONS and isinstance(node, Access):
+            return self._named_duration(node, type_, place)
         if isinstance(type_, ArrayType | ObjectType) and not isinstance(node, LiteralNode):
             return self._typer.check(node, expected_type(type_), place)
         if isinstance(type_, ObjectType):
@@ -205,6 +215,24 @@ class StatementResolver:
         return DataObject(
             tuple((name, Literal(part, IntegerType(), node.span)) for name, part in fields)
         )
+
+    def _named_duration(self, node: Access, type_: ObjectType, place: str) -> Data | None:
+        """A constant, a parameter or a variable as the message that ROS has for durations."""
+
+        def accepted(given: Type) -> bool:
+            return given == type_ or isinstance(given, DurationType)
+
+        found = self._typer.check(node, ExpectedType(describe(type_), accepted), place)
+        if found is None or not isinstance(found.type, DurationType):
+            return found
+        integer = IntegerType()
+        second = Literal(10**9, integer)
+        exact = Binary("*", found, Literal(1e9, DoubleType()), DoubleType())
+        nanoseconds = Call("round", (exact,), integer, node.span)
+        whole = Binary("/", nanoseconds, second, DoubleType())
+        rest = Binary("%", nanoseconds, second, integer, node.span)
+        parts = Call("floor", (whole,), integer, node.span), rest
+        return DataObject(tuple(zip(DURATIONS[type_.name], parts, strict=True)))
 
     def _object(self, node: DataObjectNode, type_: ObjectType) -> DataObject | None:
         fields: list[tuple[str, Data]] = []
