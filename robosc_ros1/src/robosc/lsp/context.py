@@ -21,10 +21,10 @@ _STARTS = {block: starts_of(block) for block in _BLOCKS}
 """The first words of the declarations of each block."""
 
 _EXPECT_NAME = frozenset({
-    ".", "robot", "library", "component", "constant", "parameter", "condition", "requirement", "provide", "interface", "message",
-    "service", "action", "variable", "state", "from", "to", "goto", "do", "if", "needs",
-    "disables", "never", "always", "use", "import", "links", "object", "enum", "->", ":=", "(",
-    ",", ":", "[", *symbols(words=True), *symbols(words=False),
+    ".", "robot", "library", "component", "constant", "parameter", "condition", "requirement",
+    "provide", "interface", "message", "service", "action", "variable", "state", "from", "to",
+    "goto", "do", "if", "needs", "disables", "never", "always", "use", "import", "links", "object",
+    "enum", "->", ":=", "(", ",", ":", "[", *symbols(words=True), *symbols(words=False),
 })  # fmt: skip
 """After these a word is a name rather than the beginning of the next declaration."""
 

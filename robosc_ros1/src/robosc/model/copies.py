@@ -66,11 +66,9 @@ def write_out(node: FileNode, report: Report) -> FileNode:
     declarations: list[DeclarationNode] = []
     for item in node.declarations:
         declarations += writer.declaration(item, _Scope())
-    pending = tuple((what, span) for what, span in node.pending if _key(span) not in writer.done)
     return replace(
         node,
         declarations=tuple(declarations),
-        pending=pending,
         written=node,
         mentions=tuple(writer.mentions),
     )
@@ -92,10 +90,6 @@ def over_copies(node: ExprNode, components: Iterable[str], report: Report) -> Ex
     }
     written: ExprNode = _Writer(several, report).node(node, _Scope())
     return written
-
-
-def _key(span: Span) -> tuple[int, int]:
-    return span.start, span.end
 
 
 @dataclass(frozen=True)
@@ -125,14 +119,13 @@ class _Scope:
 
 
 class _Writer:
-    """Writes the declarations of one file; ``done`` are the places of what is written out."""
+    """Writes the declarations of one file."""
 
     def __init__(self, several: Mapping[str, RangeNode], report: Report) -> None:
         self._several = several
         self._report = report
         self._touched: dict[int, bool] = {}
         self._aggregates: dict[int, ExprNode] = {}
-        self.done: set[tuple[int, int]] = set()
         self.mentions: list[Name] = []
 
     # --- declarations ---
@@ -145,7 +138,6 @@ class _Writer:
         return (self.node(item, scope),)
 
     def _indexes(self, node: RangeNode) -> range:
-        self.done.add(_key(node.span))
         if node.first > node.last:
             message = f"{node.first} lies behind {node.last}"
             self._report.add("empty-range", node.span, message, "write the smaller one first")
@@ -175,13 +167,11 @@ class _Writer:
         return copies
 
     def _for(self, node: ForNode, scope: _Scope) -> list[DeclarationNode]:
-        self.done.add(_key(node.span))
         written: list[DeclarationNode] = []
         for index in self._indexes(node.indexes):
             inner = scope.number(node.variable.text, index)
             for statement in node.statements:
                 if isinstance(statement, ConditionNode):
-                    self.done.add(_key(statement.span))
                     value = self.node(statement.value, inner)
                     inner = inner.condition(statement.name.text, value)
                     continue
@@ -212,7 +202,6 @@ class _Writer:
             case MemberNode(object=ElementNode(array=Access(path=()) as array, index=index)) if (
                 self._is_several(array, scope)
             ):
-                self.done.update((_key(node.span), _key(node.object.span)))
                 return self._member(array, index, node, scope)
             case BinaryNode(left=AggregateNode() as many, operator=operator, right=right) if (
                 operator in MIRRORED and many.function.text == "count"
@@ -270,9 +259,7 @@ class _Writer:
             return LiteralNode(scope.numbers[name], span=node.span)
         if name not in self._several:
             return node
-        self.done.add(_key(node.span))
         if node.index is not None:
-            self.done.add((node.span.start, node.index.span.end + 1))
             return self._one(node, self._constant(node.index, scope), node.path)
         if node.path and isinstance(node.path[0], int):
             return self._one(node, node.path[0], node.path[1:])
@@ -324,7 +311,6 @@ class _Writer:
         first, last = self._several[name].first, self._several[name].last
         self.mentions.append(replace(base.root, text=copy_name(name, first)))
         if isinstance(array, SliceNode):
-            self.done.add(_key(array.span))
             low, high = self._constant(array.first, scope), self._constant(array.last, scope)
             for index, place in ((low, array.first), (high, array.last)):
                 if index is not None and not first <= index <= last:
@@ -332,7 +318,6 @@ class _Writer:
                     message = f"there is no {copy_name(name, index)}"
                     self._report.add("bad-index", place.span, message, hint)
             first, last = max(first, low or first), min(last, high or last)
-        self.done.add(_key(node.span))
         variable = node.variable.text
         return [
             scope.component(variable, copy_name(name, index)) for index in range(first, last + 1)

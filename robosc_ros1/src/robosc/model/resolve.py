@@ -24,7 +24,7 @@ from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.types import RosTypes
 from robosc.model.scope import FileScope
 from robosc.source import Source
-from robosc.syntax.nodes import FileNode, ImportNode
+from robosc.syntax.nodes import ImportNode
 from robosc.syntax.parser import parse, read_source
 
 __all__ = ["Reading", "ResolvedFile", "load", "read"]
@@ -96,14 +96,6 @@ class Reading:
     libraries: Mapping[str, ResolvedFile]
 
 
-def _pending(node: FileNode) -> tuple[Diagnostic, ...]:
-    """What the grammar knows and the model does not know yet."""
-    return tuple(
-        Diagnostic(Severity.ERROR, "syntax", f"not supported yet: {what}", span)
-        for what, span in node.pending
-    )
-
-
 class _Loader:
     """One run: the file asked for and, through its imports, libraries."""
 
@@ -154,8 +146,6 @@ class _Loader:
         node, syntax = parse(source)
         if node is not None:
             node = write_out(node, report)
-        if node is not None and node.pending:
-            return ResolvedFile(None, (*report.diagnostics, *syntax, *_pending(node)))
         report.extend(syntax)
         if node is None:
             return ResolvedFile(None, report.diagnostics)

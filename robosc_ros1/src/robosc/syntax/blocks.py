@@ -262,7 +262,7 @@ class Block:
             if block:
                 inside, end = block.enter(reading, end, Header(at, end), rule.opening)
                 parts.append(inside)
-            node = reading.noted(rule.build(reading, at, end, parts))
+            node = rule.build(reading, at, end, parts)
         except Fault as fault:
             return self._recover(reading, at, fault, told)
         if rule.refusal:

@@ -553,8 +553,7 @@ class FileNode:
 
     ``broken`` holds every word in the declarations that were skipped for their faults: a name that
     is unknown but among them was probably declared there, and calling it unknown would be noise.
-    ``pending`` are constructs that the grammar knows and the model does not know yet, each with its
-    place. ``written`` is the file as it was written, where in this one the copies of components and
+    ``written`` is the file as it was written, where in this one the copies of components and
     statements are written out; ``mentions`` are names of components that this has left out.
     """
 
@@ -562,7 +561,6 @@ class FileNode:
     name: Name
     declarations: tuple[DeclarationNode, ...]
     broken: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
-    pending: tuple[tuple[str, Span], ...] = field(default=(), compare=False, repr=False)
     written: FileNode | None = field(default=None, compare=False, repr=False)
     mentions: tuple[Name, ...] = field(default=(), compare=False, repr=False)
     span: Span = _span()

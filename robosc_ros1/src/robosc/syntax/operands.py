@@ -151,7 +151,7 @@ class _Builder:
             )
             return
         span = self.reading.span(bracket.start, end)
-        self._put(self.reading.noted(_bracketed(self.reading, bracket, span)), bracket, end)
+        self._put(_bracketed(self.reading, bracket, span), bracket, end)
 
     def _put(self, node: ExprNode, bracket: _Bracket, end: int) -> None:
         inside = [*bracket.parts, bracket.base] if bracket.base else bracket.parts
@@ -166,7 +166,7 @@ class _Builder:
         assert of.node is not None
         path = make_parts(self.reading, start, end)
         span = self.reading.span(of.start, end)
-        node = self.reading.noted(MemberNode(of.node, path, span=span))
+        node = MemberNode(of.node, path, span=span)
         self.operands.append(_Operand(node, of.start, end, of.depth, of.nesting))
 
     def operator(self, symbol: str, at: int) -> None:
@@ -324,7 +324,7 @@ def make_leaf(reading: Reading, start: int, end: int, parts: list[Any]) -> ExprN
         number = make_number(reading, start)
         if end > start + 1:
             unit = reading.text(start + 1)
-            return cast(ExprNode, reading.noted(DurationNode(number, unit, span=span)))
+            return DurationNode(number, unit, span=span)
         return LiteralNode(number, span=span)
     return make_access(reading, start, end, [])
 

@@ -105,8 +105,7 @@ def _file(reading: Reading) -> FileNode | None:
     if name is None:
         return None
     broken = frozenset(reading.broken)
-    pending = tuple(reading.pending)
-    return FileNode(kind, name, tuple(declarations), broken, pending, span=reading.span(0, end))
+    return FileNode(kind, name, tuple(declarations), broken, span=reading.span(0, end))
 
 
 def _kind(reading: Reading) -> tuple[Literal["robot", "library"] | None, int]:

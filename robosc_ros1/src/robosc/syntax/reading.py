@@ -50,10 +50,6 @@ _LOOKAHEAD = 8
 """No rule of the grammar looks further ahead than so many tokens."""
 
 
-PENDING: dict[type, str] = {}
-"""Nodes whose meaning is not there yet; whoever gives them one removes them here."""
-
-
 class Fault(Exception):
     """What is wrong with the declaration that is being read.
 
@@ -144,8 +140,7 @@ class Reading:
     consequence. ``reopened`` tells that a block was continued behind its closing brace, so that the
     braces no longer count. ``broken`` collects the words of everything that was skipped: names that
     later stages must not call unknown. ``lifted`` holds, by block, nodes of declarations that stood
-    in a block inside it. ``pending`` are constructs that the model does not know yet. ``depth``
-    counts the open blocks.
+    in a block inside it. ``depth`` counts the open blocks.
     """
 
     def __init__(self, tokens: Tokens) -> None:
@@ -155,7 +150,6 @@ class Reading:
         self.diagnostics: list[Diagnostic] = list(tokens.diagnostics)
         self.broken: set[str] = set()
         self.lifted: dict[Any, list[Any]] = {}
-        self.pending: list[tuple[str, Span]] = []
         self.depth = 0
         self.settled = -1
         self.reopened = False
@@ -193,13 +187,7 @@ class Reading:
         if type(part) is not Form:
             return part
         parts = [self.made(inner, base) for inner in part.parts]
-        return self.noted(part.build(self, base + part.start, base + part.end, parts))
-
-    def noted(self, node: Any) -> Any:
-        """The node, after a note if the model does not know such nodes yet."""
-        if (what := PENDING.get(type(node))) is not None:
-            self.pending.append((what, node.span))
-        return node
+        return part.build(self, base + part.start, base + part.end, parts)
 
     def _explained(self, fault: ParseBaseException, base: int) -> Fault:
         at = base + fault.loc
