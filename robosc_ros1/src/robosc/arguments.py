@@ -150,14 +150,20 @@ def simulate(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--script", metavar="FILE", help="do the lines of a file, and end")
     parser.add_argument(
+        "--junit",
+        metavar="FILE",
+        type=Path,
+        help="with --script: write what came of its expectations as JUnit XML",
+    )
+    parser.add_argument(
         "--json", action="store_true", help="read and write JSON, a document per line"
     )
     _common(parser)
 
 
 def replay(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("log", metavar="LOG", help="the event log of a controller's node")
-    parser.add_argument("model", metavar="MODEL", help="the .rscd file it was generated from")
+    parser.add_argument("model", metavar="MODEL", help="the .rscd file of a controller's node")
+    parser.add_argument("log", metavar="LOG", help="the event log that the node has written")
     _json(parser)
     _common(parser)
 

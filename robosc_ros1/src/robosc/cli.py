@@ -190,12 +190,15 @@ def _format(args: Arguments) -> int:
 def _simulate(args: Arguments) -> int:
     from robosc import pipeline
     from robosc.simulate.faults import InvalidLine
+    from robosc.simulate.junit import junit_text
     from robosc.simulate.render import Style
     from robosc.simulate.run import follow_documents, follow_script, follow_typing
     from robosc.simulate.session import Session, read_lines
     from robosc.simulate.start import machine_maker, parameters
     from robosc.simulate.terminal import line_reader
 
+    if args.junit is not None and args.script is None:
+        raise UsageError("--junit tells what came of a script: give it with --script FILE")
     loaded = pipeline.load(args.model, _options(args))
     _report(loaded.diagnostics)
     supervisor = pipeline.supervise(loaded.robot, args.progress)
@@ -207,17 +210,26 @@ def _simulate(args: Arguments) -> int:
     except InvalidLine as fault:
         raise UsageError(str(fault)) from None
     if lines is not None:
-        return follow_script(session, lines, args.script, sys.stdout, sys.stderr, args.json)
+        done = follow_script(session, lines, args.script, sys.stdout, sys.stderr, args.json)
+        if args.junit is not None:
+            text = junit_text(args.script, loaded.robot.name, done.cases)
+            pipeline.write_text(args.junit, text)
+        return done.exit_code
     if args.json:
         return follow_documents(session, sys.stdin, sys.stdout)
     next_line = line_reader(session, sys.stdin)
     return follow_typing(session, next_line, sys.stdout, Style(_color(sys.stdout)))
 
 
+_MODELS = (".rscd", ".rsc")
+
+
 def _replay(args: Arguments) -> int:
     from robosc import pipeline
     from robosc.simulate.replay import replay, replay_document, replay_text
 
+    if Path(args.log).suffix in _MODELS and Path(args.model).suffix not in _MODELS:
+        args.model, args.log = args.log, args.model  # this order was the only one at first
     loaded = pipeline.load(args.model, _options(args))
     _report(loaded.diagnostics)
     supervisor = pipeline.supervise(loaded.robot, args.progress)
@@ -341,7 +353,7 @@ VERBS = (
     Verb(
         "replay",
         "follow the event log of a controller's node through its model",
-        "robosc replay events.log line_follower.rscd",
+        "robosc replay line_follower.rscd events.log",
         arguments.replay,
         _replay,
     ),

@@ -108,9 +108,11 @@ def generated_text(result: Generated) -> str:
     lines.append(f"done in {result.seconds:.2f} s; next:")
     name = result.package
     if output.target == "ros1":
-        lines.append(f"    catkin_make && roslaunch {name} {name}.launch")
+        lines.append("    catkin_make && source devel/setup.bash")
+        lines.append(f"    roslaunch {name} {name}.launch")
     else:
-        lines.append(f"    colcon build && ros2 launch {name} {name}.launch.py")
+        lines.append("    colcon build && source install/setup.bash")
+        lines.append(f"    ros2 launch {name} {name}.launch.py")
     return "\n".join(lines) + "\n"
 
 

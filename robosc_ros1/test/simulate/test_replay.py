@@ -71,7 +71,7 @@ def log(supervisor: Supervisor) -> list[str]:
 
 
 def test_a_run_follows_its_model(robosc: Robosc, tmp_path: Path, log: list[str]) -> None:
-    done = robosc("replay", write(tmp_path / "events.log", log), str(MODEL))
+    done = robosc("replay", str(MODEL), write(tmp_path / "events.log", log))
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == f"LineFollower: 1 run, {len(log)} events: follows the model\n"
 

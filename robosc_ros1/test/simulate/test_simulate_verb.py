@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 from cli import models
@@ -50,6 +51,29 @@ def typed(robosc: Robosc, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Comp
         return robosc("simulate", str(MODEL), *options)
 
     return run
+
+
+def test_a_script_is_told_as_junit(simulate, tmp_path: Path) -> None:
+    """What was not met is a failure; what ends the script is an error, and nothing comes behind."""
+    script = "expect Motor.moving\nexpect Motor.stopped # <&\x1b\ndistance free\nnonsense\nexpect x"
+    done = simulate(script, "--junit", "found.xml")
+    assert done.returncode == 2, done.stderr
+    text = (tmp_path / "found.xml").read_text(encoding="utf-8")
+    suite = ElementTree.fromstring(text)
+    assert suite.attrib == {"name": "run.sim", "tests": "3", "failures": "1", "errors": "1"}
+    cases = [(c.get("name"), c.get("line"), [part.tag for part in c]) for c in suite]
+    assert cases == [
+        ("line 1: expect Motor.moving", "1", []),
+        ("line 2: expect Motor.stopped # <&\N{REPLACEMENT CHARACTER}", "2", ["failure"]),
+        ("line 4: nonsense", "4", ["error"]),
+    ]
+    (failure,) = suite.iter("failure")
+    assert "Motor is in moving" in (failure.text or "")
+
+
+def test_junit_without_a_script_is_a_mistake(typed) -> None:
+    done = typed("", "--junit", "found.xml")
+    assert (done.returncode, "--script FILE" in done.stderr) == (2, True)
 
 
 def test_the_document_has_scripts() -> None:

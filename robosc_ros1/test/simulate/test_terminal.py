@@ -105,13 +105,20 @@ def test_words_are_completed_and_lines_called_back(terminal: Terminal) -> None:
     terminal.await_text("it holds already")
 
 
-def test_control_c_interrupts_quietly(terminal: Terminal) -> None:
+def test_control_c_gives_up_the_line_and_keeps_the_session(terminal: Terminal) -> None:
     terminal.await_prompt()
-    terminal.type("dist\t")
-    terminal.await_text("ance.response")
-    shown = terminal.interrupt()
-    assert terminal.exit_code == 130
-    assert shown.endswith("interrupted\r\n")
+    terminal.type("distance free\r")
+    terminal.await_prompt()
+    terminal.type("stance")
+    terminal.await_text("stance")
+    terminal.interrupt("to leave, type quit or press Ctrl-D")
+    terminal.await_text(">")
+    terminal.type("goto DistanceSensor.current = free\r")
+    terminal.await_text("it holds already")
+    terminal.await_prompt()
+    terminal.type("\x04")
+    shown = terminal.await_end()
+    assert terminal.exit_code == 0
     assert "Traceback" not in shown
 
 

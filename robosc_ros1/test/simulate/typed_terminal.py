@@ -67,12 +67,13 @@ class Terminal:
         self.exit_code = os.waitstatus_to_exitcode(os.waitpid(self.process, 0)[1])
         return self.shown
 
-    def interrupt(self) -> str:
-        """Press Ctrl-C until it ends: Python overlooks a signal just before it waits for a key."""
-        self.type("\x03")
-        while not select.select([self.ours], [], [], 1)[0]:
+    def interrupt(self, shown: str) -> None:
+        """Press Ctrl-C until this is shown: Python overlooks a signal just before it waits."""
+        while shown not in self.shown:
             self.type("\x03")
-        return self.await_end()
+            while shown not in self.shown and select.select([self.ours], [], [], 1)[0]:
+                assert self._read(), self.shown
+        self.await_text(shown)
 
     def _read(self) -> bool:
         """Read on; False at the end."""

@@ -5,43 +5,54 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import TextIO
 
 from robosc.simulate.documents import do_document, done_document, dump, fault_document
 from robosc.simulate.faults import Failed, LineFault
+from robosc.simulate.junit import Case
 from robosc.simulate.render import Style, fitted, happenings_text, session_text
 from robosc.simulate.session import Done, Session, code_of
 
-__all__ = ["follow_documents", "follow_script", "follow_typing", "told"]
+__all__ = ["Followed", "follow_documents", "follow_script", "follow_typing", "told"]
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """What came of a script: the exit code, and each line that had to come true."""
+
+    exit_code: int
+    cases: tuple[Case, ...]
 
 
 def follow_script(
     session: Session, lines: Iterable[str], name: str, out: TextIO, messages: TextIO, json: bool
-) -> int:
-    """Do the lines of a script; the exit code.
+) -> Followed:
+    """Do the lines of a script.
 
     An expectation that fails is told, and the script goes on; any other fault ends it, since what
     follows would be done in another state than its writer had in mind. Without ``json`` only what
     lines ask for is written (``show``, ``why``), and how many expectations were met.
     """
     codes = {0}
-    expected = met = 0
+    cases: list[Case] = []
     if json:
         _begin(session, out)
     for number, line in enumerate(lines, 1):
         is_expectation = line.split()[:1] == ["expect"]
-        expected += is_expectation
         try:
             done = session.do(line, numbers=False)
         except LineFault as fault:
             codes.add(code_of(fault))
+            cases.append(Case(number, line, fault))
             if json:
                 _write(out, dump(fault_document(number, fault)))
             print(f"{name}:{number}: {fault.kind}: {fault}", file=messages)
             if isinstance(fault, Failed) and is_expectation:
                 continue
             break
-        met += is_expectation
+        if is_expectation:
+            cases.append(Case(number, line))
         if json:
             _write(out, dump(done_document(session, number, done)))
         else:
@@ -49,9 +60,11 @@ def follow_script(
             out.write(text)
         if done.quit:
             break
+    expectations = [case for case in cases if case.line.split()[:1] == ["expect"]]
+    met = sum(case.fault is None for case in expectations)
     if not json:
-        print(f"{name}: {met} of {expected} expectations met", file=out)
-    return max(codes)
+        print(f"{name}: {met} of {len(expectations)} expectations met", file=out)
+    return Followed(max(codes), tuple(cases))
 
 
 def follow_documents(session: Session, lines: Iterable[str], out: TextIO) -> int:

@@ -22,11 +22,20 @@ _CONDITIONS = ("goto", "expect")
 def line_reader(session: Session, source: TextIO) -> Callable[[], str | None]:
     """A function that gives the next line, or None at the end of input.
 
-    Raises KeyboardInterrupt when the user presses Ctrl-C.
+    At a terminal, Ctrl-C gives up the line that is being typed; elsewhere it ends everything.
     """
     if not source.isatty():
         return lambda: source.readline() or None
-    return _prompt_toolkit(session) or _readline(session)
+    read = _prompt_toolkit(session) or _readline(session)
+
+    def next_line() -> str | None:
+        while True:
+            try:
+                return read()
+            except KeyboardInterrupt:
+                print("\nto leave, type quit or press Ctrl-D")
+
+    return next_line
 
 
 def completions(session: Session, before: str) -> list[str]:

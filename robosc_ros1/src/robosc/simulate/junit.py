@@ -1,0 +1,57 @@
+"""What came of a script as JUnit XML, which continuous integration reads."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+from robosc.simulate.faults import Failed, LineFault
+
+__all__ = ["Case", "junit_text"]
+
+_NO_XML = re.compile("[^\\t\\n\\r\\x20-\\ud7ff\\ue000-\\ufffd\\U00010000-\\U0010ffff]")
+"""Characters that XML 1.0 cannot hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A line of a script that had to come true: an expectation, or what ended the script.
+
+    ``number`` is its line from 1, ``fault`` why it did not come true.
+    """
+
+    number: int
+    line: str
+    fault: LineFault | None = None
+
+
+def junit_text(script: str, robot: str, cases: Sequence[Case]) -> str:
+    """A test suite with a test case for each case.
+
+    An expectation that was not met is a failure, what ended the script an error.
+    """
+    failures = sum(isinstance(case.fault, Failed) for case in cases)
+    errors = sum(case.fault is not None for case in cases) - failures
+    suite = ElementTree.Element(
+        "testsuite",
+        name=_text(script), tests=str(len(cases)), failures=str(failures), errors=str(errors),
+    )  # fmt: skip
+    for case in cases:
+        name = f"line {case.number}: {case.line.strip()}"
+        one = ElementTree.SubElement(
+            suite, "testcase",
+            classname=_text(robot), name=_text(name), file=_text(script), line=str(case.number),
+        )  # fmt: skip
+        if case.fault is not None:
+            kind = "failure" if isinstance(case.fault, Failed) else "error"
+            told = ElementTree.SubElement(one, kind, message=_text(str(case.fault)))
+            told.text = _text(f"{script}:{case.number}: {case.fault.kind}: {case.fault}")
+    ElementTree.indent(suite)
+    text = ElementTree.tostring(suite, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
+
+
+def _text(text: str) -> str:
+    return _NO_XML.sub("\N{REPLACEMENT CHARACTER}", text)
