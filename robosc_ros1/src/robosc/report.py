@@ -119,6 +119,8 @@ def generated_text(result: Generated) -> str:
 def verify_text(found: VerifyReport) -> str:
     """Each property with ``yes`` or ``no`` and, where it fails, how."""
     lines = [f"{found.robot}: {found.states:,} states, {found.transitions:,} transitions"]
+    if found.method == "symbolic":
+        lines.append("too many to visit each: taken in sets, by other diagrams than synthesis uses")
     for check in found.checks:
         lines.append(f"{check.name}: {'yes' if check.holds else 'no'}")
         if check.detail:

@@ -18,6 +18,7 @@ from robosc.model.entities import EventKind
 from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
+from robosc.synthesis.verify import check
 from robosc.synthesis.verify.check import VerifyReport, verify, verify_document
 
 pytestmark = pytest.mark.slow
@@ -180,7 +181,8 @@ def test_empty_supervisor_is_verified_only_where_nothing_can_be_kept() -> None:
     assert list(failing(verify(lazy))) == ["maximally permissive"]
 
 
-def test_search_stops_at_its_limit() -> None:
+def test_search_stops_at_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(check, "available", lambda: False)
     supervisor = supervisor_of(ARM)
     assert verify(supervisor, limit=supervisor.plant_states).verified
     with pytest.raises(StateSpaceError, match="3 states"):

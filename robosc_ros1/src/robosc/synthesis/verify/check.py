@@ -1,7 +1,8 @@
 """A second opinion on a supervisor: its guards, taken as data, held against the plant.
 
 The engines compute with arrays or decision diagrams over the whole product space; this module walks
-the states one by one, in plain Python. It shares with them the plant and what the operators mean
+the states one by one, in plain Python (:mod:`robosc.synthesis.verify.symbolic` where they are too
+many for that). It shares with them the plant and what the operators mean
 (:func:`robosc.model.evaluation.evaluate`), but no search, no data structure and no compiled event.
 It shows that the guards of a :class:`~robosc.supervisor.Supervisor` keep the controlled system
 
@@ -21,12 +22,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Event, PlantState, VariableKind
 from robosc.model.entities import EventKind
 from robosc.supervisor import Step, Supervisor
+from robosc.synthesis.bdd.manager import available, install_hint
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
 from robosc.synthesis.verify.steps import (
     Coding,
@@ -67,6 +69,7 @@ class VerifyReport:
     states: int
     transitions: int
     properties: tuple[tuple[str, bool], ...] = ()
+    method: Literal["explicit", "symbolic"] = "explicit"
 
     @property
     def verified(self) -> bool:
@@ -76,10 +79,42 @@ class VerifyReport:
 def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
     """Prove a supervisor's properties by exhaustive search, or find where they fail.
 
+    Where more than ``limit`` states might have to be visited, they are taken set by set, if the
+    library for that is there; what fails is then told without a trace.
+
     Raises:
-        StateSpaceError: more than ``limit`` states would have to be visited.
+        StateSpaceError: it is too large for that, too.
     """
+    large = supervisor.plant_states > limit or supervisor.controlled_transitions > _MOST_STEPS
+    if large and available():
+        return _report_by_sets(supervisor)
     return _Verifier(supervisor, limit).report()
+
+
+def _report_by_sets(supervisor: Supervisor) -> VerifyReport:
+    from robosc.synthesis.verify.symbolic import answers  # loaded when it is needed
+
+    controllable = _check_controllable(supervisor)
+    found = answers(supervisor, _text)
+    if supervisor.empty:
+        empty = _check_empty(found.keeps_initial)
+        checks = [controllable, empty, *_check_counts(supervisor, 0, 0, found.plant_states)]
+        return VerifyReport(supervisor.plant.robot.name, tuple(checks), 0, 0, method="symbolic")
+    checks = [Check("safe", found.unsafe is None, found.unsafe), controllable]
+    if found.unsafe is None:
+        checks += [
+            Check("nonblocking", found.blocking is None, found.blocking),
+            Check("maximally permissive", found.needless is None, found.needless),
+            *_check_counts(supervisor, found.states, found.transitions, found.plant_states),
+        ]
+    return VerifyReport(
+        supervisor.plant.robot.name,
+        tuple(checks),
+        found.states,
+        found.transitions,
+        supervisor.properties if found.unsafe is None else (),
+        "symbolic",
+    )
 
 
 def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> dict[str, object]:
@@ -88,6 +123,7 @@ def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> di
         "version": 1,
         "robot": report.robot,
         "verified": report.verified,
+        "method": report.method,
         "states": report.states,
         "transitions": report.transitions,
         "properties": dict(report.properties),
@@ -167,13 +203,13 @@ class _Verifier:
     def report(self) -> VerifyReport:
         self._refuse()
         name = self._plant.robot.name
-        controllable = self._check_controllable()
+        controllable = _check_controllable(self._supervisor)
         graph = self._search()
         backward = Backward.of(graph)
         keepable = self._keepable(graph, backward)
         if self._supervisor.empty:
-            empty = self._check_empty(all(keepable[: graph.starts]))
-            return VerifyReport(name, (controllable, empty, *self._check_counts(0, 0)), 0, 0)
+            empty = _check_empty(all(keepable[: graph.starts]))
+            return VerifyReport(name, (controllable, empty, *self._counts(0, 0)), 0, 0)
         reached = Reached.of(graph)
         states = len(reached.order)
         transitions = sum(graph.allowed[state] for state in reached.order)
@@ -185,7 +221,7 @@ class _Verifier:
             controllable,
             self._check_nonblocking(graph, backward, reached),
             self._check_permissive(graph, reached, keepable),
-            *self._check_counts(states, transitions),
+            *self._counts(states, transitions),
         ]
         return VerifyReport(name, tuple(checks), states, transitions, self._supervisor.properties)
 
@@ -249,6 +285,7 @@ class _Verifier:
             if found > most:
                 raise StateSpaceError(
                     f"the controlled system has {found} {what}; verification stops at {most}"
+                    f" without the symbolic engine: {install_hint()}"
                 )
 
     def _stop_at_limit(self, found: int, steps: int = 0) -> None:
@@ -301,18 +338,6 @@ class _Verifier:
 
     # --- the properties --------------------------------------------------------------------------
 
-    def _check_controllable(self) -> Check:
-        """One guard per controllable event and none on any other is all that it takes.
-
-        What uncontrollable events do is followed in every search, so nothing can hide there.
-        """
-        for event, guard in zip(self._plant.events, self._guards, strict=True):
-            if event.controllable and guard is None:
-                return Check("controllable", False, f"the {_text(event)} has no guard")
-            if not event.controllable and guard is not None:
-                return Check("controllable", False, f"the {_text(event)} cannot be forbidden")
-        return Check("controllable", True)
-
     def _check_safe(self, graph: CodedGraph, reached: Reached) -> Check:
         for state in reached.order:
             if state in graph.unsafe:
@@ -345,23 +370,10 @@ class _Verifier:
                     return Check("maximally permissive", False, detail, trace)
         return Check("maximally permissive", True)
 
-    def _check_empty(self, keepable: bool) -> Check:
-        if keepable:
-            detail = "the supervisor is empty although the initial states can be kept"
-            return Check("maximally permissive", False, detail)
-        return Check("maximally permissive", True)
-
-    def _check_counts(self, states: int, transitions: int) -> Iterator[Check]:
+    def _counts(self, states: int, transitions: int) -> Iterator[Check]:
         told = self._supervisor
-        figures = [
-            ("controlled states", told.controlled_states, states),
-            ("controlled transitions", told.controlled_transitions, transitions),
-        ]
-        if told.plant_states <= self._limit:
-            figures.append(("plant states", told.plant_states, self._count_plant()))
-        for name, claimed, found in figures:
-            detail = None if claimed == found else f"{claimed} were counted, there are {found}"
-            yield Check(name, claimed == found, detail)
+        plant = self._count_plant() if told.plant_states <= self._limit else None
+        return _check_counts(told, states, transitions, plant)
 
     def _count_plant(self) -> int:
         """The states that can be reached without any requirement."""
@@ -404,6 +416,39 @@ class _Verifier:
         after = self._coding.decode(code + change)
         names = self._plant.variables[axis].values
         return Step(event, (f"{names[before[axis]]}->{names[after[axis]]}",))
+
+
+def _check_controllable(supervisor: Supervisor) -> Check:
+    """One guard per controllable event and none on any other is all that it takes.
+
+    What uncontrollable events do is followed in every search, so nothing can hide there.
+    """
+    guards = {_identity(guard.event) for guard in supervisor.guards}
+    for event in supervisor.plant.events:
+        if event.controllable and _identity(event) not in guards:
+            return Check("controllable", False, f"the {_text(event)} has no guard")
+        if not event.controllable and _identity(event) in guards:
+            return Check("controllable", False, f"the {_text(event)} cannot be forbidden")
+    return Check("controllable", True)
+
+
+def _check_empty(keepable: bool) -> Check:
+    detail = "the supervisor is empty although the initial states can be kept" if keepable else None
+    return Check("maximally permissive", not keepable, detail)
+
+
+def _check_counts(
+    told: Supervisor, states: int, transitions: int, plant_states: int | None
+) -> Iterator[Check]:
+    figures = [
+        ("controlled states", told.controlled_states, states),
+        ("controlled transitions", told.controlled_transitions, transitions),
+    ]
+    if plant_states is not None:
+        figures.append(("plant states", told.plant_states, plant_states))
+    for name, claimed, found in figures:
+        detail = None if claimed == found else f"{claimed} were counted, there are {found}"
+        yield Check(name, claimed == found, detail)
 
 
 def _identity(event: Event) -> tuple[EventKind, str, int]:

@@ -30,7 +30,16 @@ from robosc.model.expr import (
 )
 from robosc.model.types import Value
 
-__all__ = ["Coding", "Condition", "EventSteps", "Grouped", "Successors", "axes_of", "condition"]
+__all__ = [
+    "Coding",
+    "Condition",
+    "EventSteps",
+    "Grouped",
+    "Successors",
+    "axes_of",
+    "axes_read",
+    "condition",
+]
 
 T = TypeVar("T")
 
@@ -197,13 +206,14 @@ class EventSteps:
     def _moves(self, state: PlantState) -> Iterator[tuple[int, int | None]]:
         here = self._coding.encode(state)
         for number, values in enumerate(self.valuations):
-            after = self._after(state, values)
+            after = self.after(state, values)
             if isinstance(after, list):
                 yield number, self._coding.encode(tuple(after)) - here
             elif after == "escapes" and not self.event.controllable:
                 yield number, None
 
-    def _after(self, state: PlantState, values: _Values) -> list[int] | str:
+    def after(self, state: PlantState, values: _Values) -> list[int] | str:
+        """The state after the event with these values; ``impossible``, or ``escapes`` a range."""
         after = list(state)
         phase = self.event.phase
         if phase is not None:
@@ -304,16 +314,22 @@ def axes_of(plant: Plant, expr: Expr) -> set[int]:
     }
 
 
-def _touched(plant: Plant, event: Event) -> set[int]:
+def axes_read(plant: Plant, event: Event) -> set[int]:
+    """What decides over an event."""
     axes = set() if event.phase is None else {event.phase.variable}
     for automaton in event.automata:
         axes.add(automaton.variable)
         for edge in automaton.edges:
             if edge.guard is not None:
                 axes |= axes_of(plant, edge.guard)
-            for axis, expr in edge.updates:
-                axes |= {axis} | axes_of(plant, expr)
+            for _, expr in edge.updates:
+                axes |= axes_of(plant, expr)
     return axes
+
+
+def _touched(plant: Plant, event: Event) -> set[int]:
+    edges = (edge for automaton in event.automata for edge in automaton.edges)
+    return axes_read(plant, event).union(axis for edge in edges for axis, _ in edge.updates)
 
 
 def _holds(plant: Plant, expr: Expr, state: PlantState, parameters: _Parameters) -> bool:

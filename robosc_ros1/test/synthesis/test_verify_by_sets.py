@@ -1,0 +1,76 @@
+"""Verification set by set tells the same as state by state, of right and of wrong supervisors."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+import steep_families
+from random_models import random_model
+from synthesis.plants import supervisor_of
+from synthesis.subject import robot_of
+
+from robosc import pipeline
+from robosc.errors import StateSpaceError
+from robosc.model.expr import FALSE, TRUE
+from robosc.report import verify_text
+from robosc.supervisor import Supervisor
+from robosc.synthesis.verify.check import VerifyReport, verify, verify_document
+
+pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
+
+
+def told(report: VerifyReport) -> object:
+    """All but traces, and which of several faults is told; behind an unsafe step nothing counts."""
+    safe = all(check.holds for check in report.checks if check.name == "safe")
+    sizes = (report.states, report.transitions) if safe else None
+    return [(check.name, check.holds) for check in report.checks], sizes
+
+
+def wrong(supervisor: Supervisor) -> Iterator[Supervisor]:
+    """The same with one guard too weak, too strong, and with wrong sizes."""
+    for number, guard in enumerate(supervisor.guards):
+        for expr in (TRUE, FALSE, guard.required):
+            guards = list(supervisor.guards)
+            guards[number] = replace(guard, expr=expr)
+            yield replace(supervisor, guards=tuple(guards))
+    yield replace(supervisor, guards=supervisor.guards[1:])
+    yield replace(supervisor, plant_states=supervisor.plant_states + 1)
+    yield replace(supervisor, controlled_states=supervisor.controlled_states + 1)
+    yield replace(supervisor, controlled_transitions=supervisor.controlled_transitions + 1)
+
+
+@pytest.mark.slow
+def test_random_supervisors() -> None:
+    found = failing = 0
+    for seed in range(16):
+        robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
+        right = pipeline.synthesize(robot, "dense")
+        for supervisor in (right, *wrong(right)):
+            report = verify(supervisor, limit=0)
+            assert report.method == "symbolic"
+            assert told(report) == told(verify(supervisor)), seed
+            found += 1
+            failing += not report.verified
+        assert verify(right, limit=0).verified, seed
+    assert 0 < failing < found
+
+
+def test_what_is_too_large_to_visit_each_state() -> None:
+    supervisor = supervisor_of(steep_families.chain(30), "bdd")
+    report = verify(supervisor)
+    assert report.verified
+    assert report.states == 2**30
+    assert "set" in verify_text(report).splitlines()[1]
+    assert verify_document(report, str)["method"] == "symbolic"
+
+
+def test_what_reads_too_many_values_is_refused() -> None:
+    with pytest.raises(StateSpaceError, match=r"values of Gauge0\.level, Gauge1\.level"):
+        verify(supervisor_of(steep_families.gauges(1100), "bdd"))
+
+
+def test_small_systems_are_visited_state_by_state() -> None:
+    assert verify(supervisor_of(steep_families.crew(4))).method == "explicit"
