@@ -125,6 +125,16 @@ def test_what_speaks_of_two_components_keeps_them_together(question: str) -> Non
     assert len(parts.independent_parts(plant_of(text + question), 0)) == 1
 
 
+def test_communications_of_one_message_stay_together() -> None:
+    text = "".join(
+        f'component B{i} {{ outgoing message came{i} with identifier: "/came", type: none'
+        " behaviour {"
+        f" initial marked state a {{ on response from came{i} goto b }} marked state b {{}} }} }} "
+        for i in range(2)
+    )
+    assert len(parts.independent_parts(plant_of(text), 0)) == 1
+
+
 def test_commands_to_one_topic_stay_together() -> None:
     text = "".join(
         f'component B{i} {{ incoming message go{i} with identifier: "/go", type: none behaviour {{'

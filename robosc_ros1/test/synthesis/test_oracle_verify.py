@@ -204,7 +204,9 @@ def test_document() -> None:
     } in document["checks"]
 
 
-EXAMPLES = sorted(Path(ros_support.EXAMPLES).rglob("*.rscd"))
+EXAMPLES = sorted(
+    path for path in Path(ros_support.EXAMPLES).rglob("*.rscd") if path.parent.name != "libraries"
+)
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

@@ -103,11 +103,11 @@ def _synthesize(
     if solution.empty:
         guards, sizes = _nothing(plant), Sizes(dense.plant_states, 0, 0)
     else:
-        guards, transitions = _measure(plant, dense, solution)
+        guards, transitions = _measure(plant, dense, solution, progress)
         states = count(solution.states)
         sizes = Sizes(dense.plant_states, states, transitions)
     seconds = time.perf_counter() - start
-    return make_supervisor(DenseSystem(solution), "dense", seconds, sizes, guards)
+    return make_supervisor(DenseSystem(solution), "dense", seconds, sizes, guards, progress)
 
 
 def favours_symbolic(plant: Plant) -> bool:
@@ -158,12 +158,14 @@ def _symbolic(plant: Plant, progress: Progress | None) -> Supervisor:
 
 
 def _measure(
-    plant: Plant, dense: DenseEngine, solution: DenseSolution
+    plant: Plant, dense: DenseEngine, solution: DenseSolution, progress: Progress | None
 ) -> tuple[tuple[Guard, ...], int]:
     guards: list[Guard] = []
     transitions = 0
     states = solution.states
-    for step in dense.steps:
+    for number, step in enumerate(dense.steps):
+        if progress is not None:
+            progress("guards", number, len(dense.steps))
         if not step.event.controllable:
             transitions += dense.occurrences(step, states)
             continue

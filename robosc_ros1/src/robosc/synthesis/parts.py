@@ -3,7 +3,8 @@
 Parts are solved apart, since the supervisor of the whole is that of each part: states multiply, and
 whatever one part does leaves the others as they are. Components belong together as well if a
 warning could be about both of them (commands to one topic, the conditions of provided data), or if
-the controller prefers a command of one to a command of the other.
+the controller takes their events together: a message that means something to both, a command of one
+that is preferred to a command of the other.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import FALSE, Expr
 from robosc.supervisor import Explanation, Guard, Step, Supervisor
+from robosc.synthesis.system import inputs
 from robosc.synthesis.vectorised import support
 
 __all__ = ["combined", "independent_parts"]
@@ -100,7 +102,7 @@ class _Together:
         self._join_components()
         self._join_requirements()
         self._join_data()
-        self._join_commands()
+        self._join_messages()
 
     def node(self, event: int) -> int:
         return len(self.plant.variables) + event
@@ -143,8 +145,10 @@ class _Together:
             if command is not None and provide.condition is not None:
                 self._join([command, *self._read(provide.condition)])
 
-    def _join_commands(self) -> None:
-        """Commands to one topic, and those that are preferred to one another."""
+    def _join_messages(self) -> None:
+        """What one message of the robot brings, commands to one topic, and preferred commands."""
+        for numbers in inputs(self.plant):
+            self._join([self.node(number) for number in numbers])
         robot = self.plant.robot
         topics: dict[str, list[int]] = {}
         for key, command in self.requests.items():

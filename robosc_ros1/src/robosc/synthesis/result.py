@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from robosc.supervisor import Guard, Supervisor
@@ -23,7 +24,12 @@ class Sizes:
 
 
 def make_supervisor(
-    system: System, engine: str, seconds: float, sizes: Sizes, guards: tuple[Guard, ...]
+    system: System,
+    engine: str,
+    seconds: float,
+    sizes: Sizes,
+    guards: tuple[Guard, ...],
+    progress: Callable[[str, int, int], None] | None = None,
 ) -> Supervisor:
     """The supervisor that an engine found; without controlled states it is empty."""
     plant = system.plant
@@ -42,7 +48,7 @@ def make_supervisor(
             diagnostics=(why.diagnostic,),
             empty=True,
         )
-    explanations = explain_guards(system, guards)
+    explanations = explain_guards(system, guards, progress)
     properties = examine(system, guards, sizes.controlled_states)
     return Supervisor(
         plant=plant,

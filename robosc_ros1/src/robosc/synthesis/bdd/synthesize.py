@@ -34,16 +34,18 @@ def synthesize_bdd(
     start = time.perf_counter()
     try:
         solution = SymbolicEngine(plant, progress, memory).solve()
-        guards = tuple(
-            _guard(solution, event)
-            for event in solution.engine.events
-            if plant.events[event.number].controllable
-        )
+        guards = []
+        for event in solution.engine.events:
+            if progress is not None:
+                progress("guards", event.number, len(plant.events))
+            if plant.events[event.number].controllable:
+                guards.append(_guard(solution, event))
         transitions = solution.controlled_transitions
         seconds = time.perf_counter() - start
         states = solution.controlled_states
         sizes = Sizes(solution.plant_states, states, transitions)
-        return make_supervisor(SymbolicSystem(solution), "bdd", seconds, sizes, guards)
+        system = SymbolicSystem(solution)
+        return make_supervisor(system, "bdd", seconds, sizes, tuple(guards), progress)
     except MemoryError:
         raise _too_large(plant, memory) from None
 

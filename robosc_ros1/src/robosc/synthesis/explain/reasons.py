@@ -9,7 +9,7 @@ does not depend on the engine.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -42,10 +42,20 @@ class _BadState:
     span: Span | None
 
 
-def explain_guards(system: System, guards: tuple[Guard, ...]) -> tuple[Explanation, ...]:
+def explain_guards(
+    system: System,
+    guards: tuple[Guard, ...],
+    progress: Callable[[str, int, int], None] | None = None,
+) -> tuple[Explanation, ...]:
     """An explanation per guard that is restricted or never."""
     explainer = _Explainer(system)
-    return tuple(explainer.guard(guard) for guard in guards if guard.status != "as required")
+    found = []
+    for number, guard in enumerate(guards):
+        if progress is not None:
+            progress("explanations", number, len(guards))
+        if guard.status != "as required":
+            found.append(explainer.guard(guard))
+    return tuple(found)
 
 
 def explain_empty(system: System) -> Explanation:

@@ -101,7 +101,9 @@ class _Sets:
 
     def answers(self) -> Answers:
         manager = self.manager
-        initial = self._rows(range(len(self.plant.variables)), [self.plant.initial])
+        initial = manager.true
+        for axis, variable in enumerate(self.plant.variables):
+            initial = initial & self._rows([axis], [(index,) for index in variable.start_indexes])
         failing = [~self.holds(expr) for expr, _ in self.plant.invariants]
         escaping = [r.escapes for r in self.relations]
         unsafe = manager.union([*failing, *escaping])
@@ -117,7 +119,7 @@ class _Sets:
             states=self._count(reached),
             transitions=self._transitions(reached),
             plant_states=self._count(plant),
-            keeps_initial=initial & keepable != self.false,
+            keeps_initial=initial & ~keepable == self.false,
         )
 
     # --- what is asked
