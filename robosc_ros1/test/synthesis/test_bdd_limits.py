@@ -8,6 +8,7 @@ import sys
 
 import families
 import pytest
+import steep_families
 from random_models import random_model
 from synthesis.plants import plant_of
 
@@ -99,3 +100,11 @@ def test_the_hint_installs_for_the_running_python() -> None:
     assert sys.executable in words
     assert words[-1] == "oxidd"
     assert ("--user" in words) == (sys.prefix == sys.base_prefix)
+
+
+@pytest.mark.parametrize("engine", ["dense", pytest.param("bdd", marks=needs_library)])
+def test_progress_is_told_where_time_may_run_out(engine: str) -> None:
+    """By it `check` keeps its limit of time: not only fixpoints can take long."""
+    told: set[str] = set()
+    synthesize(plant_of(steep_families.crew(4)), engine, progress=lambda what, *_: told.add(what))
+    assert {"guards", "explanations"} < told
