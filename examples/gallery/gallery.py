@@ -115,10 +115,11 @@ class Ros1:
     def _nodes(self, robot: str) -> Iterator[tuple[str, ...]]:
         """Yield the commands that start the controller, or the supervisor and what it guards."""
         package = package_of(robot)
+        shown = "_publish_events:=true", "_state_rate:=1000"
         if robot not in GUARDED:
-            yield "rosrun", package, package, f"_rate:={RATE}"
+            yield "rosrun", package, package, f"_rate:={RATE}", *shown
             return
-        yield "rosrun", package, package, "_stop_command:=halt"
+        yield "rosrun", package, package, "_stop_command:=halt", *shown
         topics = (f"{topic}:=/supervised{topic}" for topic in ("/line", "/cmd_vel", "/alive"))
         yield sys.executable, str(HERE / "physics" / f"{robot}.py"), *topics
 

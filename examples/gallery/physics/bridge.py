@@ -1,7 +1,9 @@
 """The node between a world and ROS: steps MuJoCo, publishes sensors and /clock, takes commands.
 
-Simulated time goes on when the controller has answered (or has not for ``PATIENCE``), so neither
-the machine's speed nor what else it does decides how a robot fares.
+Simulated time goes on when the controller has taken what the sensors said, and then answered the
+tick of the clock (or has not for ``PATIENCE``). So neither the machine's speed nor what else it
+does decides how a robot fares. For that the bridge listens to the controller's ``~events``; for the
+film, to its ``~state``.
 
     python3 -m physics.bridge WORLD --ros 1 --seed 3 --faults --record run.json
 """
@@ -20,7 +22,7 @@ from physics.world import STEP, Task, World
 from physics.worlds import WORLDS
 
 PATIENCE = 0.25
-"""Seconds of real time that a step waits for a command at most."""
+"""Seconds of real time that a step waits for the controller at most, twice."""
 START = 30.0
 
 
@@ -88,13 +90,14 @@ class Bridge:
 
     def __init__(self, world: World, faults: Faults, middleware: Any, controller: str) -> None:
         self._world, self._faults, self._ros = world, faults, middleware
-        self._answers = 0
+        self._answers = self._taken = 0
         for topic, type_ in {**world.sensors, **world.buttons}.items():
             middleware.advertise(topic, type_)
         for topic, type_ in world.commands.items():
             middleware.subscribe(topic, type_, self._taker(topic))
         self._state: dict[str, Any] = {}
         middleware.subscribe(f"/{controller}/state", "std_msgs/String", self._on_state)
+        middleware.subscribe(f"/{controller}/events", "std_msgs/String", self._on_event)
         self._servers = {
             name: ActionServer(middleware, world, name, faults.late) for name in world.actions
         }
@@ -111,6 +114,9 @@ class Bridge:
 
     def _on_state(self, message: Any) -> None:
         self._state = json.loads(message.data)
+
+    def _on_event(self, message: Any) -> None:
+        self._taken += json.loads(message.data)["event"]["kind"] == "response"
 
     def run(self, seconds: float) -> bool:
         """Run until success or the end of the time; False if nobody connected."""
@@ -129,10 +135,13 @@ class Bridge:
             server.step()
         world.busy = frozenset(name for name, server in self._servers.items() if server.is_busy)
         world.step()
+        expected = self._taken
         for topic, type_, fields in world.sense():
             if not self._faults.is_silent(topic, world.time):
                 self._ros.publish(topic, type_, fields, world.time)
                 world.observer.hear(topic)
+                expected += 1
+        self._ros.exchange(lambda: self._taken >= expected, PATIENCE)
         answers = self._answers
         self._ros.clock(world.time)
         self._ros.exchange(lambda: self._answers > answers, PATIENCE)
