@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import random
+import re
 from collections import deque
 from pathlib import Path
 from typing import Any
 
 import pytest
+from data_models import data_model
 from emit.cif_reader import Specification, State, read_cif
 from random_models import random_model
 from synthesis.oracle import Occurrence, Oracle, OracleState
@@ -15,8 +17,11 @@ from synthesis.subject import robot_of
 
 from robosc import pipeline
 from robosc.emit.cif import cif_plant, cif_supervised
+from robosc.errors import UsageError
 from robosc.ir.lower import lower
 from robosc.model.entities import EventKind, Robot
+from robosc.synthesis import explore
+from robosc.synthesis.parameters import weight
 
 CELL = """
 robot Cell {
@@ -110,6 +115,88 @@ def check(robot: Robot) -> None:
 
 def test_hand_made_robot() -> None:
     check(robot_of(CELL))
+
+
+DATA = """
+component Battery {
+    outgoing message battery with type: double
+    outgoing message name with type: string
+    incoming message drive with type: none
+    incoming message halt with type: none
+    behaviour {
+        variable charge: double = 1.0
+        variable last: double
+        variable label: string = "a"
+        variable n: integer
+        initial marked state ok {
+            on response from battery if value > 0.3 do charge := value, last := charge
+            on response from battery if !(value > 0.3) goto low
+            on response from name do label := value
+        }
+        marked state low {
+            on request to drive do n := n + 1 goto ok
+            on response from battery do charge := 0.9
+        }
+    }
+}
+requirement drive needs Battery.charge > 0.2 and Battery.charge <= 0.8 or Battery.label = "b"
+requirement halt needs Battery.charge < Battery.last and Battery.n < 3
+requirement never Battery.low and Battery.charge = 0.25
+"""
+
+
+def check_data(text: str) -> None:
+    """The export has as many states and transitions as the controlled system."""
+    supervisor = pipeline.synthesize(robot_of(text))
+    if supervisor.empty:
+        return
+    graph = explore(supervisor)
+    found = read_cif(cif_supervised(supervisor)).graph(supervised=True)
+    assert len(found) == len(graph.states)
+    assert sum(map(len, found.values())) == len(graph.transitions)
+    synthesized = read_cif(cif_plant(supervisor.plant)).synthesized()
+    assert len(synthesized) == len(graph.states)
+
+
+def test_data_become_enumerations() -> None:
+    check_data(f"robot R {{ {DATA} }}")
+    text = cif_plant(lower(robot_of(f"robot R {{ {DATA} }}")))
+    assert 'is_b: Battery.label = "b"' in text
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_data_become_enumerations(seed: int) -> None:
+    rng = random.Random(seed)
+    while True:
+        text = data_model(rng, computed=seed % 2 == 1)
+        plant = lower(robot_of(text))
+        tests = [v.test.name for v in plant.variables if v.test is not None]
+        across = any("Sensor" in name and "Base" in name for name in tests)
+        if not across and all(weight(event) < 60 for event in plant.events):
+            check_data(text)
+            return
+
+
+def test_data_that_cif_has_no_place_for() -> None:
+    two = """robot R {{
+        component A {{ outgoing message m with type: double
+            behaviour {{ variable x: double initial marked state s {{ on response from m do x := value }} }} }}
+        component B {{ outgoing message k with type: double incoming message go with type: none
+            behaviour {{ variable y: double initial marked state s {{ on response from k do y := value }} }} }}
+        {more}
+    }}"""
+    for more, reason in (
+        (
+            "requirement go needs A.x < B.y",
+            "'compare(A.x, B.y)' compares data of several components",
+        ),
+        (
+            "parameter p: double = 1.0 requirement go needs A.x < p",
+            "at the start depends on a parameter",
+        ),
+    ):
+        with pytest.raises(UsageError, match=re.escape(reason)):
+            cif_plant(lower(robot_of(two.format(more=more))))
 
 
 def test_names_that_are_words_of_cif() -> None:

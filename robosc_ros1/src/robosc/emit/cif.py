@@ -11,14 +11,16 @@ Written after the CIF language reference and the manual of data-based controller
 - Names of controllable events begin with ``c_``, of uncontrollable ones with ``u_``, as CIF asks.
 
 Synthesis in CIF knows booleans, enumerations and ranges of integers from 0 upwards, comparisons of
-their sums, and no reals. See :mod:`robosc.emit.cif_expr` for what that does to expressions.
+their sums, and no reals. See :mod:`robosc.emit.cif_expr` for what that does to expressions, and
+:mod:`robosc.emit.cif_data` for numbers without bounds and strings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
+from robosc.emit.cif_data import discrete_plant
 from robosc.emit.cif_expr import CifNames, Context, condition, in_range, initial, offset, update
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
@@ -27,19 +29,22 @@ from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.model.types import Type, Value
 from robosc.names import without_index
-from robosc.supervisor import Supervisor
+from robosc.supervisor import Guard, Supervisor
 
 __all__ = ["cif_plant", "cif_supervised"]
 
 
 def cif_plant(plant: Plant) -> str:
     """Plant and requirements: the input of CIF's data-based synthesis."""
-    return _Writer(plant).specification()
+    discrete = discrete_plant(plant)
+    return _Writer(discrete.plant, discrete.notes).specification()
 
 
 def cif_supervised(supervisor: Supervisor) -> str:
     """The same with robosc's supervisor as an automaton of guards, to simulate and to compare."""
-    return _Writer(supervisor.plant).specification(supervisor)
+    discrete = discrete_plant(supervisor.plant)
+    guards = tuple(replace(g, expr=discrete.expression(g.expr)) for g in supervisor.guards)
+    return _Writer(discrete.plant, discrete.notes).specification(guards)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +59,7 @@ class _Occurrence:
 @dataclass
 class _Writer:
     plant: Plant
+    notes: Mapping[str, str]
     lines: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -61,7 +67,7 @@ class _Writer:
         self.context = Context(self.plant, self.names)
         self.occurrences = list(self._occurrences())
 
-    def specification(self, supervisor: Supervisor | None = None) -> str:
+    def specification(self, guards: Sequence[Guard] | None = None) -> str:
         robot = self.plant.robot
         self.lines = [f"// {robot.name}: plant and requirements, written by robosc."]
         self._enums()
@@ -74,8 +80,8 @@ class _Writer:
                     self._phase(communication.key)
         self._messages()
         self._requirements()
-        if supervisor is not None:
-            self._supervisor(supervisor)
+        if guards is not None:
+            self._supervisor(guards)
         return "\n".join(self.lines) + "\n"
 
     # --- declarations ------------------------------------------------------------------------
@@ -86,9 +92,14 @@ class _Writer:
         if enums:
             self.lines.append("")
         for enum, literals in enums:
+            if enum in self.notes:
+                self.lines.append(f"// {self.notes[enum]}")
             self.lines.append(f"enum {enum} = {', '.join(literals)};")
 
     def _events(self) -> None:
+        declared = {name for name, _ in self.context.enums()}
+        told = [f"// {name}: {note}" for name, note in self.notes.items() if name not in declared]
+        self.lines += ["", *told] if told else []
         for word, controllable in (("controllable", True), ("uncontrollable", False)):
             names = [o.name for o in self.occurrences if o.event.controllable == controllable]
             if names:
@@ -315,8 +326,8 @@ class _Writer:
 
     # --- supervisor --------------------------------------------------------------------------
 
-    def _supervisor(self, supervisor: Supervisor) -> None:
-        guards = {(g.event.kind, g.event.key, g.event.index): g.expr for g in supervisor.guards}
+    def _supervisor(self, found: Sequence[Guard]) -> None:
+        guards = {(g.event.kind, g.event.key, g.event.index): g.expr for g in found}
         name = self.names.fresh("Supervisor")
         self.lines += ["", f"supervisor automaton {name}:", "  location:"]
         self.lines += ["    initial;", "    marked;"]

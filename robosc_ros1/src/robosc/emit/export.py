@@ -9,10 +9,9 @@ from typing import Final, Literal, TypeAlias
 from robosc.emit.cif import cif_plant, cif_supervised
 from robosc.emit.dot import dot_text, svg_text
 from robosc.emit.json_export import export_document
-from robosc.errors import EmptySupervisorError, StateSpaceError, UsageError
+from robosc.errors import EmptySupervisorError, StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.synthesis import Graph, explore, synthesize
-from robosc.synthesis.formatting import listing
 
 __all__ = ["FORMATS", "Format", "exported"]
 
@@ -29,10 +28,8 @@ def exported(plant: Plant, format_: Format, with_supervisor: bool = False) -> st
     Raises:
         EmptySupervisorError: there is no supervisor to add.
         StateSpaceError: synthesis is needed, and the state space is too large.
-        UsageError: graphviz is needed and not installed, or CIF cannot tell what decides.
+        UsageError: graphviz is needed and not installed, or CIF has no place for a test of data.
     """
-    if format_ == "cif":
-        _check_finite(plant)
     match format_:
         case "cif" if with_supervisor:
             supervisor = synthesize(plant)
@@ -46,21 +43,6 @@ def exported(plant: Plant, format_: Format, with_supervisor: bool = False) -> st
             return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
     picture = dot_text(plant.robot, _drawn(plant))
     return picture if format_ == "dot" else svg_text(picture)
-
-
-def _check_finite(plant: Plant) -> None:
-    """CIF's synthesis knows neither real numbers nor strings."""
-    data = [v.name for v in plant.variables if v.labels is not None or v.test is not None]
-    incoming = [
-        event.name
-        for event in plant.events
-        if any(p.labels is not None or p.test is not None for p in event.parameters)
-    ]
-    if data or incoming:
-        raise UsageError(
-            f"CIF has no numbers without bounds and no strings, and {listing(data or incoming)}"
-            " decide: convert what comes in by an enum, or export as JSON"
-        )
 
 
 def _drawn(plant: Plant) -> Graph | None:
