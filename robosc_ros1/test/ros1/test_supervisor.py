@@ -218,8 +218,8 @@ def test_the_launch_file_starts_both_with_the_right_names(
 FAULTS = {
     "forbidden": (
         "_runtime/supervisor_engine.py",
-        "        if command.possible and command.allowed():\n",
-        "        return []\n        if command.possible and command.allowed():\n",
+        "        if command.possible and command.authorised():\n",
+        "        return []\n        if command.possible and command.authorised():\n",
         "against: requirement",
     ),
     "allowed": (

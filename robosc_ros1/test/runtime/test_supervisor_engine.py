@@ -103,6 +103,24 @@ def test_messages_of_one_topic_are_told_apart() -> None:
     assert bench.offer(0, DRIVE) == []
 
 
+@pytest.mark.parametrize("requirements", [(), (1,)])
+def test_a_preference_neither_blocks_nor_lets_pass(requirements: tuple[int, ...]) -> None:
+    """While ``go`` is enabled, ``halt`` is blocked if a requirement forbids it, and only then."""
+
+    class Preferring(LampController):
+        COMMANDS = (
+            LampController.COMMANDS[0],
+            Command(
+                HALT, "request", lambda _: True, None, None, None, None, (), (), requirements,
+                yields_to=(0,),
+            ),
+        )  # fmt: skip
+
+    bench = Bench(Preferring())
+    bench.sense(50)
+    assert bench.offer(0, DRIVE) == ([] if requirements else [(HALT, 0)])
+
+
 def test_a_message_that_means_nothing_is_blocked() -> None:
     bench = Bench()
     bench.sense(50)

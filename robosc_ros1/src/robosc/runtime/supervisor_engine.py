@@ -157,7 +157,8 @@ class SupervisorEngine(Engine):
         if self.stopped is not None:
             return [{"kind": "stopped", "text": "safe stop: " + self.stopped}]
         command = self._scheduled[key, kind]
-        if command.possible and command.allowed():
+        # Preferences are the choice of who sends commands, which is the other controller.
+        if command.possible and command.authorised():
             return self._violated(key) if kind == "request" else []
         return blocked_by(self.controller, self._entries[key, kind])
 
