@@ -11,10 +11,15 @@ import pytest
 from emit.generated_code import controller_class, controller_source, supervisor_of
 from emit.test_judge_of_packages import judged, judging_of
 from runtime.lamp_robot import PlayedPort
+from runtime.schemas import validate
+from simulate.players import session
 
+from robosc.emit.modeldata import model_document
 from robosc.runtime.engine import Engine
-from robosc.runtime.report import state_document
+from robosc.runtime.report import dump, event_document, state_document
 from robosc.runtime.values import NOW, demand_finite, fields_of, jsonable
+from robosc.simulate.documents import done_document
+from robosc.simulate.documents import dump as dump_document
 
 MODEL = """
 robot Courier {
@@ -86,6 +91,21 @@ def test_what_came_is_sent_as_a_whole_and_in_part() -> None:
     # Whoever sends it may change it, as rospy numbers headers.
     sent["point"].name = "changed"
     assert message.name == "shelf"
+
+
+def test_documents_with_objects_follow_their_schemas() -> None:
+    played = Played()
+    for _ in range(2):
+        validate(json.loads(dump(state_document(played.engine.snapshot(), []))), "state")
+        for entry in played.engine.recorder.take():
+            validate(json.loads(dump(event_document(entry))), "event")
+        played.place(x=1.5, name="shelf")
+    supervisor = supervisor_of(MODEL)
+    validate(json.loads(json.dumps(model_document(supervisor, "model.rscd"))), "model")
+    player = session(supervisor)
+    for number, line in enumerate(("expect disabled drive", "place x: 0.75", "drive"), 1):
+        done = done_document(player, number, player.do(line))
+        validate(json.loads(dump_document(done)), "simulate")
 
 
 def test_what_came_last_counts() -> None:

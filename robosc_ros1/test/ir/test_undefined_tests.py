@@ -6,6 +6,7 @@ import pytest
 from model.model_text import resolve
 
 from robosc.ir.lower import lower
+from robosc.ir.step import outcome, valuations
 from robosc.model.entities import EventKind
 
 MODEL = """
@@ -38,3 +39,31 @@ def test_what_may_be_undefined_may_be_missing(element: str, guard: str, undefine
     plant = lower(resolve(MODEL.format(element, guard)))
     (event,) = (e for e in plant.events if e.kind is EventKind.RESPONSE)
     assert (None in event.parameters[0].values) == undefined
+
+
+def test_what_a_delayed_transition_computes_is_left_open() -> None:
+    plant = lower(
+        resolve(
+            """
+            component S {
+                outgoing message m with type: double
+                incoming message go with type: none
+                behaviour {
+                    variable x: double
+                    initial marked state a {
+                        on response from m do x := value
+                        after 1 s do x := x * 2 goto b
+                    }
+                    marked state b {}
+                }
+            }
+            requirement go needs S.x > 3
+            """
+        )
+    )
+    (event,) = (e for e in plant.events if e.kind is EventKind.AFTER)
+    targets = {outcome(plant, event, values, plant.initial) for values in valuations(event)}
+    assert {plant.variables[1].shown(target[1]) for target in targets} == {
+        "S.x > 3",
+        "!(S.x > 3)",
+    }

@@ -11,6 +11,7 @@ from simulate.test_replay import lines_of, run_of, write
 
 from robosc.runtime.values import jsonable
 from robosc.simulate.faults import InvalidLine
+from robosc.simulate.render import Style, session_text
 from robosc.simulate.replay import replay
 from robosc.supervisor import Supervisor
 
@@ -153,3 +154,11 @@ def test_a_log_with_objects_is_followed(tmp_path: Path) -> None:
     found = replay(supervisor, write(tmp_path / "events.log", log))
     assert (found.departures, found.missing) == ((), ())
     assert found.events > 4
+
+
+def test_long_data_are_cut_short_in_the_state() -> None:
+    player = session(supervisor_of(OBJECTS))
+    assert "goal = nothing" in session_text(player, Style())
+    play(player, f'place x: 0.75, name: "{"x" * 90}"')
+    (line,) = (t for t in session_text(player, Style()).splitlines() if "goal" in t)
+    assert line.endswith("xxx…") and len(line) < 100

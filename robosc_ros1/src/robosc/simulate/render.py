@@ -9,6 +9,7 @@ from itertools import groupby
 from typing import Any
 
 from robosc.language.events import ACTIVE
+from robosc.model.types import Value
 from robosc.simulate.machine import Command, Happening, Machine, label
 from robosc.simulate.session import Session
 from robosc.simulate.values import literal_text
@@ -61,6 +62,15 @@ def _session_lines(session: Session, style: Style) -> Iterator[str]:
     yield from _command_lines(machine, style)
 
 
+_LONGEST = 60
+"""Characters of an object or an array in a line that tells the state."""
+
+
+def _short(value: Value | None) -> str:
+    text = "nothing" if value is None else literal_text(value)
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+
+
 def _state_lines(machine: Machine, style: Style) -> Iterator[str]:
     state = machine.state
     robot = machine.plant.robot
@@ -68,7 +78,7 @@ def _state_lines(machine: Machine, style: Style) -> Iterator[str]:
     place = max((len(name) for name in state.components.values()), default=0)
     for component, name in state.components.items():
         variables = [
-            f"{key.partition('.')[2]} = {literal_text(value)}"
+            f"{key.partition('.')[2]} = {_short(value)}"
             for key, value in state.variables.items()
             if key.startswith(f"{component}.")
         ]
