@@ -45,6 +45,7 @@ def _variable(variable: StateVariable, plant: Plant) -> dict[str, Any]:
         "name": _name(variable, plant),
         "values": [variable.shown(index) for index in range(variable.size)],
         "initial": variable.shown(variable.initial),
+        "initials": [variable.shown(index) for index in variable.start_indexes],
         "marked": [variable.shown(index) for index in marked],
     }
 

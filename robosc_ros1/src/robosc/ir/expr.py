@@ -191,7 +191,10 @@ def to_dsl(
     def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
         match node:
             case Convert():
-                return Spelled(f"{node.type.name}({operands[0].text})", _ATOM)
+                enum = node.type
+                own = enum.origin == robot.name
+                name = enum.name if own else f"{escape(enum.origin)}.{enum.name}"
+                return Spelled(f"{name}({operands[0].text})", _ATOM)
             case Part(path=path):
                 return Spelled(f"{operands[0]:{_ATOM}}{_parts(path)}", _ATOM)
             case Holds():

@@ -92,6 +92,9 @@ class System(Protocol):
         Asked only of states that the plant under its requirements can reach.
         """
 
+    def lost_start(self) -> PlantState:
+        """An initial state that cannot be kept; asked only if there is one."""
+
     def longest_completion(self) -> int | None:
         """The most internal transitions that can follow one another, in any order.
 

@@ -45,6 +45,9 @@ class SymbolicSystem:
     def is_good(self, state: PlantState) -> bool:
         return self.encoding.contains(self.solution.good, state)
 
+    def lost_start(self) -> PlantState:
+        return self.encoding.pick(self.encoding.initial & ~self.solution.good)
+
     def plant_reaches(self, condition: Expr) -> bool | None:
         return self.encoding.holds(condition) & self.solution.plant_reach != self._false
 

@@ -46,6 +46,10 @@ class DenseSystem:
         place = self.layout.index(state)
         return place is not None and bool(members(self.solution.good, np.array([place]))[0])
 
+    def lost_start(self) -> PlantState:
+        starts = self.layout.starts()
+        return self.layout.state(int(starts[~members(self.solution.good, starts)][0]))
+
     def plant_reaches(self, condition: Expr) -> bool | None:
         if self.layout.size > _LARGEST_REPEAT:
             return None

@@ -207,7 +207,11 @@ class _Controller:
 
     def _run(self, most: int | None = None) -> None:
         """Walk through all completions, or until there are ``most``."""
-        queue = [rest for state in self.plant.initial_states for rest in self._completed(state)]
+        queue: list[PlantState] = []
+        for state in self.plant.initial_states:
+            queue.extend(self._completed(state))
+            if most is not None and len(self.completions) > most:
+                return
         for rest in queue:  # grows while it is walked
             if most is not None and len(self.completions) > most:
                 return

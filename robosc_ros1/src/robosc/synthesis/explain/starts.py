@@ -29,9 +29,8 @@ def assumed(plant: Plant, start: PlantState) -> str:
 
 def lost_start(system: System) -> PlantState:
     """An initial state that cannot be kept; there is one."""
-    plant = system.plant
-    state = next(s for s in plant.initial_states if not system.is_good(s))
-    for number, variable in enumerate(plant.variables):
+    state = system.lost_start()
+    for number, variable in enumerate(system.plant.variables):
         other = (*state[:number], variable.initial, *state[number + 1 :])
         if not system.is_good(other):
             state = other
