@@ -61,6 +61,7 @@ def test_document_of_a_robot() -> None:
         "name": "Buffer.n",
         "values": [0, 1, 2],
         "initial": 0,
+        "initials": [0],
         "marked": [0, 1, 2],
     }
     fill = next(e for e in document["plant"]["events"] if e["kind"] == "response")
