@@ -6,28 +6,23 @@ blocked whether that was right in the state in which it was decided. :class:`Wis
 commands of a controller that cares about nothing.
 """
 
-import copy
 import json
-from collections import deque
 
-from judge import PLANT_COMMUNICATIONS, Judge
+from guide import play_round
+from judge import Judge
 from plant_data import PLANT
+from random_messages import PLANT_COMMUNICATIONS
 from shadow import attribute_of
-
-HISTORY = 2000
 
 
 class GuardJudge(Judge):
-    """``restricted`` are the communications that synthesis forbids more than requirements do."""
+    """The monitor of both sides."""
 
-    def __init__(self, robot, publications, restricted, is_shutdown=lambda: False):
-        super().__init__(robot, publications, is_shutdown)
+    def __init__(self, robot, publications, guide, is_shutdown=lambda: False):
+        super().__init__(robot, publications, guide, is_shutdown)
         keys = [k for k, c in PLANT_COMMUNICATIONS.items() if c["kind"] != "outgoing message"]
         self.passed = dict.fromkeys(keys, 0)
         self.blocked = dict.fromkeys(keys, 0)
-        self._restricted = restricted
-        self._history = {}  # number of an event -> the state after it
-        self._numbers = deque()
         self._reports = []
 
     def decided(self, key):
@@ -41,31 +36,14 @@ class GuardJudge(Judge):
             self._look()
             self._changed.notify_all()
 
-    def on_state(self, message):
-        super().on_state(message)
-        with self._changed:
-            if self.number is not None:
-                self._remember()
-
-    def _follow(self, event):
-        super()._follow(event)
-        self._remember()
-
     def _remember(self):
-        if self.number not in self._history:
-            state = copy.copy(self.shadow)
-            for part in ("states", "variables", "busy", "fresh"):
-                setattr(state, part, dict(getattr(state, part)))
-            self._history[self.number] = state
-            self._numbers.append(self.number)
-            if len(self._numbers) > HISTORY:
-                del self._history[self._numbers.popleft()]
+        super()._remember()
         self._look()
 
     def _command(self, kind, key, value):
         if kind == "request":
             self.passed[key] += 1
-        self.shadow.happen(kind, key)
+        self._happen(kind, key)
 
     def _look(self):
         """Judge the reports whose state is known by now."""
@@ -82,41 +60,11 @@ class GuardJudge(Judge):
             self.faults.append(what + ": " + json.dumps(report["blocked_by"]))
             return
         self.blocked[key] += 1
-        told = {kind: [r for r in report["blocked_by"] if r["kind"] == kind] for kind in KINDS}
-        requirements = {"%(text)s (%(place)s)" % reason for reason in told["requirement"]}
-        violated = set(state.violated(key))
-        elsewhere = bool(told["phase"] or told["synchronisation"])
-        faults = [
-            (bool(told["phase"]) != state.busy.get(key, False), "its phase"),
-            (
-                bool(told["synchronisation"]) == synchronises(state, key),
-                "the synchronisation of components",
-            ),
-            (not requirements <= violated, "what is met"),
-            # While it cannot happen anyway, a guard may say anything.
-            (requirements != violated and not elsewhere, "not all that is violated"),
-            (bool(told["synthesis"]) and not self._may_restrict(key, elsewhere), "synthesis"),
-            (not any(told.values()), "nothing"),
-        ]
-        for wrong, why in faults:
-            if wrong:
-                reasons = json.dumps(report["blocked_by"])
-                self.faults.append("%s because of %s: %s; %s" % (what, why, reasons, violated))
-
-    def _may_restrict(self, key, elsewhere):
-        return elsewhere or key in self._restricted
-
-
-KINDS = ("phase", "synchronisation", "requirement", "synthesis")
-
-
-def synchronises(state, key):
-    """Whether a request is enabled in all components that mention it."""
-    return all(
-        state._transitions(component, "request", key, None)
-        for component in PLANT["components"]
-        if state._mentions(component, "request", key)
-    )
+        if {"number"} == {reason["kind"] for reason in report["blocked_by"]}:
+            return  # whatever the state: no robot is to get what is infinite or not a number
+        if not report["blocked_by"]:
+            self.faults.append(what + " by nothing")
+        self._judge_reasons(what, event, report["blocked_by"], state)
 
 
 class Wishes:
@@ -127,13 +75,13 @@ class Wishes:
         self._values = values
         self._judge = judge
 
-    def command(self, type_, keys):
-        """One of the commands on a topic, and a message that means it.
+    def command(self, type_, keys, key=None):
+        """One of the commands on a topic (or the one with this key), and a message that means it.
 
         A command on a topic of its own has any data. Those that share one have data of their
         provide statements; (None, None) if these, this time, would mean another command.
         """
-        key = self._random.choice(keys)
+        key = key or self._random.choice(keys)
         provides = [p for p in PLANT["provides"] if p["communication"] == key]
         if len(keys) == 1 or not provides:
             message = self._values.message(type_, key, "request")
@@ -167,6 +115,18 @@ class Wishes:
                 value = [self._filled(make(), v) if isinstance(v, dict) else v for v in value]
             self._values.put(message, name, float(value) if isinstance(old, float) else value)
         return self._values.as_it_arrives(message)
+
+
+def play_round_of_both(robot, controller, judge):
+    """Have both do what leads to something new, or whatever comes."""
+    step = play_round(robot, judge)
+    if step is None or step[0] == "wait":
+        for _ in range(robot.random.randint(0, 2)):
+            controller.act()
+    elif step[0] == "request":
+        controller.act(step[1])
+    elif step[0] == "cancel":
+        controller.cancel()
 
 
 def is_constant(tree):

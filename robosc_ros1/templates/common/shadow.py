@@ -5,6 +5,7 @@ The test that plays the robot follows the controller's events with a :class:`Sha
 what was allowed. It shares nothing with the controller: it walks the model in ``plant_data.py``.
 """
 
+import copy
 import math
 
 
@@ -227,8 +228,22 @@ class Shadow:
         self.fresh = {c["key"]: False for c in plant["communications"] if c["timeout"]}
         for key in self.busy:
             self.fresh.pop(key, None)  # of a service or action it is the deadline
+        self.mentions = {}  # (kind, communication) -> components with their transitions for it
+        for component in plant["components"]:
+            for transition in component["transitions"]:
+                sort = transition["event"], transition["communication"]
+                self.mentions.setdefault(sort, {}).setdefault(component["name"], []).append(
+                    transition
+                )
         # How often each requirement was seen to be met, and to be violated.
         self.requirements_seen = [[0, 0] for _ in plant["requirements"]]
+
+    def copy(self):
+        """The state now; what is to be counted is counted in both."""
+        found = copy.copy(self)
+        for part in ("states", "variables", "busy", "fresh"):
+            setattr(found, part, dict(getattr(self, part)))
+        return found
 
     # Expressions
 
@@ -372,9 +387,9 @@ class Shadow:
         elif kind == "cancel":
             self._check_cancel(key)
         states, variables = dict(self.states), dict(self.variables)
-        for component in self.plant["components"]:
-            taken = self._transitions(component, kind, key, content)
-            self._follow(component["name"], taken, content, states, variables)
+        for component in self.mentions.get((kind, key), ()):
+            taken = self.transitions(component, kind, key, content)
+            self._follow(component, taken, content, states, variables)
         if key in self.busy and kind != "feedback":
             self.busy[key] = kind == "request"
         if key in self.fresh:
@@ -415,19 +430,14 @@ class Shadow:
     def _phase(self, key):
         return "busy" if self.busy[key] else "idle"
 
-    def _mentions(self, component, kind, key):
-        return [
-            t for t in component["transitions"] if t["event"] == kind and t["communication"] == key
-        ]
-
-    def _transitions(self, component, kind, key, content):
+    def transitions(self, component, kind, key, content):
         """The transitions that a component takes, the one that decides on a variable last.
 
         With one of its state goes one of all states, unless that leads somewhere; for a request
         those of the state stand alone.
         """
-        mentions = self._mentions(component, kind, key)
-        state = self.states[component["name"]]
+        mentions = self.mentions[kind, key][component]
+        state = self.states[component]
         local = [t for t in mentions if t["from"] == state]
         common = [t for t in mentions if t["from"] is None]
         if kind == "request":
@@ -496,12 +506,20 @@ class Shadow:
         violated = self.violated(key)
         if violated:
             raise Wrong("%s requested against: %s" % (key, "; ".join(violated)))
-        for component in self.plant["components"]:
-            if not self._mentions(component, "request", key):
-                continue
-            if not self._transitions(component, "request", key, None):
-                state = self.states[component["name"]]
-                raise Wrong("%s requested, %s is %s" % (key, component["name"], state))
+        if not self.synchronises("request", key):
+            raise Wrong("%s requested, which a component blocks: %s" % (key, self.states))
+
+    def synchronises(self, kind, key):
+        """Whether a command is possible in all components, its phase apart."""
+        for component in self.mentions.get((kind, key), ()):
+            taken = self.transitions(component, kind, key, None)
+            if kind == "request" and not taken:
+                return False
+            try:
+                self._follow(component, taken, None, {}, {})
+            except Wrong:
+                return False  # a variable would leave its range
+        return True
 
     def _check_cancel(self, key):
         if not self.violated(key):
@@ -531,6 +549,15 @@ class Shadow:
         if "elements" in data:
             return [self._fields_or_value(element) for element in data["elements"]]
         return self._fields(data) if "fields" in data else plain(self.evaluate(data["value"]))
+
+
+def variables_of(tree):
+    """The variables that an expression reads."""
+    if not isinstance(tree, (list, tuple)):
+        return []
+    if len(tree) == 2 and tree[0] == "variable":
+        return [tree[1]]
+    return [name for part in tree for name in variables_of(part)]
 
 
 def told_as(told, value):

@@ -18,7 +18,6 @@ from std_msgs.msg import String
 
 from ._runtime.port import BEFORE_TIME, Port
 from ._runtime.report import Outlet
-from .ros_executor import ExecutorThread
 from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import qos_profile
 
@@ -55,12 +54,12 @@ class RosPort(Port):
     service of each message.
     """
 
-    def __init__(self, node, publications, services, actions, profiles):
+    def __init__(self, node, executor_thread, publications, services, actions, profiles):
         self._node = node
+        self.executor_thread = executor_thread
         self._simulated = node.get_parameter("use_sim_time").value is True
         self._logger = node.get_logger()
         self._profiles = profiles
-        self.executor_thread = ExecutorThread(node)
         self._publishers = {}
         for topic, message_type, keys in publications:
             publisher = node.create_publisher(message_type, topic, profiles[keys[0]])
@@ -71,6 +70,7 @@ class RosPort(Port):
         self._actions = {
             key: Action(node, self.executor_thread, name, type_) for name, type_, key in actions
         }
+        self._jumps = None
         self.exit_code = 0
         self.on_exit = None
 
@@ -86,7 +86,6 @@ class RosPort(Port):
         self._jumps = self._node.get_clock().create_jump_callback(
             EVERY_STEP, post_callback=lambda jump: self._on_clock(engine, jump)
         )
-        self.executor_thread.start()
 
     def _on_clock(self, engine, jump):
         """ROS time went on, or somebody set use_sim_time."""
@@ -109,8 +108,13 @@ class RosPort(Port):
             while not publisher.get_subscription_count() and time.monotonic() < end:
                 time.sleep(0.005)
 
+    def release(self):
+        """Have the clock forget the engine."""
+        if self._jumps is not None:
+            self._jumps.unregister()
+
     def close(self, timeout):
-        """Let what is to be sent leave, goals be cancelled, and the executor's thread end."""
+        """Let what is to be sent leave, and goals be cancelled."""
         end = time.monotonic() + timeout
         callers = list(self._services.values()) + list(self._actions.values())
         self.executor_thread.flush(lambda: not any(c.is_busy() for c in callers), timeout / 2)
@@ -118,7 +122,6 @@ class RosPort(Port):
             left = end - time.monotonic()
             if left > 0 and publisher.get_subscription_count():
                 publisher.wait_for_all_acked(Duration(seconds=min(left, timeout / 4)))
-        self.executor_thread.end(max(0.1, end - time.monotonic()))
 
     def now(self):
         if self._simulated:

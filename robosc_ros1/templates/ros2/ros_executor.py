@@ -58,7 +58,8 @@ class ExecutorThread:
     def end(self, timeout):
         self._ending = True
         self._guard.trigger()
-        self._thread.join(timeout)
+        if self._thread.is_alive():  # it may be told to end before it began
+            self._thread.join(timeout)
 
     def _spin(self):
         while not self._ending:

@@ -49,7 +49,13 @@ def golden_folder(model: str, target: str = "ros1", mode: str = "controller") ->
 
 def kept_files(package: Package, target: str = "ros1", mode: str = "controller") -> dict[str, File]:
     """All files but those that are copied as they are, which only would be noise here."""
-    copied = ["/_runtime/", "test/judge.py", "test/shadow.py"]
+    copied = [
+        "/_runtime/",
+        "test/judge.py",
+        "test/guide.py",
+        "test/shadow.py",
+        "/random_messages.py",
+    ]
     if mode == "supervisor":
         copied += ["/relay.py", "test/guard_judge.py"]
         # These are the controller's, which a test of its own says.

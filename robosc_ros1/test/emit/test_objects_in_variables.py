@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from emit.generated_code import controller_class, controller_source, supervisor_of
-from emit.test_judge_of_packages import judged, judging_of
+from emit.judged_controllers import judged, judging_modules
 from runtime.lamp_robot import PlayedPort
 from runtime.schemas import validate
 from simulate.players import session
@@ -124,7 +124,7 @@ def test_the_test_of_the_package_knows_objects(
     seed: int, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     supervisor = supervisor_of(MODEL)
-    with judging_of(supervisor.plant.robot, tmp_path_factory.mktemp("package_test")) as judging:
+    with judging_modules(tmp_path_factory.mktemp("package_test"), supervisor) as judging:
         judge = judged(judging, controller_source(supervisor), seed)
     assert judge.faults == []
     assert judge.events["request", "drive", 0] > 10

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 import ros_support
@@ -51,13 +52,14 @@ def ear(stage: Stage) -> Iterator[Puppet]:
 
 @pytest.fixture(scope="session")
 def guarded_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
-    """The line follower's supervisor and controller."""
+    """The line follower's supervisor and controller, and the supervisor of a lifter."""
     workspace = make_workspace()
     workspace.add(EXAMPLES / "robot_common")
     model = str(EXAMPLES / "line_follower_first_edition" / "line_follower.rscd")
-    for mode in ("supervisor", "controller"):
+    lifter = str(Path(__file__).with_name("lifter.rscd"))
+    for file, mode in ((model, "supervisor"), (model, "controller"), (lifter, "supervisor")):
         where = ("--output", str(workspace.folder / "src"))
-        done = run_robosc(("generate", model, "--mode", mode, *where), workspace.folder, {})
+        done = run_robosc(("generate", file, "--mode", mode, *where), workspace.folder, {})
         assert done.returncode == 0, done.stderr
     workspace.build()
     return workspace

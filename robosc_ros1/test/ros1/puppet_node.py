@@ -241,6 +241,27 @@ class Puppet:
         self.sent = client.send_goal(filled(type_of_goal(client), fields), moved)
         tell(sent=name, id=self.sent.comm_state_machine.action_goal.goal_id.id)
 
+    def chain(self, name, type, count):
+        """Send goals, each as soon as the result of the one before has come; their ends are printed
+        together."""
+        client = self.clients[name] = actionlib.ActionClient(
+            name, roslib.message.get_message_class(type)
+        )
+        if not client.wait_for_server(rospy.Duration(20)):
+            raise RuntimeError("there is no action " + name)
+        ends, running = [], []
+
+        def moved(handle):
+            if handle.get_comm_state() != actionlib.CommState.DONE:
+                return
+            ends.append((handle.get_terminal_state(), handle.get_goal_status_text()))
+            if len(ends) == count:
+                tell(chained=name, ends=ends)
+            else:
+                running.append(client.send_goal(type_of_goal(client), moved))
+
+        running.append(client.send_goal(type_of_goal(client), moved))
+
     def cancel(self):
         """Cancel the goal that was sent last."""
         self.sent.cancel()

@@ -74,6 +74,9 @@ def test_messages_pass_with_their_own_data_or_are_blocked(
         vel(other, speed(0.3))
         passed = robot.hears("/vel")
         assert (passed["linear"]["x"], passed["angular"]["z"]) == (0.3, 0.1)
+        mark = other.mark
+        vel(other, speed(float("nan")))
+        assert blocked(other, mark) == ("move", ["linear.x is nan"])
         # Nothing forbids to drive now, so there is no need to stop.
         mark = other.mark
         vel(other, STOP)
@@ -187,6 +190,17 @@ def test_a_cancel_of_the_controller_reaches_the_robot(
         node.enters("ObstacleGrabber", "looking")
 
 
+def test_goals_that_are_sent_upon_the_result_before_pass(guarded: Stage, other: Puppet) -> None:
+    """The supervisor's own state follows a result before the controller hears of it."""
+    action = {"type": "robot_common/NavigateAction"}
+    with guarded.puppet() as robot:
+        robot.do("action", name="/lift", **action)
+        with guarded.controller(other, "lifter_supervisor"):
+            other.do("chain", name="/supervised/lift", **action, count=400)
+            ends = other.wait(lambda line: line.get("chained"), "400 goals", seconds=120.0)["ends"]
+    assert [end for end in ends if end[0] != 3] == []
+
+
 def test_the_launch_file_starts_both_with_the_right_names(
     guarded: Stage, robot: Puppet, other: Puppet, tmp_path: Path
 ) -> None:
@@ -226,12 +240,14 @@ FAULTS = {
         "controller.py",
         ' and self.motor == "stopped"\n',
         " and False\n",
-        "because of",
+        "a requirement that is met",
     ),
     "data": (
         "relay.py",
-        "            engine.offer(",
-        "            raw.bytes = b'?' * len(raw.bytes)\n            engine.offer(",
+        "            engine.offer(controller, patterns, read(raw, type_), passed_on(raw))",
+        "            message = read(raw, type_)\n"
+        "            raw.bytes = b'?' * len(raw.bytes)\n"
+        "            engine.offer(controller, patterns, message, passed_on(raw))",
         "carries other messages",
     ),
 }

@@ -86,7 +86,12 @@ def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
     (folder / "src").mkdir()
     for model, package in MODELS.items():
         generate(folder, model, "--package", package)
-    generate(folder, HERE / "models" / "guarded_arm.rscd", "--mode", "supervisor")
+    arm = HERE / "models" / "guarded_arm.rscd"
+    generate(folder, arm, "--mode", "supervisor")
+    (folder / "managed.yaml").write_text("lifecycle: true\n", encoding="utf-8")
+    for mode in ("controller", "supervisor"):
+        name = ("--package", f"guarded_arm_managed_{mode}")
+        generate(folder, arm, "--mode", mode, *name, "--config", str(folder / "managed.yaml"))
     bed.run("colcon", "build", folder=folder)
     return Built(bed, folder)
 

@@ -102,6 +102,15 @@ def test_what_is_forbidden_is_blocked_and_reported(
     robot.expect("message", name="beacon")
 
 
+def test_numbers_that_are_not_finite_are_blocked(
+    robot: Peer, other: Peer, controller: Start
+) -> None:
+    controller(NODE)
+    repeat(other, "supervised/speed", "std_msgs/msg/Float32", {"data": float("nan")})
+    assert reasons(blocked(other)) == ["data is nan"]
+    assert robot.events("message", name="speed") == []
+
+
 def test_a_call_that_is_blocked_is_answered_with_defaults(
     robot: Peer, other: Peer, controller: Start
 ) -> None:

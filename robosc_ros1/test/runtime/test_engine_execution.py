@@ -8,7 +8,7 @@ import threading
 import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.engine import INACTIVE, Engine
 from robosc.runtime.settings import Settings
 
 
@@ -392,3 +392,30 @@ def test_a_number_that_is_not_finite_is_not_sent(refuse: bool, sent: int) -> Non
     assert played.counter("failed") == 1 - sent
     failed = [e.detail for e in played.engine.recorder.take() if e.outcome == "failed"]
     assert failed == (["ValueError: x.y[1] is inf"] if refuse else [])
+
+
+def test_a_suspended_engine_follows_and_commands_again_when_resumed() -> None:
+    played = Played(stop_command=HALT)
+    assert played.begin() == [HALT, LAMP, ARM]
+    played.engine.suspend()
+    played.engine.cycle()
+    assert (played.port.take(), played.port.cancelled) == ([HALT], [(ARM, 2)])
+    assert played.engine.stopped == INACTIVE
+    assert played.see(50) == []
+    assert played.controller.clear
+    assert played.wait(3.0) == []
+    assert played.engine.resume()
+    played.engine.cycle()
+    assert GO in played.port.take()
+    assert played.engine.stopped is None
+
+
+def test_only_a_suspended_engine_can_be_resumed() -> None:
+    played = Played()
+    played.begin()
+    played.engine.stop("enough")
+    played.engine.cycle()
+    played.engine.suspend()
+    assert not played.engine.resume()
+    played.engine.cycle()
+    assert played.engine.stopped == "enough"

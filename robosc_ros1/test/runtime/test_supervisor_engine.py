@@ -54,7 +54,8 @@ class Bench:
         return sent
 
     def request(self, key: str, payload: Any = None) -> None:
-        self.guard.request(key, payload, lambda kind, what: self.answers.append((kind, what)))
+        answer = lambda kind, what: self.answers.append((kind, what))  # noqa: E731
+        self.guard.request(key, payload, payload, answer)
         self.guard.cycle()
 
     def report(self, key: str, kind: str, what: Any = None) -> None:
@@ -126,6 +127,46 @@ def test_a_message_that_means_nothing_is_blocked() -> None:
     bench.sense(50)
     assert bench.offer(7, (CommandPattern(GO, lambda message: message == 1),)) == []
     assert bench.port.blocks == [("", "request", ["its data are those of none of go"])]
+
+
+class Speed:
+    """A message as both versions of ROS make them."""
+
+    __slots__ = ("label", "parts", "x")
+
+    def __init__(self, x: float, parts: Any = ()) -> None:
+        self.label, self.x, self.parts = "nan", x, parts
+
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize(
+    ("message", "told"),
+    [
+        (Speed(NAN), "x is nan"),
+        (Speed(0.0, [0.0, -float("inf")]), "parts[1] is -inf"),
+        (Speed(0.0, [Speed(0.0), Speed(1.0, (NAN,))]), "parts[1].parts[0] is nan"),
+        (Speed(1.0, [Speed(0.0)]), None),
+        (Speed(1.0, b"any"), None),
+        (Speed(1.0, [1, 2]), None),
+    ],
+)
+def test_numbers_that_are_not_finite_never_reach_the_robot(
+    message: Speed, told: str | None
+) -> None:
+    bench = Bench()
+    bench.sense(50)
+    passed = [] if told else [(GO, message)]
+    assert bench.offer(message) == passed
+    bench.request(LAMP, message)
+    assert [kind for kind, _ in bench.answers] == ["blocked" if told else "passed"]
+    reports = [("go", "request", [told]), ("light", "request", [told])]
+    assert bench.port.blocks == (reports if told else [])
+    assert bench.guard.recorder.counters["blocked"] == len(bench.port.blocks)
+    careless = Bench(refuse_not_finite=False)
+    careless.sense(50)
+    assert careless.offer(message) == [(GO, message)]
 
 
 def test_a_service_call_is_passed_on_and_answered() -> None:

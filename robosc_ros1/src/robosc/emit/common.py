@@ -11,7 +11,7 @@ from robosc.emit.context import ParameterView
 from robosc.emit.modeldata import model_document, plant_data
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Robot
-from robosc.supervisor import Supervisor
+from robosc.supervisor import Guard, Supervisor
 
 __all__ = [
     "PackageContext", "TopicView", "data_module", "escaped",
@@ -54,6 +54,8 @@ class PackageContext:
     title: str = field(default="Controller", kw_only=True)
     watched: tuple[str, ...] = field(default=(), kw_only=True)
     """The launch arguments that set the timeouts of messages."""
+    lifecycle: bool = field(default=False, kw_only=True)
+    """Whether a node of ROS 2 is a managed one."""
 
     def __post_init__(self) -> None:
         """Raises UsageError if the package would stand in the way of one that it needs."""
@@ -99,7 +101,7 @@ def model_module(supervisor: Supervisor, source: str) -> str:
     return data_module(source, sentence, f"\nMODEL = {document}\n")
 
 
-def plant_module(robot: Robot, source: str) -> str:
-    data = pformat(plant_data(robot), width=98, sort_dicts=False)
+def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:
+    data = pformat(plant_data(robot, guards), width=98, sort_dicts=False)
     sentence = "The model as data, for the test that plays the robot."
     return data_module(source, sentence, f"\nPLANT = {data}\n")

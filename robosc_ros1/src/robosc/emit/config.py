@@ -49,7 +49,8 @@ class Config:
     ``output`` are the folders that get packages, by target; ``locations`` those that become the
     package themselves, by target and mode. ``parameters`` are defaults of the node's parameters by
     their full names. ``supervisor`` tells the node that a supervisor guards, as it stands in the
-    file. ``warnings`` are what somebody should know who wrote the files.
+    file; ``lifecycle`` makes a managed node of one of ROS 2. ``warnings`` are what somebody should
+    know who wrote the files.
     """
 
     package: str | None = None
@@ -61,6 +62,7 @@ class Config:
     licence: str = "BSD-3-Clause"
     parameters: Mapping[str, Any] = field(default_factory=_empty)
     supervisor: Mapping[str, Any] = field(default_factory=_empty)
+    lifecycle: bool = False
     warnings: tuple[str, ...] = ()
 
     def of_package(self, package: str) -> Config:
@@ -267,6 +269,12 @@ def _supervisor(config: Config, value: Any, _: Path) -> Config:
     return replace(config, supervisor=MappingProxyType(dict(value)))
 
 
+def _lifecycle(config: Config, value: Any, _: Path) -> Config:
+    if not isinstance(value, bool):
+        raise ValueError("true or false")
+    return replace(config, lifecycle=value)
+
+
 _KEYS: Mapping[str, Setter] = {
     "package": _text("package", r"[a-z][a-z0-9_]*", "a package name in lower case"),
     "output": _output,
@@ -276,4 +284,5 @@ _KEYS: Mapping[str, Setter] = {
     "license": _text("licence", r".*\S.*", "the name of a licence"),
     "parameters": _parameters,
     "supervisor": _supervisor,
+    "lifecycle": _lifecycle,
 }

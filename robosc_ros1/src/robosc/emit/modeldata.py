@@ -1,15 +1,18 @@
 """The model as plain data, for viewers (``~model``) and for the test that plays the robot.
 
-Nothing here is derived: components, transitions, requirements as the user wrote them. So the test
-of a package has the model from here and does not believe the controller.
+Components, transitions, requirements stand here as the user wrote them; derived is only which
+commands synthesis restricts. So the test of a package has the model from here and does not believe
+the controller.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from robosc.emit.naming import place
 from robosc.ir.expr import to_dsl
+from robosc.language.events import EventKind
 from robosc.model.entities import (
     After,
     Behaviour,
@@ -50,7 +53,7 @@ from robosc.model.types import (
     Type,
 )
 from robosc.model.usage import Direction, Usage, converted_part
-from robosc.supervisor import Supervisor
+from robosc.supervisor import Guard, Supervisor
 
 __all__ = ["model_document", "plant_data"]
 
@@ -195,8 +198,11 @@ def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Jso
 # --- the same with expressions as trees ----------------------------------------------------------
 
 
-def plant_data(robot: Robot) -> dict[str, Json]:
+def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
     """What an interpreter needs: expressions and types as nested lists.
+
+    ``restricted`` are the commands (kind, communication) that synthesis forbids where requirements
+    do not.
 
     Expressions are ``["=", left, right]`` and the like, ``["!", e]``, ``["negative", e]``, and the
     leaves ``["literal", v]``, ``["variable", "C.v"]``, ``["state", "C", "s"]``,
@@ -230,6 +236,11 @@ def plant_data(robot: Robot) -> dict[str, Json]:
             for p in robot.provides
         ],
         "enums": _enum_tables(enums),
+        "restricted": [
+            [guard.event.kind.value, guard.event.key]
+            for guard in guards
+            if guard.status != "as required" and guard.event.kind is not EventKind.TAU
+        ],
     }
 
 

@@ -11,7 +11,6 @@ from robosc.emit.config import Config
 from robosc.emit.guarding import CommandMatch, command_matches
 from robosc.emit.python import literal
 from robosc.errors import UsageError
-from robosc.model.entities import EventKind
 from robosc.supervisor import Supervisor
 
 __all__ = ["ControllerNode", "RelayContext", "RelayView", "relay_context"]
@@ -50,10 +49,7 @@ class ControllerNode:
 
 @dataclass(frozen=True)
 class RelayContext(PackageContext):
-    """What all templates of a supervisor see: those of a controller, and both sides.
-
-    ``restricted`` are the communications whose requests synthesis restricts beyond requirements.
-    """
+    """What all templates of a supervisor see: those of a controller, and both sides."""
 
     prefix: str
     controller: ControllerNode
@@ -62,7 +58,6 @@ class RelayContext(PackageContext):
     relayed_services: tuple[RelayView, ...]
     relayed_actions: tuple[RelayView, ...]
     remaps: tuple[tuple[str, str], ...]
-    restricted: tuple[str, ...]
 
 
 _IDLE = ("rate", "order", "seed")
@@ -106,7 +101,6 @@ def relay_context(
         relayed_actions=actions,
         # A private name is the supervisor's own; the controller's node has no such.
         remaps=tuple(dict.fromkeys(pair for pair in pairs if not pair[0].startswith("~"))),
-        restricted=_restricted(supervisor),
     )
 
 
@@ -119,11 +113,6 @@ def _view(topic: TopicView, commands: tuple[str, ...] = ()) -> RelayView:
     else:
         other = f"{PREFIX}/{name}"
     return RelayView(name, other, topic.type, topic.keys, topic.key, commands)
-
-
-def _restricted(supervisor: Supervisor) -> tuple[str, ...]:
-    guards = [g for g in supervisor.guards if g.status != "as required"]
-    return tuple(g.event.key for g in guards if g.event.kind is EventKind.REQUEST)
 
 
 def _in_order(found: list[CommandMatch]) -> list[CommandMatch]:

@@ -42,6 +42,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     """
     robot = supervisor.plant.robot
     source = file_of(robot.span)
+    configured = with_parameters(robot, config.parameters)
     controller = controller_context(supervisor, source)
     context = package_context(robot, package, source, controller, config.checked(robot))
     module = f"src/{package}"
@@ -60,8 +61,10 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"test/{rostest_name(package)}.test": File(render("ros1/rostest.jinja", escaped(context))),
         "test/play_robot.py": File(render("ros1/play_robot.py.jinja", context), executable=True),
         "test/judge.py": File(verbatim("common/judge.py")),
+        "test/guide.py": File(verbatim("common/guide.py")),
+        "test/random_messages.py": File(verbatim("common/random_messages.py")),
         "test/shadow.py": File(verbatim("common/shadow.py")),
-        "test/plant_data.py": File(plant_module(with_parameters(robot, config.parameters), source)),
+        "test/plant_data.py": File(plant_module(configured, source, supervisor.guards)),
         "README.md": File(_readme(supervisor, context)),
     }
     files |= runtime_files(f"{module}/_runtime", files)

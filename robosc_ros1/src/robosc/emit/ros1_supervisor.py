@@ -29,6 +29,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     """
     robot = supervisor.plant.robot
     source = file_of(robot.span)
+    configured = with_parameters(robot, config.parameters)
     controller = controller_context(supervisor, source)
     base = package_context(robot, package, source, controller, config.checked(robot))
     context = relay_context(base, supervisor, config, _ACTION_PARTS)
@@ -49,9 +50,11 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
             "ros1/supervisor_rostest.jinja", escaped(context)
         ),
         "test/judge.py": verbatim("common/judge.py"),
+        "test/guide.py": verbatim("common/guide.py"),
+        "test/random_messages.py": verbatim("common/random_messages.py"),
         "test/guard_judge.py": verbatim("common/guard_judge.py"),
         "test/shadow.py": verbatim("common/shadow.py"),
-        "test/plant_data.py": plant_module(with_parameters(robot, config.parameters), source),
+        "test/plant_data.py": plant_module(configured, source, supervisor.guards),
         "README.md": render("ros1/supervisor_README.md.jinja", readme),
     }
     programs = {

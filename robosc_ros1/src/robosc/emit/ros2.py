@@ -52,6 +52,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     """
     robot = supervisor.plant.robot
     source = file_of(robot.span)
+    configured = with_parameters(robot, config.parameters)
     controller = controller_context(supervisor, source)
     context = package_context(robot, package, source, controller, config.checked(robot))
     templates = {
@@ -72,10 +73,14 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{package}/model.py": File(model_module(supervisor, source)),
         "README.md": File(render("ros2/README.md.jinja", readme)),
         "test/judge.py": File(verbatim("common/judge.py")),
+        "test/guide.py": File(verbatim("common/guide.py")),
+        "test/random_messages.py": File(verbatim("common/random_messages.py")),
         "test/shadow.py": File(verbatim("common/shadow.py")),
-        "test/plant_data.py": File(plant_module(with_parameters(robot, config.parameters), source)),
+        "test/plant_data.py": File(plant_module(configured, source, supervisor.guards)),
         **{f"{package}/{name}": File(verbatim(f"ros2/{name}")) for name in WIRING},
     }
+    if context.lifecycle:
+        files[f"{package}/ros_lifecycle.py"] = File(verbatim("ros2/ros_lifecycle.py"))
     files |= runtime_files(f"{package}/_runtime", files)
     return Package(package, frozen_files(files), "ros2")
 
@@ -112,6 +117,7 @@ def package_context(
         actions=servers(Kind.ACTION),
         parameters=_parameters(robot, config),
         defaults=repr(dict(config.parameters)),
+        lifecycle=config.lifecycle,
     )
 
 

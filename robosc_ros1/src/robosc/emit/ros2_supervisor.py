@@ -30,6 +30,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     """
     robot = supervisor.plant.robot
     source = file_of(robot.span)
+    configured = with_parameters(robot, config.parameters)
     controller = controller_context(supervisor, source)
     base = package_context(robot, package, source, controller, config.checked(robot))
     context = relay_context(base, supervisor, config, _ACTION_PARTS)
@@ -50,11 +51,15 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         # A module for that one, no test of its own here.
         "test/play_robot.py": render("ros2/test_play_robot.py.jinja", context),
         "test/judge.py": verbatim("common/judge.py"),
+        "test/guide.py": verbatim("common/guide.py"),
+        "test/random_messages.py": verbatim("common/random_messages.py"),
         "test/guard_judge.py": verbatim("common/guard_judge.py"),
         "test/shadow.py": verbatim("common/shadow.py"),
-        "test/plant_data.py": plant_module(with_parameters(robot, config.parameters), source),
+        "test/plant_data.py": plant_module(configured, source, supervisor.guards),
         "README.md": render("ros2/supervisor_README.md.jinja", readme),
     }
     texts = {path: File(text) for path, text in files.items()}
+    if context.lifecycle:
+        texts[f"{package}/ros_lifecycle.py"] = File(verbatim("ros2/ros_lifecycle.py"))
     texts |= runtime_files(f"{package}/_runtime", texts)
     return Package(package, frozen_files(texts), "ros2")

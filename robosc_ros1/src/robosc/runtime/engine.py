@@ -30,8 +30,10 @@ from .scheduler import CommandScheduler, ScheduledCommand
 from .settings import Settings
 from .values import Mismatch, Undefined, demand_finite
 
-__all__ = ["Engine"]
+__all__ = ["INACTIVE", "Engine"]
 
+INACTIVE = "not active"
+"""Why an engine does not command that is suspended."""
 _ENDS = ("response", "error")
 _LONGEST_WAIT = 3600.0
 """Seconds; a queue refuses to wait for centuries, as some deadline may ask for."""
@@ -154,6 +156,17 @@ class Engine:
     def stop(self, reason: str) -> None:
         """Make a safe stop."""
         self._queue.put(lambda: self._safe_stop(reason))
+
+    def suspend(self) -> None:
+        """Make a safe stop that :meth:`resume` ends; the state goes on following the robot."""
+        self._queue.put(self._suspend)
+
+    def resume(self) -> bool:
+        """Command again; whether that may be: a safe stop for any other reason is final."""
+        if self.stopped not in (None, INACTIVE):
+            return False
+        self._queue.put(self._resume)
+        return True
 
     def close(self) -> None:
         """Cancel what runs, send the stop command, and let ``run`` return."""
@@ -437,6 +450,18 @@ class Engine:
         self._withdraw()
         if self.settings.exit_on_stop:
             self._port.exit(1)
+
+    def _suspend(self) -> None:
+        if self.stopped is None:
+            self.stopped = INACTIVE
+            self._withdraw()
+            self.changed.set()
+
+    def _resume(self) -> None:
+        if self.stopped == INACTIVE:
+            self.stopped = None
+            self._scheduler.begin(self._port.now())
+            self.changed.set()
 
     def _withdraw(self) -> None:
         """Cancel running goals and send the stop command.

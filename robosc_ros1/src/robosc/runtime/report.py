@@ -15,7 +15,7 @@ import time
 from collections import deque
 from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
-from .engine import Engine
+from .engine import INACTIVE, Engine
 from .eventlog import EventLog
 from .model import Command, Controller
 from .original_state import OriginalState
@@ -303,6 +303,8 @@ class Reporter:
         values.extend(("unconnected", text) for text in unconnected)
         values.extend(controller.components().items())
         values.extend((k, str(v)) for k, v in controller.variables().items())
+        if snapshot["stopped"] == INACTIVE:
+            return WARN if news else OK, ", ".join(["not active", *news]), values
         if snapshot["stopped"] is not None:
             return ERROR, "safe stop: " + snapshot["stopped"], values
         return (WARN, ", ".join(news), values) if news else (OK, "running", values)

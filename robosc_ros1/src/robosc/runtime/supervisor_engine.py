@@ -20,7 +20,7 @@ from typing import Any, Callable, Dict, FrozenSet, List, NamedTuple, Optional, S
 
 from .engine import Engine
 from .inbox import Inbox
-from .matching import CommandPattern, matching_command
+from .matching import CommandPattern, matching_command, not_finite
 from .model import Command, Controller
 from .port import Port
 from .report import blocked_by, dump, violated
@@ -97,9 +97,9 @@ class SupervisorEngine(Engine):
         """The controller sent a message; ``payload`` is what the port is to send if it passes."""
         self.invoke(lambda: self._offer(topic, patterns, message, payload))
 
-    def request(self, key: str, payload: Any, answer: Answer) -> None:
-        """The controller calls a service or sends a goal."""
-        self.invoke(lambda: self._request(key, payload, answer))
+    def request(self, key: str, message: Any, payload: Any, answer: Answer) -> None:
+        """The controller calls a service or sends a goal; ``payload`` is as in :meth:`offer`."""
+        self.invoke(lambda: self._request(key, message, payload, answer))
 
     def withdraw(self, key: str) -> None:
         """The controller cancels its goal. That always goes on to the robot.
@@ -128,11 +128,15 @@ class SupervisorEngine(Engine):
             names = ", ".join(self._names[pattern.key] for pattern in patterns)
             reason = {"kind": "unknown", "text": "its data are those of none of " + names}
             self._block("", topic, "request", [reason])
+            return
+        reasons = self._unfit(message)
+        if reasons:
+            self._block(self._names[key], topic, "request", reasons)
         else:
             self._passes(key, "request", payload, topic)
 
-    def _request(self, key: str, payload: Any, answer: Answer) -> None:
-        reasons = self._reasons(key, "request")
+    def _request(self, key: str, message: Any, payload: Any, answer: Answer) -> None:
+        reasons = self._unfit(message) or self._reasons(key, "request")
         if reasons:
             self._block(self._names[key], key, "request", reasons)
             answer("blocked", reasons)
@@ -151,6 +155,11 @@ class SupervisorEngine(Engine):
         for running, token in self._calls.running():
             if running == key:
                 self._port.cancel(key, token)
+
+    def _unfit(self, message: Any) -> Reasons:
+        """Why a message must not reach the robot, whatever the state; empty if it may."""
+        found = not_finite(message) if self.settings.refuse_not_finite else None
+        return [] if found is None else [{"kind": "number", "text": found}]
 
     def _reasons(self, key: str, kind: str) -> Reasons:
         """Why a command is not allowed now; empty if it is."""

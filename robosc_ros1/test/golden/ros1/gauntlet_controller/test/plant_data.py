@@ -456,4 +456,5 @@ PLANT = {'robot': 'Gauntlet',
                               'rules': [[['>',
                                           ['value', ['quality'], ['integer']],
                                           ['literal', 100]],
-                                         'good']]}}}
+                                         'good']]}},
+ 'restricted': []}

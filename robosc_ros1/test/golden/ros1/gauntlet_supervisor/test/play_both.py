@@ -18,9 +18,10 @@ import play_robot
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus
-from guard_judge import GuardJudge, Wishes, content, in_order
-from judge import print_coverage
-from play_robot import PUBLICATIONS, SILENCES, RosValues, resolved
+from guard_judge import GuardJudge, Wishes, content, in_order, play_round_of_both
+from guide import Guide
+from judge import PLANT, print_coverage
+from play_robot import PUBLICATIONS, SUBSCRIPTIONS, RosValues, resolved
 from std_msgs.msg import String
 import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
@@ -47,7 +48,6 @@ CALLED = (
 SENT = (
     ("/supervised/arm/reach", gauntlet_interfaces.msg.ReachAction, "Arm.reach"),
 )
-RESTRICTED = ()
 
 
 class Robot(play_robot.Robot):
@@ -91,16 +91,24 @@ class Controller:
         self.goals = []  # (handle, client, key, content of the goal) of all that passed
         self.feedback = {key: [] for _, _, key in SENT}
 
-    def act(self):
-        """Want something, and wait until it is decided."""
-        ways = [self._publish] * len(self.publishers) + [self._call] * len(CALLED)
-        ways += [self._send] * len(self.clients)
-        if self.goals and self.random.random() < 0.2:
-            # Also if it has ended, which the client's own cancel does not bear.
+    def act(self, wanted=None):
+        """Want something, or the request of a communication; wait until it is decided."""
+        ways = [(entry, self._publish, entry[3]) for entry in self.publishers]
+        ways += [(entry, self._call, (entry[2],)) for entry in CALLED]
+        ways += [(entry, self._send, (entry[2],)) for entry in self.clients]
+        ways = [way for way in ways if wanted is None or wanted in way[2]]
+        if self.goals and wanted is None and self.random.random() < 0.2:
+            self.cancel()
+        elif ways:
+            entry, do, _ = self.random.choice(ways)
+            do(entry, wanted)
+
+    def cancel(self):
+        """Withdraw the latest goal, also if it has ended."""
+        if self.goals:
+            # The client's own cancel does not bear that it has ended.
             handle, client, _, _ = self.goals[-1]
             client.pub_cancel.publish(GoalID(id=goal_id_of(handle)))
-        elif ways:
-            self.random.choice(ways)()
 
     def _decided(self, key, do):
         """Do something; whether it passed (None: nobody told)."""
@@ -111,14 +119,14 @@ class Controller:
             return None
         return self.judge.passed[key] > passed
 
-    def _publish(self):
-        publisher, topic, type_, keys = self.random.choice(self.publishers)
-        key, message = self.wishes.command(type_, keys)
+    def _publish(self, entry, wanted):
+        publisher, topic, type_, keys = entry
+        key, message = self.wishes.command(type_, keys, wanted)
         if key is not None and self._decided(key, lambda: publisher.publish(message)):
             self.passed[topic].append(content(message))
 
-    def _call(self):
-        name, type_, key = self.random.choice(CALLED)
+    def _call(self, entry, _):
+        name, type_, key = entry
         request = self.values.message(type_._request_class, key, "request")
         begun = threading.Event()
 
@@ -134,8 +142,8 @@ class Controller:
         self.calls.append(threading.Thread(target=call, daemon=True))
         self._decided(key, self.calls[-1].start)
 
-    def _send(self):
-        client, type_, key = self.random.choice(self.clients)
+    def _send(self, entry, _):
+        client, type_, key = entry
         goal = self.values.message(type(type_().action_goal.goal), key, "request")
         sent = []
 
@@ -216,7 +224,8 @@ class PlayBoth(unittest.TestCase):
         seed = rospy.get_param("~seed", 1)
         print("seed: %d" % seed)
         robot = Robot(seed)
-        judge = GuardJudge(robot, PUBLICATIONS, RESTRICTED, rospy.is_shutdown)
+        guide = Guide(PLANT, robot.samples(), [keys for _, _, keys in SUBSCRIPTIONS])
+        judge = GuardJudge(robot, PUBLICATIONS, guide, rospy.is_shutdown)
         controller = Controller(seed, robot, judge)
         rospy.Subscriber(rospy.get_param("~controller") + "/blocked", String, judge.on_blocked)
         robot.serve()
@@ -250,15 +259,7 @@ def play(robot, controller, judge, seconds):
     rounds = 0
     while (time.monotonic() < end or rounds < play_robot.ROUNDS) and not judge.faults:
         rounds += 1
-        before, events = judge.inputs, 0
-        if robot.publishers:
-            events = sum(robot.publish() for _ in range(robot.random.randint(0, 2)))
-        for _ in range(robot.random.randint(0, 2)):
-            controller.act()
-        judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
-        if robot.random.random() < SILENCES:
-            judge.await_silence()
-        time.sleep(robot.random.choice([0.0, 0.0, 0.01, 0.1]))
+        play_round_of_both(robot, controller, judge)
 
 
 if __name__ == "__main__":

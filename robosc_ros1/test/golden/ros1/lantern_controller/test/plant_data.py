@@ -96,4 +96,5 @@ PLANT = {'robot': 'Lantern',
                              'values': ['bright', 'dark'],
                              'default': 'dark',
                              'rules': [[['>', ['value', [], ['integer']], ['literal', 20]],
-                                        'bright']]}}}
+                                        'bright']]}},
+ 'restricted': []}

@@ -177,4 +177,5 @@ PLANT = {'robot': 'Thermostat',
                                  'rules': [[['<',
                                              ['value', [], ['double']],
                                              ['-', ['parameter', 'wanted'], ['literal', 10]]],
-                                            'winter']]}}}
+                                            'winter']]}},
+ 'restricted': []}

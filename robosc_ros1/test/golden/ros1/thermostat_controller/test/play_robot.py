@@ -24,7 +24,9 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
 import std_msgs.msg
-from judge import Judge, Values, print_coverage
+from guide import SAMPLES, Advice, Guide, play_round
+from judge import PLANT, Judge, print_coverage
+from random_messages import Values
 from std_msgs.msg import String
 
 # (topic, message type, communications)
@@ -45,8 +47,6 @@ ACTIONS = (
 
 ROUNDS = 50
 """The least number of times that the robot does something, however slow the machine is."""
-SILENCES = 0.1
-"""In so many of these rounds the robot then falls silent until that is noticed."""
 
 
 def resolved(name):
@@ -84,6 +84,7 @@ class Robot:
     def __init__(self, seed):
         self.random = random.Random(seed)
         self.values = RosValues(random.Random(seed + 1))
+        self.advice = Advice()
         self.lock = threading.Lock()
         self.sent = {}  # key and kind -> what the controller must still report, in order
         self.received = {topic: deque() for topic, _, _ in PUBLICATIONS}
@@ -107,10 +108,25 @@ class Robot:
         with self.lock:
             self.sent.setdefault((key, kind), deque()).append(message)
 
-    def publish(self):
-        """Send a message of the robot's; how many events it makes."""
-        publisher, type_, keys = self.random.choice(self.publishers)
-        message = self.values.message(type_, keys[0], "response")
+    def samples(self):
+        """Random messages of each sort that the robot sends, by communication and kind."""
+        types = {(keys[0], "response"): type_ for _, type_, keys in SUBSCRIPTIONS}
+        types.update({(key, "response"): type_._response_class for _, type_, key in SERVICES})
+        for _, type_, key in ACTIONS:
+            types[key, "response"] = type(type_().action_result.result)
+            types[key, "feedback"] = type(type_().action_feedback.feedback)
+        return {
+            (key, kind): [self.values.message(type_, key, kind) for _ in range(SAMPLES)]
+            for (key, kind), type_ in types.items()
+        }
+
+    def publish(self, keys=None, message=None):
+        """Send a message of the robot's, or any; how many events it makes."""
+        if keys is None:
+            publisher, type_, keys = self.random.choice(self.publishers)
+            message = self.values.message(type_, keys[0], "response")
+        else:
+            publisher = next(p for p, _, others in self.publishers if others == keys)
         for key in keys:
             self.note(key, "response", message)
         publisher.publish(message)
@@ -118,13 +134,15 @@ class Robot:
 
     def _serve(self, key, type_, request):
         self.requests[key].append(request)
-        time.sleep(self.random.uniform(0.0, 0.05))
+        kind, response = self.advice.take(key) or self._end(key, type_._response_class)
+        self.note(key, kind, response)
+        return response  # None makes the call fail
+
+    def _end(self, key, result_type):
+        """A random end of a request."""
         if self.random.random() < 0.2:
-            self.note(key, "error", None)
-            return None  # makes the call fail
-        response = self.values.message(type_._response_class, key, "response")
-        self.note(key, "response", response)
-        return response
+            return "error", None
+        return "response", self.values.message(result_type, key, "response")
 
     def _action_server(self, name, type_, key):
         self.requests[key] = deque()
@@ -151,23 +169,27 @@ class Robot:
         parts = type_()
         feedback_type = type(parts.action_feedback.feedback)
         result_type = type(parts.action_result.result)
-        for _ in range(self.random.randint(0, 3)):
-            time.sleep(self.random.uniform(0.0, 0.2))
+        for left in reversed(range(self.random.randint(1, 4))):
+            advised = self.advice.take(key)
             if handle.get_goal_status().status != GoalStatus.ACTIVE:
                 return
-            feedback = self.values.message(feedback_type, key, "feedback")
-            self.note(key, "feedback", feedback)
-            handle.publish_feedback(feedback)
-        time.sleep(self.random.uniform(0.0, 0.3))
-        if handle.get_goal_status().status != GoalStatus.ACTIVE:
+            if advised is not None:
+                kind, message = advised
+            elif left:
+                kind, message = "feedback", self.values.message(feedback_type, key, "feedback")
+            else:
+                kind, message = self._end(key, result_type)
+            self.note(key, kind, message)
+            if kind == "feedback":
+                handle.publish_feedback(message)
+                continue
+            if kind == "error":
+                handle.set_aborted()
+            else:
+                handle.set_succeeded(message)
             return
-        result = self.values.message(result_type, key, "response")
-        if self.random.random() < 0.3:
-            self.note(key, "error", None)
-            handle.set_aborted()
-        else:
-            self.note(key, "response", result)
-            handle.set_succeeded(result)
+        self.note(key, "error", None)
+        handle.set_aborted()
 
 
 class PlayRobot(unittest.TestCase):
@@ -177,7 +199,8 @@ class PlayRobot(unittest.TestCase):
         seed = rospy.get_param("~seed", 1)
         print("seed: %d" % seed)
         robot = Robot(seed)
-        judge = Judge(robot, PUBLICATIONS, rospy.is_shutdown)
+        guide = Guide(PLANT, robot.samples(), [keys for _, _, keys in SUBSCRIPTIONS])
+        judge = Judge(robot, PUBLICATIONS, guide, rospy.is_shutdown)
         if follow(robot, judge):
             robot.serve()
             play(robot, judge, rospy.get_param("~seconds", 10.0))
@@ -210,13 +233,7 @@ def play(robot, judge, seconds):
     rounds = 0
     while (time.monotonic() < end or rounds < ROUNDS) and not judge.faults:
         rounds += 1
-        if robot.publishers:
-            before = judge.inputs
-            events = sum(robot.publish() for _ in range(robot.random.randint(1, 3)))
-            judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
-        if robot.random.random() < SILENCES:
-            judge.await_silence()
-        time.sleep(robot.random.choice([0.0, 0.0, 0.01, 0.1, 0.2]))
+        play_round(robot, judge)
 
 
 if __name__ == "__main__":

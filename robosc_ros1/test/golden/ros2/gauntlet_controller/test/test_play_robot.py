@@ -31,17 +31,17 @@ import std_msgs.msg
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from judge import PLANT_COMMUNICATIONS, Judge, Values, print_coverage  # noqa: E402
-from gauntlet_controller.ros_messages import fill, plain  # noqa: E402
+from guide import SAMPLES, Advice, Guide, play_round  # noqa: E402
+from judge import PLANT, Judge, print_coverage  # noqa: E402
+from random_messages import PLANT_COMMUNICATIONS, Values  # noqa: E402
+from gauntlet_controller.ros_messages import fill, plain, sendable  # noqa: E402
 from gauntlet_controller.ros_parameters import qos_profile  # noqa: E402
 
 CONTROLLER = "gauntlet_controller"
-TIMEOUT = 0.5
+TIMEOUT = 0.8
 """The controller's deadline for services; one that does not answer in time makes a call fail."""
 SILENCE = 0.3
 """Seconds: the timeout of messages."""
-SILENCES = 0.1
-"""In so many of these rounds the robot then falls silent until that is noticed."""
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
@@ -99,6 +99,7 @@ class Robot:
     def __init__(self, node, seed):
         self.random = random.Random(seed)
         self.values = RosValues(random.Random(seed + 1))
+        self.advice = Advice()
         self.lock = threading.Lock()
         self.sent = {}  # key and kind -> what the controller must still report, in order
         self.received = {topic: deque() for topic, _, _ in PUBLICATIONS}
@@ -131,10 +132,26 @@ class Robot:
         with self.lock:
             self.sent.setdefault((key, kind), deque()).append(message)
 
-    def publish(self):
-        """Send a message of the robot's; how many events it makes."""
-        publisher, type_, keys = self.random.choice(self.publishers)
-        message = self.values.message(type_, keys[0], "response")
+    def samples(self):
+        """Random messages of each sort that the robot sends, by communication and kind."""
+        types = {(keys[0], "response"): type_ for _, type_, keys in SUBSCRIPTIONS}
+        types.update({(key, "response"): type_.Response for _, type_, key in SERVICES})
+        for _, type_, key in ACTIONS:
+            types[key, "response"] = type_.Result
+            types[key, "feedback"] = type_.Feedback
+        return {
+            (key, kind): [plain(self.values.message(type_, key, kind)) for _ in range(SAMPLES)]
+            for (key, kind), type_ in types.items()
+        }
+
+    def publish(self, keys=None, message=None):
+        """Send a message of the robot's, or any; how many events it makes."""
+        if keys is None:
+            publisher, type_, keys = self.random.choice(self.publishers)
+            message = self.values.message(type_, keys[0], "response")
+        else:
+            publisher = next(p for p, _, others in self.publishers if others == keys)
+            message = sendable(copy.deepcopy(message))
         for key in keys:
             self.note(key, "response", message)
         publisher.publish(message)
@@ -143,13 +160,12 @@ class Robot:
     def _service(self, node, name, type_, key):
         def serve(request, response):
             self.requests[key].append(request)
-            time.sleep(self.random.uniform(0.0, 0.05))
-            if self.random.random() < 0.2:
+            kind, message = self._advised(key) or self._end(key, type_.Response)
+            if kind == "error":
                 time.sleep(2 * TIMEOUT)
                 return response  # too late
-            response = self.values.message(type_.Response, key, "response")
-            self.note(key, "response", response)
-            return response
+            self.note(key, "response", message)
+            return message
 
         node.create_service(type_, name, serve, callback_group=self._group)
 
@@ -168,6 +184,19 @@ class Robot:
             callback_group=self._group,
         )
 
+    def _advised(self, key):
+        """What the guide wants a request to come to, in a form that can be sent."""
+        advised = self.advice.take(key)
+        if advised is None or advised[1] is None:
+            return advised
+        return advised[0], sendable(copy.deepcopy(advised[1]))
+
+    def _end(self, key, type_):
+        """A random end of a request."""
+        if self.random.random() < 0.2:
+            return "error", None
+        return "response", self.values.message(type_, key, "response")
+
     def _act(self, key, type_, goal):
         def cancelled():
             if goal.is_cancel_requested:
@@ -175,28 +204,35 @@ class Robot:
                 return True
             return False
 
-        for _ in range(self.random.randint(0, 3)):
-            time.sleep(self.random.uniform(0.0, 0.2))
+        for left in reversed(range(self.random.randint(1, 4))):
+            advised = self._advised(key)
             if cancelled():
-                return type_.Result()
-            feedback = self.values.message(type_.Feedback, key, "feedback")
-            self.note(key, "feedback", feedback)
-            goal.publish_feedback(feedback)
-        time.sleep(self.random.uniform(0.0, 0.3))
-        if cancelled():
-            return type_.Result()
-        result = self.values.message(type_.Result, key, "response")
-        if self.random.random() < 0.3:
-            goal.abort()
+                break
+            if advised is not None:
+                kind, message = advised
+            elif left:
+                kind, message = "feedback", self.values.message(type_.Feedback, key, "feedback")
+            else:
+                kind, message = self._end(key, type_.Result)
+            if kind == "error":
+                goal.abort()
+                break
+            self.note(key, kind, message)
+            if kind == "feedback":
+                goal.publish_feedback(message)
+            else:
+                goal.succeed()
+                return message
         else:
-            self.note(key, "response", result)
-            goal.succeed()
-        return result
+            goal.abort()
+        return type_.Result()
 
 
-def start_controller(parameter="rate:=20.0"):
+def start_controller(*parameters):
     """The node as a process, fit for a test: it must not lose what this test says."""
-    words = ["--ros-args", "-p", parameter]
+    words = ["--ros-args", "-p", "state_rate:=200.0"]
+    for parameter in parameters:
+        words += ["-p", parameter]
     for communication in PLANT_COMMUNICATIONS.values():
         name = communication["name"]
         if communication["kind"] == "outgoing message":
@@ -215,7 +251,8 @@ def test_every_command_is_allowed():
     rclpy.init()
     node = rclpy.create_node("play_robot")
     robot = Robot(node, seed)
-    judge = Judge(robot, PUBLICATIONS)
+    guide = Guide(PLANT, robot.samples(), [keys for _, _, keys in SUBSCRIPTIONS])
+    judge = Judge(robot, PUBLICATIONS, guide)
     profile = qos_profile("reliable", 10000)
     events = CONTROLLER + "/events"
     node.create_subscription(String, events, judge.on_event, profile)
@@ -224,7 +261,7 @@ def test_every_command_is_allowed():
     executor.add_node(node)
     spinning = threading.Thread(target=spin, args=(executor,), daemon=True)
     spinning.start()
-    controller = start_controller()
+    controller = start_controller("rate:=20.0")
     try:
         judge.wait(
             lambda: node.count_publishers(events)
@@ -258,14 +295,6 @@ def spin(executor):
 def play(robot, judge, seconds):
     end = time.monotonic() + seconds
     while time.monotonic() < end and not judge.faults:
-        if robot.publishers:
-            before = judge.inputs
-            events = sum(robot.publish() for _ in range(robot.random.randint(1, 3)))
-            arrived = judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
-            if not arrived:
-                return
-        if robot.random.random() < SILENCES:
-            judge.await_silence()
-        time.sleep(robot.random.choice([0.0, 0.0, 0.01, 0.1, 0.2]))
+        play_round(robot, judge)
     if not judge.faults:
         judge.compare_messages()

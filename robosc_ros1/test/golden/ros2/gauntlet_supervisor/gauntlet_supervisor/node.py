@@ -23,6 +23,7 @@ from .controller import GauntletController
 from .model import MODEL
 from .relay import RelayPort
 from .ros import RosOutlet
+from .ros_executor import ExecutorThread
 from .ros_parameters import configured
 from .ros_watch import Watch
 
@@ -95,45 +96,70 @@ def main(args=None):
     node = rclpy.create_node(
         "gauntlet_supervisor", automatically_declare_parameters_from_overrides=True
     )
+    executor_thread = ExecutorThread(node)
     try:
-        return run(node, ended)
+        work = Work(node, executor_thread, ended)
+        work.start()
+        executor_thread.start()
+        ended.wait()
+        return work.close()
     except ParameterError as error:
         node.get_logger().fatal(str(error))
         return 2
     finally:
+        executor_thread.end(0.4)
         node.destroy_node()
         rclpy.try_shutdown()
 
 
-def run(node, ended):
-    controller = GauntletController()
-    topics = [(topic, keys) for topic, _, _, keys in INPUTS]
-    topics += [(topic, [c[0] for c in commands]) for _, topic, _, commands in COMMANDS]
-    settings, profiles, warnings = configured(node, controller, topics, DEFAULTS)
-    controller.configure(settings.more)
-    for warning in warnings:
-        node.get_logger().warning(warning)
+class Work:
+    """All that works for the node: the engine with its thread, its port, and the reporter.
 
-    heard = [topic for topic, _, _, _ in INPUTS]
-    commanded = [topic for _, topic, _, _ in COMMANDS]
-    guarded = [topic for topic, _, _, _ in COMMANDS]
-    watch = Watch(node, heard, commanded, guarded, settings.allowed_publishers)
-    legacy = settings.legacy_state_topic
-    outlet = RosOutlet(node, dump(MODEL), settings.publish_events, legacy, watch)
-    port = RelayPort(node, INPUTS, COMMANDS, SERVICES, ACTIONS, profiles)
-    port.on_exit = ended.set
-    engine = SupervisorEngine(controller, port, settings)
-    original = OriginalState(MODEL) if settings.legacy_state_topic else None
-    reporter = Reporter(engine, outlet, original)
-    thread = threading.Thread(target=engine.run, name="engine", daemon=True)
-    port.await_subscribers()
-    port.connect(engine)
-    thread.start()
-    reporter.start()
+    Raises:
+        ParameterError: the node was given parameters that it cannot work with.
+    """
 
-    ended.wait()
-    engine.close()
-    thread.join(0.6)
-    port.close(0.8)
-    reporter.close(0.4)
-    return port.exit_code
+    def __init__(self, node, executor_thread, ended):
+        controller = GauntletController()
+        topics = [(topic, keys) for topic, _, _, keys in INPUTS]
+        topics += [(topic, [c[0] for c in commands]) for _, topic, _, commands in COMMANDS]
+        settings, profiles, warnings = configured(node, controller, topics, DEFAULTS)
+        controller.configure(settings.more)
+        for warning in warnings:
+            node.get_logger().warning(warning)
+
+        heard = [topic for topic, _, _, _ in INPUTS]
+        commanded = [topic for _, topic, _, _ in COMMANDS]
+        guarded = [topic for topic, _, _, _ in COMMANDS]
+        watch = Watch(node, heard, commanded, guarded, settings.allowed_publishers)
+        legacy = settings.legacy_state_topic
+        outlet = RosOutlet(node, dump(MODEL), settings.publish_events, legacy, watch)
+        port = RelayPort(node, executor_thread, INPUTS, COMMANDS, SERVICES, ACTIONS, profiles)
+        engine = SupervisorEngine(controller, port, settings)
+        port.on_exit = ended.set
+        original = OriginalState(MODEL) if settings.legacy_state_topic else None
+        self.engine = engine
+        self._port = port
+        self._reporter = Reporter(engine, outlet, original)
+        self._thread = threading.Thread(target=engine.run, name="engine", daemon=True)
+
+    def start(self):
+        self._port.await_subscribers()
+        self._port.connect(self.engine)
+        self._thread.start()
+        self._reporter.start()
+
+    def halt(self):
+        """End what works here."""
+        self.engine.close()
+        self._thread.join(0.6)
+        self._reporter.close(0.4)
+        self._port.release()
+
+    def close(self):
+        """End, once all that was to be sent has left; the exit code."""
+        self.engine.close()
+        self._thread.join(0.6)
+        self._port.close(0.6)
+        self._reporter.close(0.4)
+        return self._port.exit_code

@@ -26,9 +26,16 @@ import std_msgs.msg
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import play_robot  # noqa: E402
-from guard_judge import GuardJudge, Wishes, content, in_order  # noqa: E402
-from judge import print_coverage  # noqa: E402
-from play_robot import PUBLICATIONS, SILENCES, RosValues, resolved  # noqa: E402
+from guard_judge import (  # noqa: E402
+    GuardJudge,
+    Wishes,
+    content,
+    in_order,
+    play_round_of_both,
+)
+from guide import Guide  # noqa: E402
+from judge import PLANT, print_coverage  # noqa: E402
+from play_robot import PUBLICATIONS, SUBSCRIPTIONS, RosValues, resolved  # noqa: E402
 from gauntlet_supervisor.ros_parameters import qos_profile  # noqa: E402
 
 SUPERVISOR = "gauntlet_supervisor"
@@ -54,7 +61,6 @@ CALLED = (
 SENT = (
     ("/supervised/arm/reach", gauntlet_interfaces.action.Reach, "Arm.reach"),
 )
-RESTRICTED = ()
 
 
 class Robot(play_robot.Robot):
@@ -118,14 +124,22 @@ class Controller:
         name = resolved(topic)
         node.create_subscription(type_, name, lambda message: keep(content(message)), profile)
 
-    def act(self):
-        """Want something, and wait until it is decided."""
-        ways = [self._publish] * len(self.publishers) + [self._call] * len(self.services)
-        ways += [self._send] * len(self.clients)
-        if self.goals and self.random.random() < 0.2:
-            self.goals[-1].handle.cancel_goal_async()  # also if it has ended
+    def act(self, wanted=None):
+        """Want something, or the request of a communication; wait until it is decided."""
+        ways = [(entry, self._publish, entry[3]) for entry in self.publishers]
+        ways += [(entry, self._call, (entry[2],)) for entry in self.services]
+        ways += [(entry, self._send, (entry[2],)) for entry in self.clients]
+        ways = [way for way in ways if wanted is None or wanted in way[2]]
+        if self.goals and wanted is None and self.random.random() < 0.2:
+            self.cancel()
         elif ways:
-            self.random.choice(ways)()
+            entry, do, _ = self.random.choice(ways)
+            do(entry, wanted)
+
+    def cancel(self):
+        """Withdraw the latest goal, also if it has ended."""
+        if self.goals:
+            self.goals[-1].handle.cancel_goal_async()
 
     def _decided(self, key, do):
         """Do something; whether it passed (None: nobody told), and what ``do`` gave."""
@@ -136,14 +150,14 @@ class Controller:
             return None, given
         return self.judge.passed[key] > passed, given
 
-    def _publish(self):
-        publisher, topic, type_, keys = self.random.choice(self.publishers)
-        key, message = self.wishes.command(type_, keys)
+    def _publish(self, entry, wanted):
+        publisher, topic, type_, keys = entry
+        key, message = self.wishes.command(type_, keys, wanted)
         if key is not None and self._decided(key, lambda: publisher.publish(message))[0]:
             self.passed[topic].append(content(message))
 
-    def _call(self):
-        client, type_, key = self.random.choice(self.services)
+    def _call(self, entry, _):
+        client, type_, key = entry
         request = self.values.message(type_.Request, key, "request")
         passed, future = self._decided(key, lambda: client.call_async(request))
         if passed:
@@ -152,8 +166,8 @@ class Controller:
             if content(future.result()) != content(type_.Response()):
                 self.faults.append("a call of %s that was blocked has a response" % key)
 
-    def _send(self):
-        client, type_, key = self.random.choice(self.clients)
+    def _send(self, entry, _):
+        client, type_, key = entry
         goal = self.values.message(type_.Goal, key, "request")
         keep = self.feedback[key].append
 
@@ -231,7 +245,8 @@ def test_only_what_is_allowed_passes():
     node = rclpy.create_node("play_both")
     robot = Robot(node, seed)
     robot.serve(node)
-    judge = GuardJudge(robot, PUBLICATIONS, RESTRICTED)
+    guide = Guide(PLANT, robot.samples(), [keys for _, _, keys in SUBSCRIPTIONS])
+    judge = GuardJudge(robot, PUBLICATIONS, guide)
     controller = Controller(node, seed, robot, judge)
     profile = qos_profile("reliable", 10000)
     topics = {SUPERVISOR + "/events": judge.on_event, SUPERVISOR + "/blocked": judge.on_blocked}
@@ -242,7 +257,7 @@ def test_only_what_is_allowed_passes():
     executor.add_node(node)
     spinning = threading.Thread(target=play_robot.spin, args=(executor,), daemon=True)
     spinning.start()
-    supervisor = play_robot.start_controller("state_rate:=200.0")
+    supervisor = play_robot.start_controller()
     try:
         publishers = [p for p, *_ in robot.publishers + controller.publishers]
         judge.wait(
@@ -275,12 +290,4 @@ def test_only_what_is_allowed_passes():
 def play(robot, controller, judge, seconds):
     end = time.monotonic() + seconds
     while time.monotonic() < end and not judge.faults:
-        before, events = judge.inputs, 0
-        if robot.publishers:
-            events = sum(robot.publish() for _ in range(robot.random.randint(0, 2)))
-        for _ in range(robot.random.randint(0, 2)):
-            controller.act()
-        judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
-        if robot.random.random() < SILENCES:
-            judge.await_silence()
-        time.sleep(robot.random.choice([0.0, 0.0, 0.01, 0.1]))
+        play_round_of_both(robot, controller, judge)

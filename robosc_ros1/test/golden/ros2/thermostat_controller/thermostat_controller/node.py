@@ -16,6 +16,7 @@ from ._runtime.settings import ParameterError
 from .controller import ThermostatController
 from .model import MODEL
 from .ros import RosOutlet, RosPort
+from .ros_executor import ExecutorThread
 from .ros_parameters import configured
 from .ros_watch import Watch
 
@@ -50,43 +51,68 @@ def main(args=None):
     node = rclpy.create_node(
         "thermostat_controller", automatically_declare_parameters_from_overrides=True
     )
+    executor_thread = ExecutorThread(node)
     try:
-        return run(node, ended)
+        work = Work(node, executor_thread, ended)
+        work.start()
+        executor_thread.start()
+        ended.wait()
+        return work.close()
     except ParameterError as error:
         node.get_logger().fatal(str(error))
         return 2
     finally:
+        executor_thread.end(0.4)
         node.destroy_node()
         rclpy.try_shutdown()
 
 
-def run(node, ended):
-    controller = ThermostatController()
-    topics = [(topic, keys) for topic, _, keys in SUBSCRIPTIONS + PUBLICATIONS]
-    settings, profiles, warnings = configured(node, controller, topics, DEFAULTS)
-    controller.configure(settings.more)
-    for warning in warnings:
-        node.get_logger().warning(warning)
+class Work:
+    """All that works for the node: the engine with its thread, its port, and the reporter.
 
-    heard = [topic for topic, _, _ in SUBSCRIPTIONS]
-    commanded = [topic for topic, _, _ in PUBLICATIONS]
-    watch = Watch(node, heard, commanded, (), settings.allowed_publishers)
-    legacy = settings.legacy_state_topic
-    outlet = RosOutlet(node, dump(MODEL), settings.publish_events, legacy, watch)
-    port = RosPort(node, PUBLICATIONS, SERVICES, ACTIONS, profiles)
-    port.on_exit = ended.set
-    engine = Engine(controller, port, settings)
-    original = OriginalState(MODEL) if settings.legacy_state_topic else None
-    reporter = Reporter(engine, outlet, original)
-    thread = threading.Thread(target=engine.run, name="engine", daemon=True)
-    port.await_subscribers()
-    port.connect(engine, SUBSCRIPTIONS)
-    thread.start()
-    reporter.start()
+    Raises:
+        ParameterError: the node was given parameters that it cannot work with.
+    """
 
-    ended.wait()
-    engine.close()
-    thread.join(0.6)
-    port.close(0.8)
-    reporter.close(0.4)
-    return port.exit_code
+    def __init__(self, node, executor_thread, ended):
+        controller = ThermostatController()
+        topics = [(topic, keys) for topic, _, keys in SUBSCRIPTIONS + PUBLICATIONS]
+        settings, profiles, warnings = configured(node, controller, topics, DEFAULTS)
+        controller.configure(settings.more)
+        for warning in warnings:
+            node.get_logger().warning(warning)
+
+        heard = [topic for topic, _, _ in SUBSCRIPTIONS]
+        commanded = [topic for topic, _, _ in PUBLICATIONS]
+        watch = Watch(node, heard, commanded, (), settings.allowed_publishers)
+        legacy = settings.legacy_state_topic
+        outlet = RosOutlet(node, dump(MODEL), settings.publish_events, legacy, watch)
+        port = RosPort(node, executor_thread, PUBLICATIONS, SERVICES, ACTIONS, profiles)
+        engine = Engine(controller, port, settings)
+        port.on_exit = ended.set
+        original = OriginalState(MODEL) if settings.legacy_state_topic else None
+        self.engine = engine
+        self._port = port
+        self._reporter = Reporter(engine, outlet, original)
+        self._thread = threading.Thread(target=engine.run, name="engine", daemon=True)
+
+    def start(self):
+        self._port.await_subscribers()
+        self._port.connect(self.engine, SUBSCRIPTIONS)
+        self._thread.start()
+        self._reporter.start()
+
+    def halt(self):
+        """End what works here."""
+        self.engine.close()
+        self._thread.join(0.6)
+        self._reporter.close(0.4)
+        self._port.release()
+
+    def close(self):
+        """End, once all that was to be sent has left; the exit code."""
+        self.engine.close()
+        self._thread.join(0.6)
+        self._port.close(0.6)
+        self._reporter.close(0.4)
+        return self._port.exit_code

@@ -1,0 +1,235 @@
+"""The test of a generated package, played without ROS: its judge and its guide beside a controller.
+
+The controller runs as it is generated, on a port that plays the robot; the judge gets its events and
+states as the node would publish them. So many faults can be planted in little time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import random
+import sys
+import threading
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from runtime.lamp_robot import PlayedPort
+
+from robosc.emit.common import plant_module
+from robosc.emit.engine import verbatim
+from robosc.runtime.engine import Engine
+from robosc.runtime.model import Controller
+from robosc.runtime.report import dump, event_document, state_document
+from robosc.runtime.settings import read
+from robosc.supervisor import Supervisor
+
+__all__ = ["Robot", "judged", "judging_modules"]
+
+MODULES = ("judge", "shadow", "guide", "random_messages", "plant_data")
+
+
+@contextlib.contextmanager
+def judging_modules(folder: Path, supervisor: Supervisor) -> Iterator[Any]:
+    """Give the module ``judge`` as it lies in the package of a supervisor."""
+    for name in MODULES[:-1]:
+        text = verbatim(f"common/{name}.py")
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    (folder / "plant_data.py").write_text(
+        plant_module(supervisor.plant.robot, "model.rscd", supervisor.guards), encoding="utf-8"
+    )
+    sys.path.insert(0, str(folder))
+    importlib.invalidate_caches()
+    try:
+        judge = importlib.import_module("judge")
+        judge.PATIENCE = 0.01  # type: ignore[attr-defined]  # nothing is on its way here
+        yield judge
+    finally:
+        sys.path.remove(str(folder))
+        for name in MODULES:
+            sys.modules.pop(name, None)
+
+
+def message_of(data: Any) -> Any:
+    """Data of the controller as a message."""
+    if isinstance(data, list):
+        return [message_of(part) for part in data]
+    if not isinstance(data, dict):
+        return data
+    return SimpleNamespace(**{name: message_of(part) for name, part in data.items()})
+
+
+_DEFAULTS = {"boolean": False, "integer": 0, "double": 0.0, "string": ""}
+
+
+class _Message(SimpleNamespace):
+    """A message, and for its arrays of messages what makes one."""
+
+
+class Robot(PlayedPort):
+    """The port, and what the judge wants to know of the robot."""
+
+    def __init__(self, judging: Any, seed: int, spoilt: Callable[[Any], Any]) -> None:
+        super().__init__()
+        self.chance = random.Random(seed)
+        self.enums = judging.PLANT["enums"]
+        self.values = importlib.import_module("random_messages").Values(random.Random(seed))
+        self.values.as_it_arrives = lambda message: message
+        self.values.array_of = lambda owner, name: (None, owner.makers[name])
+        self.plant = {c["key"]: c for c in judging.PLANT["communications"]}
+        self.lock = threading.Lock()
+        self.received: dict[str, deque[Any]] = defaultdict(deque)
+        self.requests: dict[str, deque[Any]] = defaultdict(deque)
+        self.told: dict[tuple[str, str], deque[Any]] = {}
+        self.running: dict[str, int] = {}
+        self.spoilt = spoilt
+        topics: dict[str, list[str]] = defaultdict(list)
+        for key, communication in self.plant.items():
+            if communication["kind"] == "outgoing message":
+                topics[communication["identifier"]].append(key)
+        self.topics = list(topics.values())
+
+    @property
+    def sent(self) -> Any:  # type: ignore[override]
+        return self.told
+
+    @sent.setter
+    def sent(self, _: Any) -> None:
+        """The base class keeps a list there."""
+
+    def send(self, key: str, data: Any) -> None:
+        self.received[self.plant[key]["identifier"]].append(message_of(self.spoilt(data or {})))
+
+    def call(self, key: str, data: Any, token: int, timeout: float) -> None:
+        self.requests[key].append(message_of(self.spoilt(data or {})))
+        self.running[key] = token
+
+    start = call
+
+    def cancel(self, key: str, token: int) -> None:
+        self.running.pop(key, None)
+
+    def abandon(self, key: str, token: int) -> None:
+        self.running.pop(key, None)
+
+    def blank(self, type_: Any, field: str | None = None) -> Any:
+        """A message of a type of the plant, or with a field of it."""
+        while type_[0] == "enum":
+            type_ = self.enums[type_[1]]["from"]
+        fields = [(field, type_)] if field else type_[1] if type_[0] == "object" else []
+        message = _Message(makers={})
+        for name, inner in fields:
+            while inner[0] == "enum":
+                inner = self.enums[inner[1]]["from"]
+            basic = inner[0] in _DEFAULTS
+            setattr(message, name, _DEFAULTS[inner[0]] if basic else self.blank(inner))
+            made = inner[1] if inner[0] == "array" else None
+            is_object = made is not None and made[0] == "object"
+            message.makers[name] = (lambda made=made: self.blank(made)) if is_object else None
+        return message
+
+    def message(self, key: str, kind: str) -> Any:
+        """A random message of a communication."""
+        communication = self.plant[key]
+        make = lambda: self.blank(communication[kind], communication[kind + "_field"])  # noqa: E731
+        return self.values.message(make, key, kind)
+
+    def samples(self, count: int) -> dict[tuple[str, str], list[Any]]:
+        """Random messages of each sort that the robot sends."""
+        kinds = {
+            (key, kind)
+            for key, c in self.plant.items()
+            for kind in ("response", "feedback")
+            if c["kind"] != "incoming message" and (kind == "response" or c["kind"] == "action")
+        }
+        return {sort: [self.message(*sort) for _ in range(count)] for sort in sorted(kinds)}
+
+    def act(self, engine: Engine, step: Any) -> None:
+        """Do as the step says, or whatever comes, or fall silent for a while."""
+        if step is None or step[0] in ("request", "cancel", "wait"):
+            self.time += 0.11 if step else self.chance.choice([0.03, 0.03, 0.03, 0.11])
+        if step is None and self.chance.random() < 0.03:
+            self.time += 0.6
+            return
+        if step is None:
+            step = self._random_step()
+        if step[0] == "publish":
+            self._publish(engine, step[1], step[2])
+        elif step[0] == "answer" and step[1] in self.running:
+            self._answer(engine, *step[1:])
+
+    def _random_step(self) -> Any:
+        running = [k for k in self.running if self.chance.random() < 0.3]
+        if running:
+            key = self.chance.choice(running)
+            action = self.plant[key]["kind"] == "action"
+            kind = self.chance.choice(["response", "error"] + ["feedback"] * action)
+            return "answer", key, kind, None if kind == "error" else self.message(key, kind)
+        if not self.topics:
+            return ("wait",)
+        keys = self.chance.choice(self.topics)
+        return "publish", keys, self.message(keys[0], "response")
+
+    def _publish(self, engine: Engine, keys: list[str], message: Any) -> None:
+        for key in keys:
+            self.told.setdefault((key, "response"), deque()).append(message)
+        engine.poster(keys)(message)
+
+    def _answer(self, engine: Engine, key: str, kind: str, message: Any) -> None:
+        self.told.setdefault((key, kind), deque()).append(message)
+        token = self.running[key] if kind == "feedback" else self.running.pop(key)
+        engine.report(key, token, kind, message)
+
+
+def judged(
+    judging: Any,
+    source: str,
+    seed: int = 1,
+    rounds: int = 150,
+    spoilt: Callable[[Any], Any] = lambda data: data,
+) -> Any:
+    """The judge of a controller that has run for a while, or until a fault was found.
+
+    What the controller sends arrives ``spoilt``.
+    """
+    namespace: dict[str, Any] = {"__name__": "controller"}
+    exec(source.replace("from ._runtime.", "from robosc.runtime."), namespace)
+    (controller,) = (
+        c for c in namespace.values() if isinstance(c, type) and c.__base__ is Controller
+    )
+    robot = Robot(judging, seed, spoilt)
+    settings, _ = read(controller.COMMUNICATIONS, {})
+    engine = Engine(controller(), robot, settings, steady=lambda: robot.time)
+    topics: dict[str, tuple[str, ...]] = defaultdict(tuple)
+    for key, communication in robot.plant.items():
+        if communication["kind"] == "incoming message":
+            topics[communication["identifier"]] += (key,)
+    publications = [(topic, None, keys) for topic, keys in topics.items()]
+    guiding = importlib.import_module("guide")
+    guide = guiding.Guide(judging.PLANT, robot.samples(guiding.SAMPLES), robot.topics)
+    judge = judging.Judge(robot, publications, guide)
+
+    def tell() -> None:
+        for entry in engine.recorder.take():
+            judge.on_event(SimpleNamespace(data=dump(event_document(entry))))
+        judge.on_state(SimpleNamespace(data=dump(state_document(engine.snapshot(), []))))
+
+    engine.begin()
+    tell()
+    tell()
+    for number in range(rounds):
+        step = judge.next_step() if number % 4 else None
+        lapses = judge.lapses
+        for _ in range(30 if step == ("wait",) else 1):
+            robot.act(engine, step)
+            engine.cycle()
+            tell()
+            if judge.lapses > lapses:
+                break
+        if judge.faults:
+            return judge
+    judge.compare_messages()
+    return judge

@@ -1,0 +1,101 @@
+"""A managed node on real rclpy: it follows when configured, and commands only while it is active."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import pytest
+from ros2.ros2_support import Graph, Peer, Process
+
+Start = Callable[..., Process]
+NODE = "guarded_arm_managed_controller"
+GUARD = "guarded_arm_managed_supervisor"
+READING = "robosc_testing/msg/Reading"
+NEAR = {"valid": True, "distance": 0.5, "vector": [1.5, 0.0, 0.0]}
+CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN = 1, 2, 3, 4, 6  # lifecycle_msgs/msg/Transition
+
+
+@pytest.fixture
+def robot(graph: Graph) -> Peer:
+    peer = graph.peer("robot")
+    peer.subscribe("beacon", "std_msgs/msg/Empty")
+    peer.subscribe("speed", "std_msgs/msg/Float32")
+    return peer
+
+
+def change(peer: Peer, node: str, transition: int) -> bool:
+    """Ask for a transition; whether it succeeded."""
+    name, type_ = f"{node}/change_state", "lifecycle_msgs/srv/ChangeState"
+    found = peer.order("call", name=name, type=type_, data={"transition": {"id": transition}})
+    return bool(found["success"])
+
+
+def stopped(peer: Peer, node: str, value: str | None) -> None:
+    peer.expect_state(node, lambda s: s["stopped"] == value)
+
+
+def test_it_commands_only_while_it_is_active(robot: Peer, controller: Start) -> None:
+    node = controller(NODE)
+    assert change(robot, NODE, CONFIGURE)
+    robot.watch(NODE)
+    stopped(robot, NODE, "not active")
+    robot.publish("person", READING, NEAR)
+    robot.expect_state(NODE, lambda s: s["variables"]["Person.where"] == "near")
+    assert robot.events("message", name="beacon") == []
+    assert change(robot, NODE, ACTIVATE)
+    robot.expect("message", name="beacon")
+    stopped(robot, NODE, None)
+    assert change(robot, NODE, DEACTIVATE)
+    stopped(robot, NODE, "not active")
+    counts = {"blow": 0}
+    robot.expect_state(NODE, lambda s: counts.update(now=s["counters"]["commands"]) or True)
+    robot.publish("charge", "std_msgs/msg/Float32", {"data": 0.5})
+    state = robot.expect_state(NODE, lambda s: s["counters"]["inputs"] == 2)
+    assert state["counters"]["commands"] == counts["now"]
+    assert change(robot, NODE, ACTIVATE)
+    stopped(robot, NODE, None)
+    assert change(robot, NODE, DEACTIVATE)
+    assert change(robot, NODE, SHUTDOWN)
+    assert node.wait() == 0
+
+
+def test_it_begins_anew_after_a_cleanup(robot: Peer, controller: Start) -> None:
+    controller(NODE)
+    assert change(robot, NODE, CONFIGURE)
+    robot.watch(NODE)
+    robot.publish("person", READING, NEAR)
+    robot.expect_state(NODE, lambda s: s["variables"]["Person.where"] == "near")
+    before = robot.order("topics")
+    assert change(robot, NODE, CLEANUP)
+    assert change(robot, NODE, CONFIGURE)
+    robot.expect_state(NODE, lambda s: s["number"] == 0)
+    assert robot.order("topics") == before
+    robot.publish("person", READING, NEAR)
+    robot.expect_state(NODE, lambda s: s["variables"]["Person.where"] == "near")
+    assert change(robot, NODE, ACTIVATE)
+    robot.expect("message", name="beacon")
+
+
+def test_wrong_parameters_keep_it_unconfigured(robot: Peer, controller: Start) -> None:
+    node = controller(NODE, rate=-1.0)
+    assert not change(robot, NODE, CONFIGURE)
+    assert "parameter rate must be a number of at least 0.001" in node.output
+    node.signal(2)
+    assert node.wait() == 0
+
+
+def test_a_supervisor_blocks_everything_while_it_is_not_active(
+    robot: Peer, graph: Graph, controller: Start
+) -> None:
+    controller(GUARD)
+    other = graph.peer("other")
+    assert change(robot, GUARD, CONFIGURE)
+    other.subscribe(f"{GUARD}/blocked", "std_msgs/msg/String")
+    speed = {"name": "supervised/speed", "type": "std_msgs/msg/Float32", "data": {"data": 12.5}}
+    other.order("repeat", **speed, qos={})
+    told = json.loads(other.expect("message", name=f"{GUARD}/blocked")["data"]["data"])
+    assert [reason["kind"] for reason in told["blocked_by"]] == ["stopped"]
+    assert robot.events("message", name="speed") == []
+    assert change(robot, GUARD, ACTIVATE)
+    assert robot.expect("message", name="speed")["data"] == {"data": 12.5}
