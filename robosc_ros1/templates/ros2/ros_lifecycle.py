@@ -6,6 +6,8 @@ state, but commands nothing; active, it commands; deactivated, it makes a safe s
 following, so that it can be activated again.
 """
 
+import traceback
+
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
 from ._runtime.settings import ParameterError
@@ -27,11 +29,12 @@ class ManagedNode(LifecycleNode):
         self._own = set(self._entities())
         try:
             self.work = self._make_work()
-        except ParameterError as error:
-            self.get_logger().error(str(error))
+            self.work.start()
+        except Exception as error:  # rclpy would tell nobody
+            told = isinstance(error, ParameterError)
+            self.get_logger().error(str(error) if told else traceback.format_exc())
             self._destroy_others()
             return TransitionCallbackReturn.FAILURE
-        self.work.start()
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state):

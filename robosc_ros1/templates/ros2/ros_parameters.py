@@ -43,7 +43,9 @@ def configured(node, controller, topics, defaults):
             description=parameter.meaning, read_only=True, dynamic_typing=True
         )
         if node.has_parameter(name):
-            node.set_descriptor(name, descriptor)
+            # A managed node that is configured again has declared it before.
+            if not node.describe_parameter(name).read_only:
+                node.set_descriptor(name, descriptor)
         else:
             value = given.get(parameter.name, parameter.default)
             node.declare_parameter(name, value, descriptor)
