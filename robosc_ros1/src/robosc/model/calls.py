@@ -4,18 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import reduce
+from typing import cast
 
 from robosc.language.functions import AGGREGATES, FUNCTIONS
-from robosc.language.operators import Operand, Operator
+from robosc.language.operators import Operand, Operator, Result
+from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
-from robosc.model.expr import Binary, Call, Expr
+from robosc.model.expr import Binary, Call, Expr, Literal
 from robosc.model.report import Report
-from robosc.model.types import ArrayType, BooleanType
+from robosc.model.types import ArrayType, BooleanType, IntegerType, Type, Value, is_number
 from robosc.model.values import comparable, describe, result_type
 from robosc.source import Span
-from robosc.syntax.nodes import ArrayNode, CallNode, ElementNode, ExprNode, InNode, Name, SliceNode
+from robosc.syntax.nodes import (
+    ArrayNode,
+    CallNode,
+    DataObjectNode,
+    ElementNode,
+    ExprNode,
+    InNode,
+    Name,
+    SliceNode,
+)
 
-__all__ = ["Check", "typed_call", "typed_element", "typed_membership", "typed_section"]
+__all__ = [
+    "Check", "typed_call", "typed_element", "typed_list", "typed_membership", "typed_section",
+]  # fmt: skip
 
 Check = Callable[[ExprNode, ExpectedType, str], Expr | None]
 """What types an expression at a place that has needs."""
@@ -139,3 +152,24 @@ def typed_section(node: SliceNode, check: Check) -> Expr | None:
     if array is None or len(known) < len(ends):
         return None
     return Call("section", (array, *known), array.type, node.span)
+
+
+def typed_list(node: ArrayNode, check: Check, report: Report) -> Literal | None:
+    """``[0, 1, 2]`` where an array is gone through: constants of one type; None after an error."""
+    values: list[Value] = []
+    types: list[Type] = []
+    for element in node.elements:
+        expr = None
+        if not isinstance(element, DataObjectNode):
+            expr = check(element, equal_to(types[0]) if types else ANY, "an element")
+        value = None if expr is None else constant(expr)
+        if expr is None or value is None:
+            if expr is not None or isinstance(element, DataObjectNode):
+                message = "the elements of an array are constants of a basic type here"
+                report.add("type-mismatch", element.span, message)
+            return None
+        values.append(value)
+        types.append(expr.type)
+    type_ = result_type(Result.NUMBER, types) if types and is_number(types[0]) else None
+    element_type = type_ or (types[0] if types else IntegerType())
+    return Literal(cast(Value, tuple(values)), ArrayType(element_type), node.span)

@@ -19,14 +19,18 @@ the user writes ``Enum.value`` or ``Component.name``.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import cast
 
 from robosc.language.functions import AGGREGATES
-from robosc.language.operators import BINARY, UNARY, Operand, Result
-from robosc.model.calls import typed_call, typed_element, typed_membership, typed_section
+from robosc.language.operators import BINARY, UNARY, Operand
+from robosc.model.calls import (
+    typed_call,
+    typed_element,
+    typed_list,
+    typed_membership,
+    typed_section,
+)
 from robosc.model.datatypes import TypeTable
 from robosc.model.durations import typed_duration
-from robosc.model.evaluation import Undefined, constant, part_of_value
 from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, expected_type, needs_of
 from robosc.model.expr import (
     Aggregate,
@@ -38,12 +42,10 @@ from robosc.model.expr import (
     StateRef,
     Unary,
     ValueRef,
-    VariableRef,
-    part_of,
-    path_text,
 )
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
+from robosc.model.parts import Parts, path_of
 from robosc.model.report import Report
 from robosc.model.scope import is_escaped
 from robosc.model.tables import SymbolTable
@@ -57,8 +59,6 @@ from robosc.model.types import (
     NoneType,
     ObjectType,
     Type,
-    Value,
-    is_number,
 )
 from robosc.model.unknown import NameFaults, last_name
 from robosc.model.values import comparable, describe, result_type, type_of
@@ -68,14 +68,12 @@ from robosc.syntax.nodes import (
     ArrayNode,
     BinaryNode,
     CallNode,
-    DataObjectNode,
     DurationNode,
     ElementNode,
     ExprNode,
     InNode,
     LiteralNode,
     MemberNode,
-    Name,
     SliceNode,
     UnaryNode,
 )
@@ -120,6 +118,7 @@ class Typer:
         self._incoming = incoming
         self._faults = NameFaults(report, types, symbols)
         self._meanings = Meanings(report, types, symbols)
+        self._parts = Parts(report, types)
         self._bound: dict[str, Type] = {}
 
     def check(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
@@ -131,7 +130,7 @@ class Typer:
                 whole = self._meanings.whole_of(node)
                 if whole is None:
                     return self._choose(node, expected, place)
-                found = self._part_of_variable(node, *whole)
+                found = self._parts.of_named(node, *whole)
             case Access():
                 found = self._value(node)
             case LiteralNode():
@@ -147,7 +146,8 @@ class Typer:
             case ElementNode():
                 found = typed_element(node, self.check)
             case MemberNode():
-                found = self._member(node)
+                whole_node = self.check(node.object, ANY, "'.'")
+                found = None if whole_node is None else self._parts.of_computed(node, whole_node)
             case SliceNode():
                 found = typed_section(node, self.check)
             case AggregateNode():
@@ -155,7 +155,7 @@ class Typer:
             case DurationNode() if isinstance(expected.type, DurationType):
                 found = typed_duration(node, self._report)
             case ArrayNode() if expected == needs_of(Operand.ARRAY):
-                found = self._listed(node)
+                found = typed_list(node, self.check, self._report)
             case ArrayNode() | DurationNode():
                 what = "an array" if isinstance(node, ArrayNode) else "a duration"
                 self._report.add(
@@ -390,66 +390,11 @@ class Typer:
         type_ = result_type(operation.result, (element.type,))
         return Aggregate(name, variable, array, element, condition, type_, node.span)
 
-    def _listed(self, node: ArrayNode) -> Literal | None:
-        """``[0, 1, 2]`` where an array is gone through: constants of one type."""
-        values: list[Value] = []
-        types: list[Type] = []
-        for element in node.elements:
-            expr = None
-            if not isinstance(element, DataObjectNode):
-                expr = self.check(element, equal_to(types[0]) if types else ANY, "an element")
-            value = None if expr is None else constant(expr)
-            if expr is None or value is None:
-                if expr is not None or isinstance(element, DataObjectNode):
-                    message = "the elements of an array are constants of a basic type here"
-                    self._report.add("type-mismatch", element.span, message)
-                return None
-            values.append(value)
-            types.append(expr.type)
-        type_ = result_type(Result.NUMBER, types) if types and is_number(types[0]) else None
-        element_type = type_ or (types[0] if types else IntegerType())
-        return Literal(cast(Value, tuple(values)), ArrayType(element_type), node.span)
-
     def _element(self, access: Access) -> Expr | None:
         """What goes through an array, or a part of it."""
         name = access.root.text
-        type_ = self._part_of(access, self._bound[name])
-        return None if type_ is None else ElementRef(name, _path(access), type_, access.span)
-
-    def _member(self, node: MemberNode) -> Expr | None:
-        """A part of an element with a computed index, or of another computed object."""
-        whole = self.check(node.object, ANY, "'.'")
-        if whole is None:
-            return None
-        access = Access(Name("", span=node.span), node.path, span=node.span)
-        type_ = self._part_of(access, whole.type)
-        if type_ is None:
-            return None
-        return part_of(whole, _path(access), _unbounded(type_), node.span)
-
-    def _part_of_variable(
-        self, access: Access, whole: VariableRef | Literal, members: int
-    ) -> Expr | None:
-        """A part of a variable or of a constant that is an object or an array."""
-        rest = replace(access, path=access.path[members:])
-        if not rest.path:
-            return whole
-        type_ = self._part_of(rest, whole.type)
-        if type_ is None:
-            return None
-        if isinstance(whole, Literal):
-            return self._part_of_constant(whole, _path(rest), type_, access)
-        return part_of(whole, _path(rest), _unbounded(type_), access.span)
-
-    def _part_of_constant(
-        self, whole: Literal, path: tuple[str | int, ...], type_: Type, access: Access
-    ) -> Literal | None:
-        try:
-            return Literal(part_of_value(whole.value, path), type_, access.span)
-        except (Undefined, KeyError):
-            message = f"the constant has no value for '{path_text(path)}'"
-            self._report.add("unknown-member", access.span, message)
-            return None
+        type_ = self._parts.type_of(access, self._bound[name])
+        return None if type_ is None else ElementRef(name, path_of(access), type_, access.span)
 
     # --- value -----------------------------------------------------------------------------------
 
@@ -468,57 +413,8 @@ class Typer:
                 "value-not-allowed", access.root.span, "what comes in here carries no value"
             )
             return None
-        type_ = self._part_of(access, incoming.type)
-        return None if type_ is None else ValueRef(_path(access), type_, access.span)
-
-    def _part_of(self, access: Access, whole: Type) -> Type | None:
-        """The type of a part; None after a reported error."""
-        type_: Type | None = whole
-        for part in access.path:
-            assert type_ is not None
-            type_ = self._part(access, type_, part)
-            if type_ is None:
-                return None
-        return type_
-
-    def _part(self, access: Access, type_: Type, part: Name | int) -> Type | None:
-        if isinstance(part, int):
-            if isinstance(type_, ArrayType):
-                return type_.element
-            self._report.add(
-                "unknown-member", access.span, f"{describe(type_)} has no element [{part}]"
-            )
-            return None
-        if isinstance(type_, ObjectType):
-            found = type_.property(part.text)
-            self._types.record_property(part, type_)
-            if found is not None:
-                return found
-            if not self._types.type_declarations.may_have(type_, part.text):
-                self._report.add(
-                    "unknown-member",
-                    part.span,
-                    f"{type_.name} has no property '{part.text}'",
-                    self._report.suggest(part.text, [n for n, _ in type_.properties]),
-                )
-            return None
-        hint = "take an element first: [0]" if isinstance(type_, ArrayType) else None
-        self._report.add(
-            "unknown-member",
-            part.span,
-            f"{describe(type_)} has no property '{part.text}'",
-            hint,
-        )
-        return None
-
-
-def _unbounded(type_: Type) -> Type:
-    """The type of a part of a variable: what it holds was never held against a range."""
-    return IntegerType() if isinstance(type_, IntegerType) else type_
-
-
-def _path(access: Access) -> tuple[str | int, ...]:
-    return tuple(p.text if isinstance(p, Name) else p for p in access.path)
+        type_ = self._parts.type_of(access, incoming.type)
+        return None if type_ is None else ValueRef(path_of(access), type_, access.span)
 
 
 def _of_three(node: ExprNode, place: str) -> str | None:

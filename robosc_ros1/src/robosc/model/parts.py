@@ -1,0 +1,100 @@
+"""Parts of objects and arrays: of what comes in, of variables, constants and computed elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from robosc.model.datatypes import TypeTable
+from robosc.model.evaluation import Undefined, part_of_value
+from robosc.model.expr import Expr, Literal, VariableRef, part_of, path_text
+from robosc.model.report import Report
+from robosc.model.types import ArrayType, IntegerType, ObjectType, Type
+from robosc.model.values import describe
+from robosc.syntax.nodes import Access, MemberNode, Name
+
+__all__ = ["Parts", "path_of"]
+
+
+def path_of(access: Access | MemberNode) -> tuple[str | int, ...]:
+    return tuple(p.text if isinstance(p, Name) else p for p in access.path)
+
+
+def _unbounded(type_: Type) -> Type:
+    """The type of a part of a variable: what it holds was never held against a range."""
+    return IntegerType() if isinstance(type_, IntegerType) else type_
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Types the parts that an access names; a fault is reported where it is."""
+
+    report: Report
+    types: TypeTable
+
+    def type_of(self, access: Access | MemberNode, whole: Type) -> Type | None:
+        """The type of a part; None after a reported error."""
+        type_: Type | None = whole
+        for part in access.path:
+            assert type_ is not None
+            type_ = self._member(access, type_, part)
+            if type_ is None:
+                return None
+        return type_
+
+    def _member(self, access: Access | MemberNode, type_: Type, part: Name | int) -> Type | None:
+        if isinstance(part, int):
+            if isinstance(type_, ArrayType):
+                return type_.element
+            self.report.add(
+                "unknown-member", access.span, f"{describe(type_)} has no element [{part}]"
+            )
+            return None
+        if isinstance(type_, ObjectType):
+            found = type_.property(part.text)
+            self.types.record_property(part, type_)
+            if found is not None:
+                return found
+            if not self.types.type_declarations.may_have(type_, part.text):
+                self.report.add(
+                    "unknown-member",
+                    part.span,
+                    f"{type_.name} has no property '{part.text}'",
+                    self.report.suggest(part.text, [n for n, _ in type_.properties]),
+                )
+            return None
+        hint = "take an element first: [0]" if isinstance(type_, ArrayType) else None
+        self.report.add(
+            "unknown-member",
+            part.span,
+            f"{describe(type_)} has no property '{part.text}'",
+            hint,
+        )
+        return None
+
+    def of_computed(self, node: MemberNode, whole: Expr) -> Expr | None:
+        """A part of an element with a computed index, or of another computed object."""
+        type_ = self.type_of(node, whole.type)
+        return (
+            None if type_ is None else part_of(whole, path_of(node), _unbounded(type_), node.span)
+        )
+
+    def of_named(self, access: Access, whole: VariableRef | Literal, members: int) -> Expr | None:
+        """A part of a variable or a constant, which the first ``members`` of the access name."""
+        rest = replace(access, path=access.path[members:])
+        if not rest.path:
+            return whole
+        type_ = self.type_of(rest, whole.type)
+        if type_ is None:
+            return None
+        if isinstance(whole, Literal):
+            return self._of_constant(whole, rest, type_)
+        return part_of(whole, path_of(rest), _unbounded(type_), access.span)
+
+    def _of_constant(self, whole: Literal, rest: Access, type_: Type) -> Literal | None:
+        path = path_of(rest)
+        try:
+            return Literal(part_of_value(whole.value, path), type_, rest.span)
+        except (Undefined, KeyError):
+            message = f"the constant has no value for '{path_text(path)}'"
+            self.report.add("unknown-member", rest.span, message)
+            return None
