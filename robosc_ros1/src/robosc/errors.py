@@ -105,7 +105,8 @@ def sort_diagnostics(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """In reading order, each once, and once for all copies of a component or statement."""
     found: dict[tuple[object, ...], list[Diagnostic]] = {}
     for diagnostic in dict.fromkeys(diagnostics):
-        alike = _INDEX.sub("", diagnostic.message)
+        # Copies may come to the same by other traces: what the diagnostic says stands before them.
+        alike = _INDEX.sub("", diagnostic.message.partition(": after ")[0])
         key = diagnostic.code, diagnostic.span, diagnostic.severity, alike
         found.setdefault(key, []).append(diagnostic)
     unique = [_for_all(alike) for alike in found.values()]
