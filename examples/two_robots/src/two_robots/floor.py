@@ -104,7 +104,8 @@ class Floor:
         """Let time pass; by number, how those jobs went that ended: "done" or "failed"."""
         self.time += seconds
         ended = {}
-        for number, (robot, job) in enumerate(zip(self.robots, self.jobs)):
+        for number, robot in enumerate(self.robots):
+            job = self.jobs[number]
             if job is None:
                 robot.rest(seconds)
                 continue
