@@ -7,10 +7,12 @@ the controller.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
 from robosc.emit.naming import place
+from robosc.ir.automaton import Plant
 from robosc.ir.expr import to_dsl
 from robosc.language.events import EventKind
 from robosc.model.entities import (
@@ -24,6 +26,7 @@ from robosc.model.entities import (
     ResultTransition,
     Robot,
     Tau,
+    Variable,
 )
 from robosc.model.expr import (
     Aggregate,
@@ -68,7 +71,7 @@ def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
         "version": 1,
         "robot": robot.name,
         "source": source,
-        "components": [_component(component, robot) for component in robot.components],
+        "components": [_component(component, supervisor.plant) for component in robot.components],
         "communications": [
             {
                 "name": names[c.key],
@@ -118,8 +121,9 @@ def _event(kind: str, name: str, index: int) -> dict[str, Json]:
     return event
 
 
-def _component(component: Component, robot: Robot) -> dict[str, Json]:
+def _component(component: Component, plant: Plant) -> dict[str, Json]:
     behaviour = component.behaviour
+    robot = plant.robot
     states: list[Json] = []
     variables: list[Json] = []
     transitions: list[Json] = []
@@ -128,7 +132,8 @@ def _component(component: Component, robot: Robot) -> dict[str, Json]:
             {"name": s.name, "initial": s.initial, "marked": s.marked} for s in behaviour.states
         ]
         variables = [
-            {"name": v.name, "type": str(v.type), "initial": v.initial} for v in behaviour.variables
+            {"name": v.name, "type": str(v.type), "initial": v.initial} | _comparisons(v, plant)
+            for v in behaviour.variables
         ]
         transitions = _transitions(behaviour, component.name, robot)
     return {
@@ -139,6 +144,24 @@ def _component(component: Component, robot: Robot) -> dict[str, Json]:
         "variables": variables,
         "transitions": transitions,
     }
+
+
+def _comparisons(variable: Variable, plant: Plant) -> dict[str, Json]:
+    """The numbers that decisions compare a variable with, and the classes that they make of it:
+    how the comparisons come out (``1`` holds, ``0`` does not), to what users see of the class."""
+    classes = plant.view.variables.get(variable.key)
+    if classes is None or not isinstance(variable.type, DoubleType | IntegerType):
+        return {}
+    labels = next(v.labels for v in plant.variables if v.name == variable.key)
+    assert labels is not None
+    there = range(len(classes) - classes.optional)
+    outcomes = [classes.outcomes(number) for number in there]
+    finite = [c for c in outcomes[0] if not isinstance(c[1], str) and math.isfinite(c[1])]
+    texts = {
+        "".join("01"[found[comparison]] for comparison in finite): labels[number]
+        for number, found in enumerate(outcomes)
+    }
+    return {"comparisons": [list(comparison) for comparison in finite], "classes": texts}
 
 
 def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Json]:

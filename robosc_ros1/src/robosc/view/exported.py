@@ -22,6 +22,8 @@ __all__ = ["html_of"]
 Json = Any
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+_NONE = object()
+"""Differs from every value."""
 _SCRIPT = re.compile(r'<script src="([\w.]+)" defer></script>\n')
 _STYLE = '<link rel="stylesheet" href="view.css">'
 
@@ -53,7 +55,7 @@ def _documents(recording: Recording) -> tuple[Json, Json]:
     values: dict[str, int] = {}
     paths: list[list[str | int]] = []
     first = None
-    before: list[str | None] = []
+    before: list[Json] = []
     steps: list[list[int] | None] = []
     for state in recording.states():
         if state is None:
@@ -62,14 +64,14 @@ def _documents(recording: Recording) -> tuple[Json, Json]:
         if first is None:
             first = state
             paths = [path for path, _ in _leaves(state)]
-            before = [None] * len(paths)
-        texts = [compact(value) for _, value in _leaves(state)]
+            before = [_NONE] * len(paths)
         step = []
-        for place, (old, new) in enumerate(zip(before, texts, strict=True)):
+        after = [value for _, value in _leaves(state)]
+        for place, (old, new) in enumerate(zip(before, after, strict=True)):
             if old != new:
-                step += [place, values.setdefault(new, len(values))]
+                step += [place, values.setdefault(compact(new), len(values))]
         steps.append(step)
-        before = list(texts)
+        before = after
     told = {
         "model": recording.model,
         "events": recording.documents,

@@ -20,6 +20,7 @@ from robosc.runtime.values import jsonable
 from robosc.simulate.replay import Follower, LogEntry, read_log
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
+from robosc.view.series import Collector
 from robosc.view.server import Answers, Unable
 
 __all__ = ["Recording"]
@@ -111,11 +112,15 @@ class Recording:
     def _follow(self, supervisor: Supervisor) -> None:
         """Keep a moment every _STRIDE events, and where the log leaves the model and until when."""
         moment = _Moment(Follower(supervisor))
+        robot = supervisor.plant.robot
+        names = robot.display_names
+        self._series = Collector({names[c.key]: c.component for c in robot.communications.values()})
         lost = None
         for place, entry in enumerate(self._entries):
             if place % _STRIDE == 0:
                 self._moments.append(moment.fork())
             moment.take(entry)
+            self._series.take(place + 1, entry, moment.follower.controller)
             if moment.lost is not None and moment.lost != lost:
                 at = place + 1
                 self._departures.append({"at": at, "until": at, "reason": moment.lost})
@@ -134,8 +139,8 @@ class Recording:
 
     def overview(self, _: Any) -> Json:
         """Of each event when it was, in seconds since 1970, its sort as a letter, and the place of
-        its name in ``names``. ``departures`` tell where the log leaves the model: ``at`` an event,
-        and the state is not known ``until`` another.
+        its name in ``names``. ``series`` are how states and numbers went. ``departures`` tell where
+        the log leaves the model: ``at`` an event, and the state is not known ``until`` another.
         """
         names: dict[str, int] = {}
         name = [names.setdefault(e.name or e.kind, len(names)) for e in self._entries]
@@ -145,6 +150,7 @@ class Recording:
             "names": list(names),
             "name": name,
             "departures": self._departures,
+            "series": self._series.documents(),
         }
 
     def search(self, document: Any) -> Json:

@@ -140,6 +140,10 @@ class Classes(Sequence[Any]):
             return "any"
         return text(self.condition([index], [index]).of(term))
 
+    def outcomes(self, index: int) -> dict[Comparison, bool]:
+        """How the comparisons come out in a class of values that are not missing."""
+        return dict(zip(self._ordered, self._outcomes(self._values[index]), strict=True))
+
     # --- regions
 
     @cached_property

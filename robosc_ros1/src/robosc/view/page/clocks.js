@@ -45,5 +45,3 @@ function writeClocks(lines) {
 function seconds(amount) {
   return `${Math.max(0, amount).toFixed(1)} s`;
 }
-
-setInterval(showClocks, 100);

@@ -74,8 +74,9 @@ class Folded {
     this.opened = make("div", { className: "opened" });
     const count = `${components.length} copies`;
     const title = make("h2", {}, general.name, make("small", {}, `${count} · ${general.place}`));
+    const drawing = make("div", { className: "drawing" }, this.diagram.element);
     this.element = make("article", { className: "card folded", id: `component-${number}`, tabIndex: -1 }, title,
-      make("div", { className: "drawing" }, this.diagram.element), this.chips, this.opened);
+      new Zoom(drawing).buttons, drawing, this.chips, this.opened);
     this.element.dataset.component = general.name;
     this.copies = components.map((component, i) => new Copy(component, this, `${number}-${i}`, fire));
     this.chips.append(...this.copies.map((copy) => copy.chip));
@@ -116,6 +117,10 @@ class Copy {
     if (this.card) return this.card.diagram.taken(event, state, after);
     return copyOf(event.name)?.number === copyOf(this.component.name).number || !copyOf(event.name)
       ? this.folded.diagram.taken({ ...event, name: familyName(event.name) }, state, after) : undefined;
+  }
+
+  addData(name) {
+    this.card?.addData(name);
   }
 
   unfold(on) {

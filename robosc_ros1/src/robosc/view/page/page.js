@@ -59,9 +59,15 @@ function receive(news) {
   for (const document of news.events ?? []) attempt("event", () => note(document));
   if (news.state) {
     page.state = news.state;
+    attempt("state", () => keep(news.state));
     noteLater(news.state.latest ?? []);
   }
   schedule();
+}
+
+function keep(state) {
+  past.state(state, state.time + (page.ahead ?? 0));
+  held.keep(state);
 }
 
 /**
@@ -79,6 +85,7 @@ function compareClocks(news) {
 
 function place(document) {
   const time = document.time + (page.ahead ?? 0);
+  past.event(document, time);
   page.times.count(time, sortOf(document));
   page.times.tick(time, document);
   hear(document, time);
@@ -137,6 +144,8 @@ function forget() {
   page.followed.clear();
   page.times.clear();
   clocks.heard.clear();
+  past.clear();
+  held.states = [];
   for (const row of page.rows.values()) row.forget();
 }
 
@@ -149,12 +158,14 @@ function greet(hello) {
   byId("freeze").hidden = hello.source === "log";
   byId("hits").hidden = hello.source !== "log";
   if (hello.source === "model" && !hello.clock) write(byId("playing-title"), "What can happen");
+  for (const id of ["play", "speed", "goto"]) byId(id).hidden = hello.source !== "log";
   if (hello.source === "log") recording.begin(hello);
 }
 
 function build(model, text) {
   if (text === page.model) return; // the stream was opened again
   const drawn = model.components.filter((c) => c.states.length);
+  past.owners = new Map(model.communications.map((c) => [c.name, c.component]));
   const cards = componentCards(drawn, fireByName);
   const rest = model.components.filter((c) => !c.states.length).map((c) => c.name);
   const note = rest.length ? [make("p", { className: "others" }, `Without behaviour: ${rest.join(", ")}`)] : [];
@@ -227,7 +238,7 @@ function showState(state) {
   for (const command of state.commands) page.rows.get(eventName(command.event))?.show(command);
   showPhases(state.communications);
   byId("marked").hidden = !state.marked;
-  if (state.choices) showChoices(state.choices, state.undo);
+  if (state.choices && !page.held) showChoices(state.choices, state.undo);
 }
 
 const phases = new Map();
@@ -269,6 +280,7 @@ function gauge(name, text, trouble = false) {
 }
 
 function now() {
+  if (held.state) return held.state.time + (page.ahead ?? 0);
   return page.hello?.source === "log" ? page.times.latest : Date.now() / 1000;
 }
 
@@ -312,17 +324,19 @@ function showEvents(fresh) {
   listEvents(fresh, log ? "" : wanted);
   if (log && recording.at) recording.fill(page.times);
   const style = getComputedStyle(document.documentElement);
-  const names = ["--robot", "--accent", "--line", "--halt", "--quiet", "--rule", "--ink"];
+  const names = ["--robot", "--accent", "--line", "--halt", "--quiet", "--rule", "--ink", "--wait"];
   const colours = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(name)]));
   page.times.drawRates(byId("rates"), now(), colours);
   const hits = recording.hits?.all;
   const fits = !log ? (tick) => tick.text.includes(wanted) : hits ? (tick) => hits.has(tick.place) : () => true;
   page.times.drawLanes(byId("lanes"), now(), colours, fits);
+  drawPlots(now(), colours);
 }
 
 function listEvents(fresh, wanted) {
   const list = byId("events");
-  const fits = (document) => searchText(document).includes(wanted);
+  const last = held.state?.number ?? Infinity;
+  const fits = (document) => document.number <= last && searchText(document).includes(wanted);
   if (page.redrawList) {
     const rows = (page.listing ?? page.events.filter(fits)).slice(-SHOWN).reverse().map(eventRow);
     list.replaceChildren(...rows);

@@ -3,14 +3,16 @@
 
 class Card {
   constructor(component, number, fire) {
+    this.component = component;
     this.diagram = new Diagram(component, number, fire);
     this.now = make("span", { className: "now" });
     this.tile = make("b");
     this.link = make("a", { href: `#component-${number}` }, `${component.name} `, this.tile);
     this.values = new Map();
     const title = make("h2", {}, component.name, make("small", {}, component.place));
+    const drawing = make("div", { className: "drawing" }, this.diagram.element);
     this.element = make("article", { className: "card", id: `component-${number}`, tabIndex: -1 }, title, this.now,
-      make("div", { className: "drawing" }, this.diagram.element));
+      new Zoom(drawing).buttons, drawing);
     this.element.dataset.component = component.name;
     toggle(this.element, "wide", this.diagram.element.width.baseVal.value > 1.5 * WIDE);
     this.addEverywhere(component);
@@ -32,15 +34,34 @@ class Card {
   }
 
   addVariables(component) {
-    if (!component.variables.length) return;
-    const body = make("tbody");
+    this.rows = make("tbody");
+    this.data = 0;
     for (const variable of component.variables) {
+      const name = `${component.name}.${variable.name}`;
       const value = make("span");
-      this.values.set(`${component.name}.${variable.name}`, value);
-      const name = make("td", {}, `${variable.name} `, make("small", {}, variable.type));
-      body.append(make("tr", {}, name, make("td", {}, value)));
+      const kind = make("small", { className: "class" });
+      this.values.set(name, { value, kind, variable });
+      this.addRow([`${variable.name} `, make("small", {}, variable.type)], [kind, value]);
+      if (isNumeric(variable.type)) this.addPlot(name, variable.comparisons);
     }
-    this.element.append(make("table", { className: "variables" }, body));
+    this.element.append(make("table", { className: "variables" }, this.rows));
+    for (const name of past.dataOf(component.name)) this.addData(name);
+  }
+
+  addRow(left, right) {
+    this.rows.append(make("tr", {}, make("td", {}, ...left), make("td", {}, ...right)));
+  }
+
+  addPlot(name, comparisons) {
+    const plot = new Plot(name, this.component.name, comparisons);
+    this.rows.append(make("tr", { className: "plotted" }, make("td", { colSpan: 2 }, plot.element)));
+  }
+
+  /** A number that an event of the component carries. */
+  addData(name) {
+    if (this.data++ >= MOST_DATA) return;
+    this.addRow([make("small", {}, name)], []);
+    this.addPlot(name);
   }
 
   show(state, variables) {
@@ -53,12 +74,15 @@ class Card {
       }
       this.element.dataset.state = state;
     }
-    for (const [name, cell] of this.values) {
-      const text = shorten(valueText(own(variables, name)), LONGEST);
+    for (const [name, { value: cell, kind, variable }] of this.values) {
+      const value = own(variables, name);
+      const text = shorten(valueText(value), LONGEST);
       if (cell.textContent !== text) {
         if (cell.textContent) light(cell);
         cell.textContent = text;
       }
+      if (typeof value === "number") cell.title = String(value);
+      write(kind, classOf(variable, value).replaceAll(`${this.component.name}.`, ""));
     }
   }
 }

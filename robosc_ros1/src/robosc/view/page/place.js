@@ -5,6 +5,7 @@
 const restored = (() => {
   const given = new URLSearchParams(location.hash.slice(1));
   return {
+    sizes: ["side", "below"].map((name) => [name, Number(given.get(name))]).filter(([, size]) => size),
     open: given.getAll("open"),
     at: Number(given.get("at")) || null,
     filter: given.get("filter") ?? "",
@@ -21,10 +22,12 @@ function remember() {
     if (page.hello?.source === "log") place.set("at", recording.at);
     if (byId("filter").value) place.set("filter", byId("filter").value);
     for (const [name, card] of page.cards) if (card instanceof Copy && card.card) place.append("open", name);
+    for (const [name, size] of sizes) place.set(name, size);
     history.replaceState(null, "", `#${place}`);
   }, 500);
 }
 
+/** What was unfolded; sizes of panels are restored at once. */
 function restoreOpen() {
   for (const name of restored.open) {
     const copy = page.cards.get(name);

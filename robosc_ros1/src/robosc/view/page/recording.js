@@ -13,9 +13,15 @@ const recording = {
     if (this.count) return; // the stream was opened again
     this.count = hello.count;
     Object.assign(byId("moment"), { min: 1, max: hello.count, value: 1 });
-    const { times, sorts, names, name, departures } = await post("overview", {});
+    const { times, sorts, names, name, departures, series } = await post("overview", {});
     const ticks = times.map((time, i) => ({ time, name: familyName(names[name[i]]), sort: SORT_OF_LETTER[sorts[i]], place: i + 1 }));
     Object.assign(this, { times, ticks, departures });
+    for (const { name: what, component, places, values } of series) {
+      const whole = new Series(places.map((place) => times[place - 1]), values);
+      past.all.set(what, whole);
+      whole.owner = component ?? undefined;
+      if (component) page.cards.get(component)?.addData(what);
+    }
     byId("departure").hidden = !departures.length;
     await this.go(restored.at ?? 1);
     if (restored.filter) this.search(restored.filter);

@@ -106,7 +106,7 @@ class Times {
     const found = new Map();
     for (let i = first; i < this.ticks.length; i++) {
       const tick = this.ticks[i];
-      if (!fits(tick)) continue;
+      if (tick.time > now + 1 || !fits(tick)) continue;
       const lane = found.get(tick.name) ?? { name: tick.name, ticks: [], rate: 0 };
       if (!lane.ticks.length) found.set(tick.name, lane);
       lane.ticks.push(tick);

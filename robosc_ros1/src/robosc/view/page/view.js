@@ -24,8 +24,19 @@ function hold(on) {
   page.held = on;
   byId("freeze").setAttribute("aria-pressed", String(on));
   page.redrawList = true;
-  if (on) showStatus();
-  else schedule();
+  if (on) {
+    showStatus();
+    held.begin();
+  } else {
+    held.end();
+    schedule();
+  }
+}
+
+/** Through a recording, or back while the picture is held. */
+function step(by) {
+  if (page.held) held.go(held.at + by);
+  else recording.step(by);
 }
 
 function filter() {
@@ -48,8 +59,8 @@ function onKey(event) {
   if (event.key === " " && !pressing) log ? recording.toggle() : hold(!page.held);
   else if (event.key === "/") byId("filter").focus();
   else if (event.key === "?") byId("help-box").showModal();
-  else if (log && event.key === "ArrowLeft") recording.step(event.shiftKey ? -100 : -1);
-  else if (log && event.key === "ArrowRight") recording.step(event.shiftKey ? 100 : 1);
+  else if ((log || page.held) && event.key === "ArrowLeft") step(event.shiftKey ? -100 : -1);
+  else if ((log || page.held) && event.key === "ArrowRight") step(event.shiftKey ? 100 : 1);
   else if (log && recording.hits && event.key === "n") recording.next(1);
   else if (log && recording.hits && event.key === "N") recording.next(-1);
   else if (page.choices.length && /^[1-9]$/.test(event.key)) listedChoices()[event.key - 1]?.fire();
@@ -66,11 +77,12 @@ byId("undo").addEventListener("click", () => play({ undo: 1 }));
 byId("random").addEventListener("click", () => play({ random: 1 }));
 byId("restart").addEventListener("click", () => play({ restart: true }));
 byId("play").addEventListener("click", () => recording.toggle());
-byId("back").addEventListener("click", () => recording.step(-1));
-byId("onward").addEventListener("click", () => recording.step(1));
+byId("back").addEventListener("click", () => step(-1));
+byId("onward").addEventListener("click", () => step(1));
 byId("moment").addEventListener("input", (event) => {
-  recording.pause();
-  recording.go(Number(event.target.value));
+  const at = Number(event.target.value);
+  if (page.held) held.go(at);
+  else recording.jump(at);
 });
 byId("goto").addEventListener("change", (event) => {
   const place = recording.placeOf(event.target.value.trim());
@@ -93,6 +105,8 @@ setInterval(() => {
   if (page.held) showStatus();
   else schedule();
 }, 250);
+setInterval(showClocks, 100);
 byId("filter").value = restored.filter;
+for (const [name, size] of restored.sizes) resize(name, size);
 if (byId("recorded")) exported.begin();
 else link.follow();
