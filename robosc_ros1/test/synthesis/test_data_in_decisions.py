@@ -8,7 +8,6 @@ import pytest
 from plants import explanation_of, guard_text, plant_of, supervisor_of
 
 from robosc.emit.export import exported
-from robosc.errors import UsageError
 from robosc.report import supervisor_text
 from robosc.synthesis import explore
 from robosc.synthesis.documents import explore_document, synthesize_document
@@ -243,10 +242,14 @@ def test_nothing_is_free_where_constants_decide() -> None:
     assert "free" not in supervisor_text(supervisor)
 
 
-def test_cif_says_what_it_cannot_tell() -> None:
+def test_cif_has_classes_as_enumerations() -> None:
     plant = plant_of(BATTERY + "requirement drive needs Battery.charge > 0.2")
-    with pytest.raises(UsageError, match="convert what comes in by an enum"):
-        exported(plant, "cif")
+    lines = exported(plant, "cif").splitlines()
+    assert "// not_above_0_2: !(Battery.charge > 0.2), above_0_2: Battery.charge > 0.2" in lines
+    assert (
+        "requirement invariant c_drive_request needs"
+        " Battery.charge = Battery_charge_class_above_0_2;"
+    ) in lines
 
 
 def test_json_names_classes_by_what_they_have_in_common() -> None:
