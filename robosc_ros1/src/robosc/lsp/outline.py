@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from robosc.language.tokens import tokenize
-from robosc.lsp.analysis import Analysis
+from robosc.lsp.analysis import Analysis, Desk
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -32,7 +33,7 @@ from robosc.syntax.nodes import (
     VariableNode,
 )
 
-__all__ = ["OutlineItem", "Fold", "folds", "outline"]
+__all__ = ["Found", "OutlineItem", "Fold", "folds", "outline", "symbols"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,11 @@ class OutlineItem:
     name: Span
     children: tuple[OutlineItem, ...] = ()
 
+    @property
+    def is_named(self) -> bool:
+        """Whether it declares its label."""
+        return self.kind not in ("requirement", "provide", "prefer", "for")
+
 
 @dataclass(frozen=True, slots=True)
 class Fold:
@@ -54,6 +60,31 @@ class Fold:
     first: int
     last: int
     comment: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """An entry of an outline, and the name of the entry that it stands in."""
+
+    item: OutlineItem
+    inside: str
+
+
+def symbols(desk: Desk, query: str) -> list[Found]:
+    """What has a name in the models of a workspace, by letters that the name has in this order."""
+    letters = re.compile(".*".join(map(re.escape, query)), re.IGNORECASE | re.DOTALL)
+    found: list[Found] = []
+    for root in (*desk.open, *(f"{folder}/" for folder in desk.folders)):
+        for analysis in desk.related(root).values():
+            found += [Found(i, inside) for i, inside in _flat(outline(analysis)) if i.is_named]
+    unique = {(f.item.name.source.path, f.item.name.start): f for f in found}
+    return [f for f in unique.values() if letters.search(f.item.label)]
+
+
+def _flat(items: Iterable[OutlineItem], inside: str = "") -> Iterator[tuple[OutlineItem, str]]:
+    for item in items:
+        yield item, inside
+        yield from _flat(item.children, item.label)
 
 
 def outline(analysis: Analysis) -> tuple[OutlineItem, ...]:

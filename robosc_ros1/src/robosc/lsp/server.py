@@ -27,7 +27,7 @@ from robosc.lsp.completion import complete
 from robosc.lsp.definition import definition_of
 from robosc.lsp.derived import Derived, command, derived_from, moved, request_for
 from robosc.lsp.hover import hover_text
-from robosc.lsp.outline import folds, outline
+from robosc.lsp.outline import folds, outline, symbols
 from robosc.lsp.positions import Encoding, offset_of
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
 from robosc.model.occurrences import Occurrence
@@ -95,6 +95,7 @@ class _Session:
             types.WORKSPACE_DID_CHANGE_WORKSPACE_FOLDERS: self._folders_changed,
             types.WORKSPACE_DID_CHANGE_CONFIGURATION: self._configured,
             types.TEXT_DOCUMENT_FORMATTING: self._formatting,
+            types.WORKSPACE_SYMBOL: self._workspace_symbols,
         }
         reading: dict[str, Callable[[Any], Any]] = {
             types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: self._symbols,
@@ -367,6 +368,13 @@ class _Session:
         analysis = self._analysis(params)
         entries = outline(analysis) if analysis is not None else ()
         return [wire.document_symbol(entry, self._encoding) for entry in entries]
+
+    def _workspace_symbols(
+        self, params: types.WorkspaceSymbolParams
+    ) -> list[types.WorkspaceSymbol]:
+        with collector_at_rest():
+            found = symbols(self._desk, params.query)
+        return [wire.workspace_symbol(one, self._encoding) for one in found]
 
     def _folding(self, params: types.FoldingRangeParams) -> list[types.FoldingRange]:
         analysis = self._analysis(params)

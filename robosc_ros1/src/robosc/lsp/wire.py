@@ -11,13 +11,14 @@ from lsprotocol import types
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.lsp.actions import Edit
 from robosc.lsp.offers import Candidate
-from robosc.lsp.outline import Fold, OutlineItem
+from robosc.lsp.outline import Fold, Found, OutlineItem
 from robosc.lsp.positions import Encoding, range_of
 from robosc.source import Source, Span
 
 __all__ = [
     "completion_item", "diagnostics_for", "document_symbol", "folding_range", "legend", "location",
     "path_of", "range_", "text_edit", "uri_of",
+    "workspace_symbol",
 ]  # fmt: skip
 
 _SYMBOLS = {
@@ -137,6 +138,15 @@ def document_symbol(entry: OutlineItem, encoding: Encoding) -> types.DocumentSym
         range=range_(entry.whole, encoding),
         selection_range=range_(entry.name, encoding),
         children=[document_symbol(child, encoding) for child in entry.children],
+    )
+
+
+def workspace_symbol(found: Found, encoding: Encoding) -> types.WorkspaceSymbol:
+    return types.WorkspaceSymbol(
+        location=location(found.item.name, encoding),
+        name=found.item.label,
+        kind=_SYMBOLS[found.item.kind],
+        container_name=found.inside or None,
     )
 
 

@@ -208,3 +208,12 @@ robot R {
     assert [child.name for child in found.children] == [
         "most", "calm", "Gate", "Cell", "Other", "for i in 1..2", "prefer halt over Cell[1].go",
     ]  # fmt: skip
+
+
+@pytest.mark.asyncio
+async def test_names_of_the_workspace(client: LanguageClient, open_model) -> None:
+    open_model(GOOD)
+    found = await client.workspace_symbol_async(types.WorkspaceSymbolParams("arm"))
+    assert [(s.name, s.location.uri.rsplit("/", 1)[1]) for s in found] == [
+        ("Arms", "arms.rscd"), ("Arm", "arms.rscd"),
+    ]  # fmt: skip
