@@ -8,7 +8,7 @@ from __future__ import annotations
 
 __all__ = [
     "allocation", "broad", "budget", "cat_and_mouse", "chain", "crew", "gauges", "not_all_busy",
-    "readings", "restless", "token", "unrelated",
+    "readings", "restless", "tanks", "token", "unrelated",
 ]  # fmt: skip
 
 
@@ -181,6 +181,28 @@ def gauges(size: int) -> str:
         " and Gauge1.level - Gauge0.level <= 10\n"
     )
     return _robot("Gauges", parts)
+
+
+def tanks(size: int) -> str:
+    """Two tanks of ``size`` levels, one pumped into the other; both leak, and share a limit."""
+    parts = [
+        f"  component Tank{i} {{\n"
+        f"    incoming message pump{i} with type: none\n"
+        f"    outgoing message drop{i} with type: none\n"
+        "    behaviour {\n"
+        f"      variable level: integer(0..{size - 1}) = 0\n"
+        "      initial marked state s {\n"
+        f"        on request to pump{i} do level := level + 1\n"
+        f"        on response from drop{i} if level > 0 do level := level - 1\n"
+        + ("        on request to pump1 if level > 0 do level := level - 1\n" if i == 0 else "")
+        + "      }\n"
+        "    }\n"
+        "  }\n"
+        f"  requirement never Tank{i}.level > {size - 3}\n"
+        for i in range(2)
+    ]
+    parts.append(f"  requirement always Tank0.level + Tank1.level <= {size * 4 // 3}\n")
+    return _robot("Tanks", parts)
 
 
 def readings(size: int) -> str:

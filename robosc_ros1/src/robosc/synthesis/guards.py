@@ -31,6 +31,8 @@ __all__ = ["CareSet", "GuardInputs", "make_guard"]
 
 _SMALL = 2**6
 """Up to this many combinations a cover is found at once."""
+_LARGE = 2**12
+"""From here on a cover takes longer than to look for the guard in the requirements' own words."""
 _LONG = 40
 """Guards with more to read than this are worth looking for shorter ones."""
 
@@ -102,7 +104,7 @@ def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
     rank = _axis_order(plant, event)
     left = _pruned(care_set, rank)
     found: list[Expr] = []
-    if left.size <= _SMALL or len(left.parts) < 3:
+    if left.size <= _SMALL or (len(left.parts) < 3 and left.size <= _LARGE):
         found = _attempt(left, rank)
         if found and _length(found[0]) <= _LONG:
             return found[0]
