@@ -171,7 +171,7 @@ def fields_read(tree):
 
 
 def literals(tree):
-    """The numbers and strings that a part of the model mentions."""
+    """The numbers and strings that a part of the model mentions, also as a parameter."""
     if isinstance(tree, dict):
         return literals(tree.values())
     if isinstance(tree, (str, bool, int, float)) or tree is None:
@@ -179,4 +179,6 @@ def literals(tree):
     tree = list(tree)
     if len(tree) == 2 and tree[0] == "literal":
         return [] if isinstance(tree[1], bool) else [tree[1]]
+    if len(tree) == 2 and tree[0] == "parameter" and isinstance(tree[1], str):
+        return literals(["literal", PLANT["parameters"][tree[1]]])
     return [value for part in tree for value in literals(part)]

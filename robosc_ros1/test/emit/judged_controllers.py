@@ -201,7 +201,7 @@ def judged(
         c for c in namespace.values() if isinstance(c, type) and c.__base__ is Controller
     )
     robot = Robot(judging, seed, spoilt)
-    settings, _ = read(controller.COMMUNICATIONS, {})
+    settings, _ = read(controller.COMMUNICATIONS, {}, controller.PARAMETERS)
     engine = Engine(controller(), robot, settings, steady=lambda: robot.time)
     topics: dict[str, tuple[str, ...]] = defaultdict(tuple)
     for key, communication in robot.plant.items():

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
+import random
+from pathlib import Path
 from typing import Any
 
 import pytest
-from emit.generated_code import controller_class, supervisor_of
+from emit.generated_code import controller_class, controller_source, supervisor_of
 from emit.golden_packages import model_path
+from emit.judged_controllers import judged, judging_modules
 
 from robosc import pipeline
 from robosc.emit import ros1, ros2
@@ -147,3 +151,15 @@ def test_names_that_python_or_launch_files_have_are_kept_apart() -> None:
     assert controller.data_for_call() == {"data": "y"}
     launch = ros1.emit(supervisor, "r_controller").files["launch/r_controller.launch"].content
     assert '<param name="name" value="$(arg name_)"' in launch
+
+
+def test_the_test_of_a_package_knows_them(tmp_path: Path) -> None:
+    text = model_path("thermostat").read_text(encoding="utf-8")
+    supervisor = supervisor_of(text)
+    with judging_modules(tmp_path, supervisor) as judging:
+        values = importlib.import_module("random_messages").Values(random.Random(1))
+        assert {20.5, 90} <= set(values._everywhere)
+        judge = judged(judging, controller_source(supervisor))
+        assert judge.faults == []
+        other = supervisor_of(text.replace("wanted: double = 20.5", "wanted: double = 15.0"))
+        assert judged(judging, controller_source(other)).faults
