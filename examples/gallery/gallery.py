@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import ctypes.util
+import fcntl
 import json
 import os
 import shutil
@@ -31,6 +32,7 @@ RATE = 25
 
 sys.path[:0] = [str(ROOT / "robosc_ros1" / "src"), str(ROOT / "robosc_ros1" / "test")]
 
+from ros2.ros2_support import Graph, free_domain, test_bed  # noqa: E402
 from ros_support import Master, Workspace, master, run_robosc  # noqa: E402
 
 GUARDED = {"reckless": "line_follower"}
@@ -47,8 +49,11 @@ def missing() -> str | None:
     """Why nothing can drive here; None if it can. What can be installed without root is."""
     if ctypes.util.find_library("OSMesa") is None:
         return "MuJoCo draws no pictures here (libosmesa6 not found; ./dev gallery installs it)"
+    CACHE.mkdir(parents=True, exist_ok=True)
     try:
-        install()
+        with (CACHE / "lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            install()
     except subprocess.CalledProcessError:
         return "MuJoCo could not be installed"
     return None
@@ -74,8 +79,6 @@ def simulation_environment() -> dict[str, str]:
 
 class Ros1:
     """Generated controllers in a catkin workspace, and a master to run them on."""
-
-    version = 1
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -107,10 +110,7 @@ class Ros1:
                 nodes.enter_context(self.workspace.start(*command, master=self._master))
             env = self.workspace.environment("devel", self._master) | simulation_environment()
             env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES), env["PYTHONPATH"]))
-            words = [robot, "--ros", "1", "--seed", str(seed), "--record", str(record)]
-            words += ["--faults"] if faults else []
-            words += ["--seconds", str(seconds)] if seconds else []
-            bridge(sys.executable, words, env)
+            bridge(sys.executable, 1, (robot, seed, faults, record, seconds), env)
 
     def _nodes(self, robot: str) -> Iterator[tuple[str, ...]]:
         """Yield the commands that start the controller, or the supervisor and what it guards."""
@@ -122,6 +122,55 @@ class Ros1:
         yield "rosrun", package, package, "_stop_command:=halt", *shown
         topics = (f"{topic}:=/supervised{topic}" for topic in ("/line", "/cmd_vel", "/alive"))
         yield sys.executable, str(HERE / "physics" / f"{robot}.py"), *topics
+
+
+class Ros2:
+    """Generated controllers built by colcon, for ROS 2 as the tests have it."""
+
+    def __init__(self, folder: Path) -> None:
+        self._bed = test_bed()
+        self.folder = folder
+        shutil.rmtree(folder, ignore_errors=True)
+        (folder / "src").mkdir(parents=True)
+        self._domain = 0
+
+    def build(self, robots: list[str]) -> None:
+        for robot in robots:
+            generate(robot, self.folder, "ros2")
+        self._bed.run("colcon", "build", folder=self.folder)
+
+    @contextlib.contextmanager
+    def running(self) -> Iterator[None]:
+        with free_domain() as self._domain:
+            yield
+
+    def drive(
+        self, robot: str, seed: int, faults: bool, record: Path, seconds: float | None = None
+    ) -> None:
+        """Run one world, for so many seconds of simulated time at most."""
+        package = package_of(robot)
+        prefix = self.folder / "install" / package
+        (site,) = prefix.glob("lib/python3*/site-packages")
+        own = self._bed.environment["PYTHONPATH"]
+        path = {"PYTHONPATH": os.pathsep.join((str(site), own))}
+        path["AMENT_PREFIX_PATH"] = f"{prefix}:{self._bed.environment['AMENT_PREFIX_PATH']}"
+        graph = Graph(self._bed, self._domain, self.folder)
+        try:
+            words = [prefix / "lib" / package / package, "--ros-args"]
+            values = {"rate": RATE, "use_sim_time": "true"}
+            values |= {"publish_events": "true", "state_rate": 1000}
+            for name, value in values.items():
+                words += ["-p", f"{name}:={value}"]
+            graph.start(*words, **path)
+            env = graph.environment | simulation_environment()
+            env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES), own))
+            bridge(self._bed.python, 2, (robot, seed, faults, record, seconds), env)
+        finally:
+            graph.close()
+
+
+ROS2 = ["ball", "follow_person", "line_follower"]
+"""The robots whose messages the ROS 2 of the tests has."""
 
 
 def package_of(robot: str) -> str:
@@ -138,9 +187,17 @@ def generate(robot: str, folder: Path, target: str) -> None:
         raise SystemExit(done.stderr)
 
 
-def bridge(python: str, words: list[str], env: dict[str, str]) -> None:
+Run = tuple[str, int, bool, Path, float | None]
+"""Robot, seed, whether faults are planted, the record to write, and the seconds at most."""
+
+
+def bridge(python: str, version: int, run: Run, env: dict[str, str]) -> None:
     """Run the bridge to its end."""
-    command = [python, "-m", "physics.bridge", *words, "--controller", package_of(words[0])]
+    robot, seed, faults, record, seconds = run
+    command = [python, "-m", "physics.bridge", robot, "--controller", package_of(robot)]
+    command += ["--ros", str(version), "--seed", str(seed), "--record", str(record)]
+    command += ["--faults"] if faults else []
+    command += ["--seconds", str(seconds)] if seconds else []
     subprocess.run(command, env=env, check=True, timeout=300)
 
 
@@ -151,8 +208,8 @@ def main() -> int:
         print(f"gallery: {reason}", file=sys.stderr)
         return 1
     started = time.monotonic()
-    robots = args.robots or names()
-    ros = Ros1(CACHE / f"ros{args.ros}")
+    robots = args.robots or (names() if args.ros == 1 else ROS2)
+    ros: Ros1 | Ros2 = (Ros1 if args.ros == 1 else Ros2)(CACHE / f"ros{args.ros}")
     ros.build(robots)
     print(f"generated and built in {time.monotonic() - started:.0f} s")
     failed = False

@@ -23,6 +23,8 @@ from physics.worlds import WORLDS
 
 PATIENCE = 0.25
 """Seconds of real time that a step waits for the controller at most, twice."""
+HANDOVER = 0.01
+"""Seconds of real time in which goals and cancels arrive, which come by threads of their own."""
 START = 30.0
 
 
@@ -145,6 +147,8 @@ class Bridge:
         answers = self._answers
         self._ros.clock(world.time)
         self._ros.exchange(lambda: self._answers > answers, PATIENCE)
+        if world.busy:
+            self._ros.exchange(lambda: False, HANDOVER)
         self._record()
 
     def _record(self) -> None:

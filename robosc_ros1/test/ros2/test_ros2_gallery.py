@@ -1,0 +1,25 @@
+"""A robot of the gallery drives in MuJoCo on real rclpy; all of them do on ROS 1."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from ros2.ros2_support import Bed
+
+import gallery
+
+
+def test_robot_follows_a_person_and_violates_nothing(bed: Bed, tmp_path: Path) -> None:
+    reason = gallery.missing()
+    if reason is not None:
+        pytest.skip(reason)
+    ros2 = gallery.Ros2(tmp_path / "workspace")
+    ros2.build(["follow_person"])
+    with ros2.running():
+        ros2.drive("follow_person", 1, True, tmp_path / "run.json", seconds=20.0)
+    run = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
+    assert run["violations"] == {}
+    assert run["succeeded"], run["path"][-1]
+    assert run["judgements"] > 20
