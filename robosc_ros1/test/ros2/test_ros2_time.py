@@ -98,27 +98,31 @@ def test_a_burst_after_silence_is_one_sign_of_life(
     told(ear, "timeout", "scan")
     sensor.publish(SCAN["name"], SCAN["type"], [SCAN["data"]] * 200)
     told(ear, "timeout", "scan")
-    state = ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "silent")
-    assert state["counters"]["inputs"] == 1 + 200 + 2
+    # Besides, there are delayed transitions.
+    state = ear.expect_state(
+        NODE,
+        lambda s: (
+            s["communications"]["scan"] == "silent" and s["counters"]["inputs"] >= 1 + 200 + 2
+        ),
+    )
     assert state["counters"]["dropped"] == 0
 
 
 class Clock:
-    """The clock of a graph with simulated time."""
+    """The clock of a graph with simulated time. It is best effort, so it may have to be said again."""
 
     def __init__(self, peer: Peer, ear: Peer) -> None:
         self._peer = peer
         self._ear = ear
 
-    def show(self, seconds: float, left: float) -> None:
-        """Have it be so late, until so many seconds are left of the scan's timeout.
-
-        The clock is best effort, so it may have to be said again.
-        """
-        sec, part = divmod(seconds, 1.0)
-        message = {"clock": {"sec": int(sec), "nanosec": round(part * 1e9)}}
+    def show(self, *times: float, left: float) -> None:
+        """Have it be so late, one after the other, until so many seconds are left of the scan's
+        timeout; which must be others than before."""
         for _ in range(10):
-            self._peer.publish("/clock", "rosgraph_msgs/msg/Clock", message)
+            for seconds in times:
+                sec, part = divmod(seconds, 1.0)
+                message = {"clock": {"sec": int(sec), "nanosec": round(part * 1e9)}}
+                self._peer.publish("/clock", "rosgraph_msgs/msg/Clock", message)
             try:
                 self._ear.expect_state(
                     NODE, lambda s: abs(s["clocks"].get("scan", 0.0) - left) < 0.001, 3.0
@@ -137,16 +141,15 @@ def test_a_sensor_at_the_edge_of_its_timeout(graph: Graph, controller: Start, ea
     clock = Clock(sensor, ear)
     sensor.publish(SCAN["name"], SCAN["type"], SCAN["data"])
     ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "fresh")
-    # Time begins late, and that is no silence.
-    clock.show(1000.0, left=0.5)
-    for turn in range(1, 6):
-        clock.show(1000.0 + 0.49 * turn, left=0.01)
+    # Time begins late, and that is no silence. Should the first of the two times be lost, the
+    # second one begins it, and the first comes again as a jump back, which starts the timeout anew.
+    clock.show(1000.0, 1000.1, left=0.4)
+    for turn in range(5):
         sensor.publish(SCAN["name"], SCAN["type"], SCAN["data"])
-        state = ear.expect_state(NODE, lambda s: abs(s["clocks"]["scan"] - 0.5) < 0.001)
-        assert state["communications"]["scan"] == "fresh"
-    assert not [
-        e for e in ear.events("message", name=f"{NODE}/events") if "timeout" in e["data"]["data"]
-    ]
+        ear.expect_state(NODE, lambda s: abs(s["clocks"]["scan"] - 0.5) < 0.001)
+        clock.show(1000.1 + 0.49 * (turn + 1), left=0.01)
+    heard = ear.events("message", name=f"{NODE}/events")
+    assert not [e for e in heard if "timeout" in e["data"]["data"]]
     # A bag that is played anew: the clock jumps back, and the timeout starts anew.
     clock.show(500.0, left=0.5)
     clock.show(500.6, left=0.0)
@@ -162,7 +165,7 @@ def test_use_sim_time_may_be_set_while_the_node_runs(
     ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "fresh")
     sensor.order("set_parameter", node=NODE, name="use_sim_time", value=True)
     clock = Clock(sensor, ear)
-    clock.show(1e6, left=3000.0)
+    clock.show(1e6, 1e6 + 1.0, left=2999.0)
     clock.show(1e6 + 2999.5, left=0.5)
     clock.show(1e6 + 3000.5, left=0.0)
     told(ear, "timeout", "scan")
