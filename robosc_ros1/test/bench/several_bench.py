@@ -1,0 +1,77 @@
+"""What several of a kind cost: reading a model of many copies, and synthesis of forty.
+
+Targets: reading is linear in the number of copies (at most 1.5 times the time for each from 250 to
+1,000), and the supervisor of 40 stations and a vehicle takes at most 10 s of processor time.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from robosc.model.entities import Robot
+from robosc.model.resolve import load
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.pipeline import collector_at_rest, synthesize
+from robosc.source import Source
+
+STATIONS = """\
+robot Line {{
+    component Vehicle {{
+        incoming message drive with type: none
+        outgoing message arrived with type: none
+        behaviour {{
+            initial marked state standing {{ on request to drive goto driving }}
+            state driving {{ on response from arrived goto standing }}
+        }}
+    }}
+    component Station[1..{count}] {{
+        outgoing message button with type: none
+        service serve with request: none, response: none links empty
+        behaviour {{
+            initial marked state idle {{ on response from button goto waiting }}
+            state waiting {{ on request to serve goto served }}
+            state served {{
+                on response from serve goto idle
+                on error from serve goto waiting
+            }}
+        }}
+    }}
+    requirement drive needs !any(s.served for s in Station)
+    for i in 1..{count} {{
+        requirement Station[i].serve needs Vehicle.standing
+    }}
+    interface empty use Empty from std_srvs
+}}
+"""
+COPIES = (250, 500, 1_000)
+GROWTH = 1.5
+SYNTHESIS = 10.0
+
+
+def robot_of(count: int) -> Robot:
+    source = Source("line.rscd", STATIONS.format(count=count))
+    with collector_at_rest():
+        robot, _ = load(source, definitions=MessageDefinitions())
+    assert robot is not None
+    return robot
+
+
+def seconds(work: Callable[[], object]) -> float:
+    """Of the processor."""
+    start = time.process_time()
+    work()
+    return time.process_time() - start
+
+
+def main(arguments: list[str]) -> int:
+    robot_of(2)  # what is read once for all
+    print("reading copies of a station, ms for each")
+    each = {}
+    for count in COPIES:
+        each[count] = min(seconds(lambda n=count: robot_of(n)) for _ in range(3)) / count
+        print(f"  {count:6,} {1000 * each[count]:6.3f}")
+    robot = robot_of(40)
+    synthesis = seconds(lambda: synthesize(robot))
+    print(f"synthesis of 40 stations and a vehicle: {synthesis:.1f} s (target {SYNTHESIS:g})")
+    return int(each[COPIES[-1]] > GROWTH * each[COPIES[0]] or synthesis > SYNTHESIS)
