@@ -249,18 +249,21 @@ class Puppet:
         )
         if not client.wait_for_server(rospy.Duration(20)):
             raise RuntimeError("there is no action " + name)
-        ends, running = [], []
+        done = queue.SimpleQueue()
 
         def moved(handle):
-            if handle.get_comm_state() != actionlib.CommState.DONE:
-                return
-            ends.append((handle.get_terminal_state(), handle.get_goal_status_text()))
-            if len(ends) == count:
-                tell(chained=name, ends=ends)
-            else:
-                running.append(client.send_goal(type_of_goal(client), moved))
+            if handle.get_comm_state() == actionlib.CommState.DONE:
+                done.put((handle.get_terminal_state(), handle.get_goal_status_text()))
 
-        running.append(client.send_goal(type_of_goal(client), moved))
+        def work():
+            ends = []
+            for _ in range(count):
+                running = client.send_goal(type_of_goal(client), moved)  # lost unless it is kept
+                ends.append(done.get())
+            tell(chained=name, ends=ends, last=running.get_goal_status())
+
+        # Not in the callback: actionlib holds locks there that another thread may wait for.
+        threading.Thread(target=work, daemon=True).start()
 
     def cancel(self):
         """Cancel the goal that was sent last."""
