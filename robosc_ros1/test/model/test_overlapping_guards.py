@@ -84,3 +84,22 @@ def test_in_a_library_what_comes_in_decides() -> None:
     )
     assert in_library("value < 2", "value = 1 and b") == [], "b may never be true"
     assert in_library("b", "b") == []
+
+
+def test_freshness_tells_guards_apart() -> None:
+    """A phase counts as part of the state: in a library nothing is told of what reads it."""
+    text = """%s L { component C {
+        outgoing message a with timeout: 1 s, type: %s
+        behaviour { initial marked state s {
+            on response from a if a.fresh goto s
+            on response from a if %sa.fresh goto s
+        } }
+    } }"""
+    for word, type_, operator, told in [
+        ("library", "double", "!", False),
+        ("library", "double", "", False),
+        ("robot", "unknown", "!", False),
+        ("robot", "unknown", "", True),
+    ]:
+        _, diagnostics = load(Source("l.rscd", text % (word, type_, operator)))
+        assert any(d.code == "guard-overlap" for d in diagnostics) is told

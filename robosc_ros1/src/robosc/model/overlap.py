@@ -20,6 +20,7 @@ from robosc.model.expr import (
     Expr,
     Leaf,
     ParameterRef,
+    PhaseRef,
     StateRef,
     ValueRef,
     VariableRef,
@@ -65,7 +66,7 @@ def _pairs(
 
 
 def _reads_the_state(guards: Iterable[Expr]) -> bool:
-    return any(isinstance(p, VariableRef | StateRef) for g in guards for p in walk(g))
+    return any(isinstance(p, VariableRef | StateRef | PhaseRef) for g in guards for p in walk(g))
 
 
 def _can_hold_together(guards: Sequence[Expr], states: Mapping[str, Sequence[str]]) -> bool:
@@ -73,7 +74,7 @@ def _can_hold_together(guards: Sequence[Expr], states: Mapping[str, Sequence[str
         part: None
         for guard in guards
         for part in walk(guard)
-        if isinstance(part, VariableRef | ValueRef | StateRef | ParameterRef)
+        if isinstance(part, VariableRef | ValueRef | StateRef | PhaseRef | ParameterRef)
     }
     axes = _axes(leaves, states)
     if axes is None or prod(len(axis) for axis in axes) > _MOST_CASES:
@@ -95,7 +96,7 @@ def _axes(
         if isinstance(leaf, StateRef):
             in_states.setdefault(leaf.component, []).append(leaf)
             continue
-        values = domain(leaf.type)
+        values = (False, True) if isinstance(leaf, PhaseRef) else domain(leaf.type)
         if values is None or values[:_MOST_CASES] != values:
             return None
         axes.append([{leaf: value} for value in values])
