@@ -14,8 +14,9 @@ import gallery
 
 pytestmark = pytest.mark.slow
 
-LONG = {"corridor", "follow_wall", "maze", "pick_and_place"}
-"""What is not done within the 20 seconds of simulated time, but well on its way."""
+LONG = {"corridor": 2.4, "follow_wall": 3.0, "maze": 2.4, "pick_and_place": 0.8}
+"""What is not done within the 20 seconds of simulated time, and how many metres it has moved then at
+least: through the corridor once, the hand of the arm with a part to its box."""
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +40,7 @@ def test_robot_does_its_task_and_violates_nothing(
     assert run["faults"]
     assert run["violations"] == {}
     if robot in LONG:
-        assert length(run["path"]) > 3.0, run["path"][-1]
+        assert length(run["path"]) > LONG[robot], run["path"][-1]
     else:
         assert run["succeeded"], run["path"][-1]
     assert run["judgements"] > 20
