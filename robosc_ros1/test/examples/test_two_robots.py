@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from ros_support import EXAMPLES, Completed
+from ros_support import EXAMPLES, Completed, Master, Workspace
 from simulate.players import session
 
 from robosc import pipeline
@@ -63,3 +63,16 @@ def test_an_hour_on_a_virtual_clock(seed: int, monkeypatch: pytest.MonkeyPatch) 
             hear(f"{ROBOTS[number]}.{jobs[number]}.{event}")
     judged(floor.report())
     assert floor.longest_rest <= 4, "nobody works although somebody could"
+
+
+def test_an_hour_on_a_roscore(example_workspace: Workspace, roscore: Master) -> None:
+    """About 10 s: 600 simulated seconds go by in each."""
+    workspace = example_workspace
+    workspace.add(FOLDER)
+    where = str(workspace.folder / "src")
+    workspace.run("rosrun", "robosc", "generate", str(MODEL), "--output", where)
+    workspace.build()
+    report = workspace.folder / "floor.json"
+    launch = ("roslaunch", "two_robots_example", "two_robots.launch")
+    workspace.run(*launch, "speed:=600", f"report:={report}", master=roscore, check=False)
+    judged(json.loads(report.read_text(encoding="utf-8")))
