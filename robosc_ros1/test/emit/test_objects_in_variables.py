@@ -163,3 +163,15 @@ def test_constants_and_the_time_of_sending_are_sent() -> None:
     assert data == {"header": {"stamp": NOW}, "pose": {"position": {"x": 1.0, "y": 2.5}}}
     assert data["header"]["stamp"] is NOW
     assert json.loads(json.dumps(jsonable(data)))["header"] == {"stamp": "now()"}
+
+
+def test_a_parameter_makes_nothing_known_of_what_is_not_there() -> None:
+    """Whatever the limit, a comparison with an order that has not come does not hold."""
+    text = MODEL.replace("!(Operator.goal.x < 0)", "Operator.goal.x < limit").replace(
+        "robot Courier {",
+        "robot Courier { parameter limit: double = 2.0 requirement point needs Operator.goal.x > 0",
+    )
+    supervisor = supervisor_of(text)
+    (test,) = (v for v in supervisor.plant.variables if "limit" in v.name)
+    assert [test.values[i] for i in test.start_indexes] == [False]
+    assert "nothing-to-send" not in [d.code for d in supervisor.diagnostics]

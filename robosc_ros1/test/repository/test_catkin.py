@@ -92,7 +92,7 @@ def test_message_definitions_of_the_workspace_are_found(example_workspace: Works
     model.write_text(wrong, encoding="utf-8")
     done = example_workspace.run("rosrun", "robosc", "check", str(model), check=False)
     assert done.returncode == 1
-    assert "unknown-field" in done.stderr
+    assert "unknown-property" in done.stderr
 
 
 def test_no_other_executable_bears_the_name_of_a_verb() -> None:

@@ -35,11 +35,13 @@ from robosc.model.entities import (
     data_expressions,
 )
 from robosc.model.expr import (
+    Aggregate,
     Binary,
     ChoiceRef,
     Expr,
     Holds,
     Literal,
+    Operation,
     ParameterRef,
     TestRef,
     Unary,
@@ -123,11 +125,27 @@ class FiniteView:
         numbers, so that none of them is NaN.
         """
         first = outcomes.index(self.initial(test))
-        if not any(map(reads_parameters, _sides_of(test))):
+        fixed = not any(map(reads_parameters, _sides_of(test)))
+        if fixed or (isinstance(test.subject, Holds) and self._needs_nothing(test.subject.operand)):
             return (first,)
         numbers = all(isinstance(s, Literal | VariableRef | ParameterRef) for s in _sides_of(test))
         found = (n for n, outcome in enumerate(outcomes) if not (numbers and outcome != outcome))
         return first, *(number for number in found if number != first)
+
+    def _needs_nothing(self, expr: Expr) -> bool:
+        """Whether an expression is undefined at the start: it needs data that are not there."""
+        match expr:
+            case VariableRef(component=component, variable=name):
+                return any(
+                    v.key == f"{component}.{name}" and v.initial is None for v in self._variables
+                )
+            case Binary(left=left) if expr.operation.is_lazy:
+                return self._needs_nothing(left)
+            case Aggregate(array=array):
+                return self._needs_nothing(array)
+            case Holds():
+                return False
+        return isinstance(expr, Operation) and any(map(self._needs_nothing, expr.operands))
 
     @cached_property
     def _variables(self) -> tuple[Variable, ...]:
