@@ -277,6 +277,39 @@ def unrelated(n: int) -> str:
     return _robot("Unrelated", parts)
 
 
+def priorities(n: int) -> str:
+    """A vehicle and n stations, of which each is served only while none before it waits."""
+    return f"""robot Priorities {{
+  component Vehicle {{
+    incoming message drive with type: none
+    outgoing message arrived with type: none
+    behaviour {{
+      initial marked state standing {{ on request to drive goto driving }}
+      state driving {{ on response from arrived goto standing }}
+    }}
+  }}
+  component Station[1..{n}] {{
+    outgoing message button with identifier: "/s{{index}}/button", type: none
+    incoming message serve with identifier: "/s{{index}}/serve", type: none
+    outgoing message served with identifier: "/s{{index}}/served", type: none
+    outgoing message failed with identifier: "/s{{index}}/failed", type: none
+    behaviour {{
+      initial marked state idle {{ on response from button goto waiting }}
+      state waiting {{ on request to serve goto busy }}
+      state busy {{
+        on response from served goto idle
+        on response from failed goto waiting
+      }}
+    }}
+  }}
+  for i in 2..{n} {{
+    requirement Station[i].serve
+      needs Vehicle.standing and !any(s.waiting for s in Station[1..i-1])
+  }}
+}}
+"""
+
+
 def restless(n: int) -> str:
     """n components whose internal transitions never end."""
     parts = [

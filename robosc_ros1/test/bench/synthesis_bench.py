@@ -81,6 +81,7 @@ CHOICES: tuple[tuple[str, tuple[int, ...]], ...] = (
     ("gauges", (2000,)),
     ("not_all_busy", (10,)),
     ("not_all_busy", (17,)),
+    ("priorities", (40,)),
     ("readings", (40,)),
     ("restless", (18,)),
     ("tanks", (300,)),

@@ -23,6 +23,12 @@ def test_sixty_hands() -> None:
     assert guard_text(found, "start0.request") == ("Sensor0.open and Hand1.idle", "as required")
 
 
+def test_priorities_are_not_counted_through() -> None:
+    """Where the highest waiting station goes first, single events would count up to 2^40."""
+    found = synthesize_bdd(plant_of(steep_families.priorities(40)))
+    assert found.plant_states == found.controlled_states == 2 * 3**40
+
+
 def test_forty_hands_with_services() -> None:
     found = synthesize_bdd(plant_of(families.services_hands(40)))
     assert (found.plant_states, found.controlled_states) == (4**40, families.hands_states(40))

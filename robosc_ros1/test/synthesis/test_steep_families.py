@@ -27,6 +27,7 @@ SMALL = {
     "crew": (4,),
     "gauges": (14,),
     "not_all_busy": (6,),
+    "priorities": (4,),
     "readings": (4,),
     "restless": (3,),
     "tanks": (6,),

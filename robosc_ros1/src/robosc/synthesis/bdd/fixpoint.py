@@ -3,8 +3,10 @@
 An event is carried to its own fixpoint before another is tried, and after a change only the events
 that share something with it are tried again: chaining in the manner of saturation (Ciardo, Luettgen
 & Siminiceanu, TACAS 2001). Whether it is better to go from the low variables of the order to the
-high ones or the other way depends on the model, by a factor of ten, so the two are raced:
-each gets a budget of new nodes, and larger ones in turn until one of them is done.
+high ones or the other way depends on the model, by a factor of ten; and where one event undoes what
+others must do again, as with priorities, both count through all combinations, and only rounds, in
+which each event has its turn once, are short. So the three are raced: each gets a budget of work,
+and larger ones in turn until one of them is done.
 """
 
 from __future__ import annotations
@@ -25,13 +27,21 @@ Progress = Callable[[str, int, int], None]
 Iterates: TypeAlias = list[tuple[int, Bdd]]
 """The sets that a fixpoint passes through, each with the number of the event that made it."""
 
+_Way: TypeAlias = tuple[Sequence[int], int]
+"""Priorities of the events, and how many rounds later an event that was tried is tried again."""
+
 _FIRST_BUDGET = 2**20
 """A second of work: below that nothing is raced. Measured: a smaller one costs up to 1.5 times."""
 _MORE = 4
+_STEP = 8
+"""As how many new nodes a step counts, since many small ones take time, too."""
 
 
 class _OverBudgetError(Exception):
-    """More new nodes than a race allows."""
+    """More work than a race allows; ``small`` if it was many small steps, not large diagrams."""
+
+    def __init__(self, small: bool) -> None:
+        self.small = small
 
 
 class Fixpoint:
@@ -42,7 +52,8 @@ class Fixpoint:
     ) -> None:
         self.manager = manager
         self._progress = progress
-        self._priorities = ([-place for place in places], list(places))
+        upwards = [-place for place in places]
+        self._ways: list[_Way] = [(upwards, 0), (list(places), 0), (upwards, 1)]
 
     def closure(
         self,
@@ -80,7 +91,8 @@ class Fixpoint:
             if iterates is None:
                 states = self._raced(what, states, active, carry, related)
             else:
-                states = self._chained(what, states, active, carry, related, None)
+                way = self._ways[0]
+                states = self._chained(what, states, active, carry, related, way, None)
             if states == before:
                 return states
 
@@ -92,15 +104,21 @@ class Fixpoint:
         carry: Callable[[int, Bdd], Bdd],
         related: Sequence[Sequence[int]],
     ) -> Bdd:
-        """Chain in one direction or the other; the one that was better is tried first next time."""
+        """Chain in one way or another; the one that was best is tried first next time."""
         for attempt in count():
             budget = _FIRST_BUDGET * _MORE**attempt
-            for _ in self._priorities:
+            ways = list(self._ways)
+            while ways:
+                way = ways.pop(0)
                 try:
-                    return self._chained(what, states, active, carry, related, budget)
-                except _OverBudgetError:
-                    self._priorities = self._priorities[::-1]
+                    found = self._chained(what, states, active, carry, related, way, budget)
+                except _OverBudgetError as over:
                     self.manager.collect()
+                    if over.small:
+                        ways.sort(key=lambda way: way[1], reverse=True)
+                else:
+                    self._ways = [way, *(other for other in self._ways if other is not way)]
+                    return found
         raise AssertionError("a race without end")
 
     def _chained(
@@ -110,29 +128,32 @@ class Fixpoint:
         active: Iterable[int],
         carry: Callable[[int, Bdd], Bdd],
         related: Sequence[Sequence[int]],
+        way: _Way,
         budget: int | None,
     ) -> Bdd:
-        priority = self._priorities[0]
+        priority, later = way
         most = self.manager.capacity if budget is None else self.manager.nodes + budget
         waiting = set(active)
         allowed = frozenset(waiting)
-        queue = [(priority[n], n) for n in waiting]
+        queue = [(0, priority[n], n) for n in waiting]
         heapq.heapify(queue)
+        work = 0
         while queue:
-            _, number = heapq.heappop(queue)
+            turn, _, number = heapq.heappop(queue)
             waiting.discard(number)
             found = carry(number, states)
+            work += _STEP
             if found == states:
                 continue
             states = found
-            if self.manager.nodes > most < self.manager.capacity // 2:
-                raise _OverBudgetError
+            if self.manager.nodes + work > most < self.manager.capacity // 2:
+                raise _OverBudgetError(2 * work > (budget or 0))
             if self._progress is not None:
                 self._progress(what, self.manager.nodes, self.manager.capacity)
             for other in related[number]:
                 if other in allowed and other not in waiting:
                     waiting.add(other)
-                    heapq.heappush(queue, (priority[other], other))
+                    heapq.heappush(queue, (turn + later, priority[other], other))
         return states
 
 
