@@ -14,7 +14,7 @@ from lsprotocol import types
 from pytest_lsp import ClientServerConfig, LanguageClient, client_capabilities
 
 GOOD = MODEL.replace("    never Wheel.moving => Hand.closing\n", "")
-WARNINGS = {"unused-enum-value", "restricted-command"}
+WARNINGS = {"stale-data", "restricted-command"}
 
 
 @pytest_lsp.fixture(
