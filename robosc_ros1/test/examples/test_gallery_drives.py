@@ -14,7 +14,7 @@ import gallery
 
 pytestmark = pytest.mark.slow
 
-LONG = {"corridor": 2.4, "follow_wall": 3.0, "maze": 2.4, "pick_and_place": 0.8}
+LONG = {"corridor": 2.4, "follow_wall": 3.0, "maze": 2.4, "pick_and_place": 0.3}
 """What is not done within the 20 seconds of simulated time, and how many metres it has moved then at
 least: through the corridor once, the hand of the arm with a part to its box."""
 

@@ -89,25 +89,6 @@ def test_a_sensor_that_stood_still_and_comes_back(
     drives(ear)
 
 
-def test_a_burst_after_silence_is_one_sign_of_life(
-    graph: Graph, controller: Start, ear: Peer
-) -> None:
-    controller(NODE, **RELIABLE)
-    sensor = graph.peer("sensor")
-    sensor.publish(SCAN["name"], SCAN["type"], [SCAN["data"]])
-    told(ear, "timeout", "scan")
-    sensor.publish(SCAN["name"], SCAN["type"], [SCAN["data"]] * 200)
-    told(ear, "timeout", "scan")
-    # Besides, there are delayed transitions.
-    state = ear.expect_state(
-        NODE,
-        lambda s: (
-            s["communications"]["scan"] == "silent" and s["counters"]["inputs"] >= 1 + 200 + 2
-        ),
-    )
-    assert state["counters"]["dropped"] == 0
-
-
 class Clock:
     """The clock of a graph with simulated time. It is best effort, so it may have to be said again."""
 

@@ -57,7 +57,7 @@ def test_the_page_shows_what_a_controller_of_ros_2_tells(
     browser.sees(command_is("move.request", "forbidden"))
     why = browser.text("[data-command='move.request'] .below:last-child")
     assert "move needs DistanceSensor.current = free" in why
-    assert re.search(r"line_follower\.rscd:\d+", why)
+    assert re.search(r"line \d+ requirement", why)
     browser.sees("page.events.some((e) => e.event.name === 'stop')")
 
     node.end()

@@ -112,8 +112,10 @@ def _parts(node: Any) -> list[Any]:
 
 
 def _in_order(node: Any) -> bool:
-    # 'e disables c' holds the communications before the condition, a communication its timeout last.
-    return getattr(node, "kind", "") != "disables" and getattr(node, "timeout", None) is None
+    # 'e disables c' holds the communications before the condition, a communication its timeout last,
+    # a component the numbers of its copies.
+    last = getattr(node, "timeout", None) or getattr(node, "indexes", None)
+    return getattr(node, "kind", "") != "disables" and last is None
 
 
 def test_names_span_their_text_without_the_escape() -> None:

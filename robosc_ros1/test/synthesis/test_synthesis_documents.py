@@ -191,8 +191,7 @@ def test_what_is_too_large_is_refused_before_it_is_walked() -> None:
         explore(supervisor, 80_000)
     with pytest.raises(StateSpaceError, match="there are 54006190 transitions, more than 3000000"):
         explore(supervisor, 100_000)
-    with pytest.raises(StateSpaceError, match="54006190 transitions; verification stops"):
-        verify(supervisor)
+    assert verify(supervisor).method == "symbolic"
 
 
 def test_transitions_of_a_plant_are_bounded_on_the_way() -> None:

@@ -80,8 +80,8 @@ def test_the_page_shows_what_the_controller_tells(
         browser.sees(
             "document.querySelector('[data-component=LineDetector] .variables').innerText.includes('12.5')"
         )
-        sent = "document.querySelector('[data-command=\"stop.request\"] .sent').textContent"
-        browser.sees(f"{sent}.includes('linear: {{x: 0}}')")
+        sent = "document.querySelector('[data-command=\"move.request\"] .sent').textContent"
+        browser.sees(f"{sent}.includes('linear: {{x: 0.2')")
         browser.sees("page.times.mean(now()) > 5")
         for name, *look in (("view", 1280, 900), ("view-phone", 360, 1200, "dark")):
             browser.look(*look)
