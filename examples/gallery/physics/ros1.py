@@ -13,6 +13,8 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from roslib.message import get_message_class
 
+from physics.messages import fill
+
 __all__ = ["Middleware"]
 
 
@@ -123,13 +125,3 @@ class Goal:
         """End it: ``succeeded``, ``aborted`` or ``canceled``, with the fields of the result."""
         result = self._handle.action_server.ActionResultType()
         getattr(self._handle, f"set_{how}")(fill(result, fields or {}))
-
-
-def fill(message: Any, fields: dict[str, Any]) -> Any:
-    """Return the message with fields set, nested ones from nested dictionaries."""
-    for name, value in fields.items():
-        if isinstance(value, dict):
-            fill(getattr(message, name), value)
-        else:
-            setattr(message, name, value)
-    return message

@@ -12,6 +12,8 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.executors import SingleThreadedExecutor
 from rosgraph_msgs.msg import Clock
 
+from physics.messages import fill
+
 __all__ = ["Middleware"]
 
 
@@ -132,13 +134,3 @@ def stamp(now: float) -> Any:
 
     seconds, nanoseconds = divmod(round(now * 1e9), 10**9)
     return Time(sec=seconds, nanosec=nanoseconds)
-
-
-def fill(message: Any, fields: dict[str, Any]) -> Any:
-    """Return the message with fields set, nested ones from nested dictionaries."""
-    for name, value in fields.items():
-        if isinstance(value, dict):
-            fill(getattr(message, name), value)
-        else:
-            setattr(message, name, value)
-    return message

@@ -327,14 +327,14 @@ class _Writer:
     # --- supervisor --------------------------------------------------------------------------
 
     def _supervisor(self, found: Sequence[Guard]) -> None:
-        guards = {(g.event.kind, g.event.key, g.event.index): g.expr for g in found}
+        guards = {g.event.identity: g.expr for g in found}
         name = self.names.fresh("Supervisor")
         self.lines += ["", f"supervisor automaton {name}:", "  location:"]
         self.lines += ["    initial;", "    marked;"]
         for occurrence in self.occurrences:
             event = occurrence.event
             if event.controllable:
-                guard = condition(self.context, guards[event.kind, event.key, event.index])
+                guard = condition(self.context, guards[event.identity])
                 self.lines.append(f"    edge {occurrence.name} when {guard};")
         self.lines.append("end")
 

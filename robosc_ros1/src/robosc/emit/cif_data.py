@@ -89,7 +89,7 @@ def discrete_plant(plant: Plant) -> DiscretePlant:
         UsageError: a test reads data of several components, or a parameter of the node.
     """
     notes: dict[str, str] = {}
-    taken = {v.key for c in plant.robot.components if c.behaviour for v in c.behaviour.variables}
+    taken = set(plant.robot.variables)
     states: dict[Expr, _Counterpart] = {}
     variables: list[StateVariable] = []
     for variable in plant.variables:

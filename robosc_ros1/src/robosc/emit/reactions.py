@@ -65,10 +65,7 @@ class Reactions:
     def __init__(self, plant: Plant, spelling: Spelling) -> None:
         self.plant = plant
         self.spelling = spelling
-        components = plant.robot.components
-        self.variables: dict[str, Variable] = {
-            v.key: v for c in components if c.behaviour for v in c.behaviour.variables
-        }
+        self.variables = plant.robot.variables
 
     def reaction(self, event: Event) -> ReactionView:
         parts = []

@@ -166,6 +166,11 @@ class Event:
     requirements: tuple[int, ...]
     span: Span = field(compare=False, repr=False)
 
+    @property
+    def identity(self) -> tuple[EventKind, str, int]:
+        """What tells the events of a plant apart."""
+        return self.kind, self.key, self.index
+
 
 @dataclass(frozen=True)
 class Plant:

@@ -286,6 +286,12 @@ class Robot:
         return {c.key: c for component in self.components for c in component.communications}
 
     @cached_property
+    def variables(self) -> dict[str, Variable]:
+        """All variables by key, in model order."""
+        behaviours = (c.behaviour for c in self.components if c.behaviour is not None)
+        return {v.key: v for behaviour in behaviours for v in behaviour.variables}
+
+    @cached_property
     def yields_to(self) -> dict[str, tuple[str, ...]]:
         """By communication, those that are preferred to it."""
         found: dict[str, dict[str, None]] = {}

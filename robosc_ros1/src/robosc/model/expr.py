@@ -23,7 +23,8 @@ __all__ = [
     "FALSE", "TRUE", "Aggregate", "Binary", "Call", "ChoiceRef", "Convert", "ElementRef", "Expr",
     "Holds", "Leaf", "Literal", "Operation", "ParameterRef", "Part", "PhaseRef", "RosParameter",
     "StateRef", "TestRef", "Unary", "ValueRef", "VariableRef", "all_names", "fold",
-    "may_be_undefined", "parameters_of", "part_of", "path_text", "rewritten", "walk",
+    "may_be_undefined", "parameters_of", "part_of", "path_text", "reads_value",
+    "rewritten", "walk",
     "with_operands",
 ]  # fmt: skip
 
@@ -448,6 +449,11 @@ def parameters_of(expr: Expr) -> Iterator[RosParameter]:
             ):
                 for rule in enum.rules:
                     yield from parameters_of(rule.condition)
+
+
+def reads_value(expr: Expr) -> bool:
+    """Whether an expression reads what came in."""
+    return any(isinstance(part, ValueRef) for part in walk(expr))
 
 
 def path_text(path: tuple[str | int, ...]) -> str:

@@ -22,7 +22,7 @@ from robosc.model.entities import (
     data_expressions,
     display_names,
 )
-from robosc.model.expr import Expr, PhaseRef, ValueRef, VariableRef, walk
+from robosc.model.expr import Expr, PhaseRef, VariableRef, reads_value, walk
 from robosc.model.report import Report
 from robosc.source import Span
 
@@ -117,7 +117,7 @@ def _lasting_messages(
                 key = f"{component.name}.{assignment.variable}"
                 if not lasting:
                     others.add(key)
-                elif message is not None and _takes_value(assignment.value):
+                elif message is not None and reads_value(assignment.value):
                     found.setdefault(key, message)
     return {key: message for key, message in found.items() if key not in others}
 
@@ -149,10 +149,6 @@ def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:
         for transitions in (state.transitions, behaviour.transitions)
     )
     return own or shared
-
-
-def _takes_value(expr: Expr) -> bool:
-    return any(isinstance(part, ValueRef) for part in walk(expr))
 
 
 def _names_freshness(expr: Expr) -> bool:

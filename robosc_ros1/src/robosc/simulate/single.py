@@ -25,7 +25,7 @@ from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import value_of
 from robosc.ir.step import Values, Verdict, valuations
 from robosc.language.operators import MIRRORED
-from robosc.model.entities import EventKind, Robot, Variable
+from robosc.model.entities import EventKind, Robot
 from robosc.model.expr import (
     Binary,
     Expr,
@@ -86,10 +86,11 @@ class SingleEvents:
         self._guards: dict[int, Guard] = {
             id(e): by_event[e] for e in self.plant.events if e in by_event
         }
-        self._data: dict[str, Variable] = {
-            v.key: v for c in self.plant.robot.components if c.behaviour
-            for v in c.behaviour.variables if not v.in_state or domain(v.type) is None
-        }  # fmt: skip
+        self._data = {
+            key: variable
+            for key, variable in self.plant.robot.variables.items()
+            if not variable.in_state or domain(variable.type) is None
+        }
         self._past: list[_Moment] = []
         self.restart()
 

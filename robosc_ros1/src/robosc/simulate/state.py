@@ -80,10 +80,7 @@ def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value | None]) 
     for variable, index in zip(plant.variables, state, strict=True):
         found[variable.kind][variable.name] = variable.values[index]
     known = {**found[VariableKind.DATA], **data}
-    variables = {
-        v.key: known[v.key] for c in plant.robot.components if c.behaviour
-        for v in c.behaviour.variables
-    }  # fmt: skip
+    variables = {key: known[key] for key in plant.robot.variables}
     return State(
         {name: str(value) for name, value in found[VariableKind.LOCATION].items()},
         variables,

@@ -213,11 +213,11 @@ def _renumbered(event: Event, number: Mapping[int, int]) -> Event:
 
 def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
     """The supervisor of a plant from those of its parts; empty if one of them is."""
-    events = {_identity(event): (number, event) for number, event in enumerate(plant.events)}
+    events = {event.identity: (number, event) for number, event in enumerate(plant.events)}
     empty = [part for part in parts if part.empty]
     states = prod(part.controlled_states for part in parts)
     guards = [
-        replace(_never(guard) if empty else guard, event=events[_identity(guard.event)][1])
+        replace(_never(guard) if empty else guard, event=events[guard.event.identity][1])
         for part in parts
         for guard in part.guards
     ]
@@ -232,17 +232,13 @@ def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
             states // part.controlled_states * part.controlled_transitions
             for part in (() if empty else parts)
         ),
-        guards=tuple(sorted(guards, key=lambda guard: events[_identity(guard.event)][0])),
+        guards=tuple(sorted(guards, key=lambda guard: events[guard.event.identity][0])),
         explanations=tuple(_explanations(empty or parts, events)),
         properties=() if empty else _properties(parts),
         diagnostics=tuple(dict.fromkeys(d for part in empty or parts for d in part.diagnostics)),
         empty=bool(empty),
         step_bound=None if empty else _step_bound(parts),
     )
-
-
-def _identity(event: Event) -> _Identity:
-    return event.kind, event.key, event.index
 
 
 def _never(guard: Guard) -> Guard:
@@ -255,18 +251,18 @@ def _explanations(
     """All explanations, in the order of the events, told with the events of the whole plant."""
 
     def whole(event: Event | None) -> Event | None:
-        return None if event is None else events[_identity(event)][1]
+        return None if event is None else events[event.identity][1]
 
     def place(explanation: Explanation) -> int:
         event = explanation.event
-        return -1 if event is None else events[_identity(event)][0]
+        return -1 if event is None else events[event.identity][0]
 
     found = [
         replace(
             explanation,
             event=whole(explanation.event),
             trace=tuple(
-                Step(events[_identity(step.event)][1], step.values) for step in explanation.trace
+                Step(events[step.event.identity][1], step.values) for step in explanation.trace
             ),
         )
         for part in parts

@@ -32,6 +32,7 @@ from robosc.model.expr import (
     VariableRef,
     may_be_undefined,
     parameters_of,
+    reads_value,
     rewritten,
     walk,
 )
@@ -48,7 +49,7 @@ from robosc.model.types import (
 )
 
 __all__ = [
-    "Term", "Terms", "is_constant", "order", "reads_data", "reads_parameters", "reads_value",
+    "Term", "Terms", "is_constant", "order", "reads_data", "reads_parameters",
     "value_of",
 ]  # fmt: skip
 
@@ -76,10 +77,6 @@ def reads_data(expr: Expr) -> bool:
         else domain(part.type) is None and not isinstance(part, Literal | Operation)
         for part in walk(expr)
     )
-
-
-def reads_value(expr: Expr) -> bool:
-    return any(isinstance(part, ValueRef) for part in walk(expr))
 
 
 def order(left: Value, right: Value) -> Value:

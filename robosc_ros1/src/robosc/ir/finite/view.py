@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import TypeAlias
 
 from robosc.ir.combining import result_transitions
@@ -110,11 +110,10 @@ class FiniteView:
 
     def initial(self, test: TestRef) -> Value:
         """What a test comes to at the start, with the defaults of parameters."""
-        initial = {v.key: v.initial for v in self._variables}
 
         def look(leaf: Leaf) -> Value | None:
             assert isinstance(leaf, VariableRef)
-            return initial[f"{leaf.component}.{leaf.variable}"]
+            return self.robot.variables[f"{leaf.component}.{leaf.variable}"].initial
 
         return value_of(test, look)
 
@@ -136,9 +135,7 @@ class FiniteView:
         """Whether an expression is undefined at the start: it needs data that are not there."""
         match expr:
             case VariableRef(component=component, variable=name):
-                return any(
-                    v.key == f"{component}.{name}" and v.initial is None for v in self._variables
-                )
+                return self.robot.variables[f"{component}.{name}"].initial is None
             case Binary(left=left) if expr.operation.is_lazy:
                 return self._needs_nothing(left)
             case Aggregate(array=array):
@@ -146,10 +143,6 @@ class FiniteView:
             case Holds():
                 return False
         return isinstance(expr, Operation) and any(map(self._needs_nothing, expr.operands))
-
-    @cached_property
-    def _variables(self) -> tuple[Variable, ...]:
-        return tuple(v for c in self.robot.components if c.behaviour for v in c.behaviour.variables)
 
 
 def finite_view(robot: Robot) -> FiniteView:
@@ -169,9 +162,7 @@ class _Builder:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self.terms = Terms(partial(to_dsl, robot=robot))
-        self.variables = {
-            v.key: v for c in robot.components if c.behaviour for v in c.behaviour.variables
-        }
+        self.variables = robot.variables
         self.states: dict[_StateTerm, None] = {}
         """Terms of the state, in order of appearance; the list of work while it grows."""
         self.comparisons: dict[_Node, set[Comparison]] = {}

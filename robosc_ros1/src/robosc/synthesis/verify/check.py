@@ -157,8 +157,8 @@ class _Verifier:
         self._coding = Coding(plant)
         self._moves = [EventSteps(plant, self._coding, event) for event in plant.events]
         self._required = [event.requirement for event in plant.events]
-        guards = {_identity(guard.event): guard.expr for guard in supervisor.guards}
-        self._guards = [guards.get(_identity(event)) for event in plant.events]
+        guards = {guard.event.identity: guard.expr for guard in supervisor.guards}
+        self._guards = [guards.get(event.identity) for event in plant.events]
         self._invariants = [(condition(plant, expr), index) for expr, index in plant.invariants]
         # Uncontrollable events have the first labels, so that one comparison tells them.
         self._order = sorted(range(len(plant.events)), key=lambda i: plant.events[i].controllable)
@@ -423,11 +423,11 @@ def _check_controllable(supervisor: Supervisor) -> Check:
 
     What uncontrollable events do is followed in every search, so nothing can hide there.
     """
-    guards = {_identity(guard.event) for guard in supervisor.guards}
+    guards = {guard.event.identity for guard in supervisor.guards}
     for event in supervisor.plant.events:
-        if event.controllable and _identity(event) not in guards:
+        if event.controllable and event.identity not in guards:
             return Check("controllable", False, f"the {_text(event)} has no guard")
-        if not event.controllable and _identity(event) in guards:
+        if not event.controllable and event.identity in guards:
             return Check("controllable", False, f"the {_text(event)} cannot be forbidden")
     return Check("controllable", True)
 
@@ -449,10 +449,6 @@ def _check_counts(
     for name, claimed, found in figures:
         detail = None if claimed == found else f"{claimed} were counted, there are {found}"
         yield Check(name, claimed == found, detail)
-
-
-def _identity(event: Event) -> tuple[EventKind, str, int]:
-    return event.kind, event.key, event.index
 
 
 def _text(event: Event) -> str:

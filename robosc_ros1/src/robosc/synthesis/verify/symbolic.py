@@ -90,12 +90,12 @@ class _Sets:
         self.false = self.manager.false
         coding = Coding(self.plant)
         self.relations = [self._relation(coding, n) for n in range(len(self.plant.events))]
-        guards = {(g.event.kind, g.event.key, g.event.index): g.expr for g in supervisor.guards}
+        guards = {g.event.identity: g.expr for g in supervisor.guards}
         self.required: dict[int, Bdd] = {}
         self.guards: dict[int, Bdd] = {}
         for number, event in enumerate(self.plant.events):
             free = FALSE if event.controllable else TRUE
-            guard = guards.get((event.kind, event.key, event.index), free)
+            guard = guards.get(event.identity, free)
             self.guards[number] = self.holds(guard)
             self.required[number] = self.holds(event.requirement or TRUE)
 
