@@ -7,10 +7,11 @@ lines and columns.
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-__all__ = ["Source", "Span"]
+__all__ = ["Source", "Span", "common_ends"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,3 +80,26 @@ class Span:
     def to(self, other: Span) -> Span:
         """The range from the start of this span to the end of another in the same source."""
         return Span(self.source, self.start, other.end)
+
+
+def common_ends(one: str, other: str) -> tuple[int, int]:
+    """How many characters two texts begin with alike, and with how many of the others they end."""
+    most = min(len(one), len(other))
+    head = _largest(most, lambda low, high: one[low:high] == other[low:high])
+    a, b = len(one), len(other)
+    tail = _largest(
+        most - head, lambda low, high: one[a - high : a - low] == other[b - high : b - low]
+    )
+    return head, tail
+
+
+def _largest(most: int, same: Callable[[int, int], bool]) -> int:
+    """The largest number up to ``most`` up to which all is the same, by halving."""
+    low = 0
+    while low < most:
+        middle = (low + most + 1) // 2
+        if same(low, middle):
+            low = middle
+        else:
+            most = middle - 1
+    return low

@@ -28,6 +28,9 @@ sys.path.append(str(TESTS / "lsp"))
 from lsp_support import client_python  # noqa: E402 (a module of tests, beside which it lies)
 
 PAUSE = 50.0
+LONGEST_PAUSE = 250.0
+"""What the server waits for a further key before it reads a long model."""
+
 TARGET = 200.0
 TYPED = "\n    requirement "
 
@@ -36,7 +39,10 @@ TARGETS = {
     2_000: {"diagnostics": 500, "completion": 150, "formatting": 500, "rename": 500},
     10_000: {"diagnostics": 1_500, "completion": 400, "formatting": 500, "rename": 500},
 }
-"""Milliseconds after the last key, and for each answer of which 95 of 100 must be as fast."""
+"""Milliseconds after the last key, and for each answer of which 95 of 100 must be as fast.
+
+What the server computes is held against them, since the machine may have more to do.
+"""
 
 
 def milliseconds(work: Callable[[], object]) -> float:
@@ -61,14 +67,19 @@ def _typed(lines: int) -> bool:
             env=os.environ | {"PYTHONPATH": os.pathsep.join(map(str, paths))},
             capture_output=True, text=True, check=True,
         )  # fmt: skip
-    print(f"25 keys, 80 ms apart, in a model of {lines:,} lines, milliseconds")
+    print(f"25 keys, 80 ms apart, in a model of {lines:,} lines, milliseconds (processor, elapsed)")
     missed = False
     for name, times in sorted(json.loads(done.stdout).items()):
-        most = sorted(times)[int(0.95 * (len(times) - 1))]
+        computed, elapsed = (_most(times[kind]) for kind in ("processor", "elapsed"))
         target = TARGETS[lines][name]
-        print(f"  {name:16} {most:6.0f} (target {target})")
-        missed |= most > target
+        print(f"  {name:16} {computed:6.0f} {elapsed:6.0f} (target {target})")
+        missed |= computed + (LONGEST_PAUSE if name == "diagnostics" else 0) > target
     return missed
+
+
+def _most(times: list[float]) -> float:
+    """What 95 of 100 do not exceed."""
+    return sorted(times)[int(0.95 * (len(times) - 1))]
 
 
 def _measure(text: str, path: str) -> float:

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robosc.lsp.positions import Encoding, offset_of, position_of
-from robosc.source import Source
+from robosc.source import Source, common_ends
 
 TEXT = st.text(st.sampled_from("ab \n\t{}é€🤖\u2028\x0b"), max_size=40)
 ENCODINGS: tuple[Encoding, ...] = ("utf-8", "utf-16", "utf-32")
@@ -39,3 +39,13 @@ def test_places_out_of_range_are_the_nearest(position: tuple[int, int], offset: 
 
 def test_inside_of_a_character_is_before_it() -> None:
     assert offset_of(Source("x.rscd", "🤖"), (0, 1)) == 0
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.text("ab", max_size=12), st.text("ab", max_size=12))
+def test_common_ends_are_as_long_as_they_can_be(one: str, other: str) -> None:
+    head, tail = common_ends(one, other)
+    most = min(len(one), len(other))
+    assert head == max(n for n in range(most + 1) if one[:n] == other[:n])
+    rest = most - head
+    assert tail == max(n for n in range(rest + 1) if one[len(one) - n :] == other[len(other) - n :])

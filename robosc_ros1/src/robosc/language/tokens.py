@@ -12,7 +12,7 @@ import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from robosc.errors import Diagnostic, Severity
 from robosc.language.keywords import KEYWORDS, UNITS, Role, words_of
@@ -210,8 +210,13 @@ class Tokens:
         return place >= 0 and (not index or self.faults[place] >= self.ends[index - 1])
 
 
+@lru_cache(maxsize=8)
 def tokenize(source: Source, start: int = 0, end: int | None = None) -> Tokens:
-    """The tokens of a source, or of that part of it; never raises."""
+    """The tokens of a source, or of that part of it; never raises.
+
+    Those of the last few sources are remembered: an editor asks for them several times, to read a
+    text, to colour it and to fold it.
+    """
     text = source.text
     end = len(text) if end is None else end
     if (nul := text.find("\0")) >= 0:

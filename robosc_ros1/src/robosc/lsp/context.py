@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from robosc.language.keywords import starts_of
 from robosc.language.operators import symbols
 from robosc.language.tokens import STRING, Tokens, is_word, tokenize
-from robosc.source import Source
+from robosc.source import Source, common_ends
 
 __all__ = ["Block", "Context", "Landmarks", "context_at"]
 
@@ -87,7 +87,7 @@ class Landmarks:
 
     def last(self, text: str, offset: int) -> tuple[int, tuple[Block, ...]]:
         """The last known place up to an offset in a text, and the blocks that are open there."""
-        same = _common_start(self._text, text)
+        same, _ = common_ends(self._text, text)
         behind_same = bisect_right(self._places, same, key=lambda place: place[0])
         del self._places[max(1, behind_same) :]
         self._text = text
@@ -96,18 +96,6 @@ class Landmarks:
     def add(self, offset: int, blocks: tuple[Block, ...]) -> None:
         if offset > self._places[-1][0]:
             self._places.append((offset, blocks))
-
-
-def _common_start(one: str, other: str) -> int:
-    """How many characters two texts begin with alike."""
-    low, high = 0, min(len(one), len(other))
-    while low < high:
-        middle = (low + high + 1) // 2
-        if one[low:middle] == other[low:middle]:
-            low = middle
-        else:
-            high = middle - 1
-    return low
 
 
 def context_at(source: Source, offset: int, landmarks: Landmarks | None = None) -> Context:

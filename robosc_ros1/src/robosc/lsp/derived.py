@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robosc.errors import Diagnostic, Note, Severity, StateSpaceError
-from robosc.source import Source, Span
+from robosc.source import Source, Span, common_ends
 
 if TYPE_CHECKING:
     from robosc.supervisor import Supervisor
@@ -113,10 +113,7 @@ def moved(derived: Derived, source: Source) -> tuple[Diagnostic, ...]:
     before, after = derived.source.text, source.text
     if before == after:
         return derived.diagnostics
-    most = min(len(before), len(after))
-    head = next((i for i in range(most) if before[i] != after[i]), most)
-    most -= head
-    tail = next((i for i in range(most) if before[-1 - i] != after[-1 - i]), most)
+    head, tail = common_ends(before, after)
     shift = len(after) - len(before)
     found: list[Diagnostic] = []
     for diagnostic in derived.diagnostics:

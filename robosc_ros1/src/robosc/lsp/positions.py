@@ -23,8 +23,7 @@ _CODEC = {"utf-8": "utf-8", "utf-16": "utf-16-le", "utf-32": "utf-32-le"}
 def position_of(source: Source, offset: int, encoding: Encoding = "utf-16") -> Position:
     """The place of a character offset."""
     line, column = source.position(offset)
-    before = source.line(line)[: column - 1]
-    return line - 1, units(before, encoding)
+    return line - 1, units(source.text[offset - column + 1 : offset], encoding)
 
 
 def range_of(span: Span, encoding: Encoding = "utf-16") -> Range:

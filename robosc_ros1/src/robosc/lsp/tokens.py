@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from robosc.language.keywords import KEYWORDS, Role
 from robosc.language.tokens import INTEGER, NUMBER, STRING, tokenize
@@ -44,8 +44,9 @@ _NUMBERS = {type_: number for number, type_ in enumerate(TYPES)}
 _TYPE_OF = {INTEGER: "number", NUMBER: "number", STRING: "string"}
 
 
-@dataclass(frozen=True, slots=True)
-class _Token:
+class _Token(NamedTuple):
+    """What colours a place in a text."""
+
     start: int
     end: int
     type: str
@@ -89,14 +90,15 @@ def _tokens(analysis: Analysis) -> list[_Token]:
         )
     found = list(names.values())
     tokens = tokenize(analysis.source)
+    text = analysis.source.text
     found += (_Token(c.start, c.end, "comment") for c in tokens.comments)
     for kind, start, end in zip(tokens.kinds, tokens.starts, tokens.ends, strict=True):
         if start in names:
             continue
-        type_ = _TYPE_OF.get(kind) or _type_of_word(analysis.source.text[start:end])
+        type_ = _TYPE_OF.get(kind) or _type_of_word(text[start:end])
         if type_:
             found.append(_Token(start, end, type_))
-    return sorted(found, key=lambda token: token.start)
+    return sorted(found)
 
 
 def _type_of_word(word: str) -> str:

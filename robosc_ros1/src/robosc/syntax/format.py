@@ -84,6 +84,8 @@ def format_tree(tree: FileNode) -> str:
     """The model with this tree, which was read without errors, in canonical layout."""
     tokens = tokenize(tree.span.source)
     formatted = Source(tokens.source.path, print_doc(_Formatter(tokens).file(tree), WIDTH))
+    if formatted.text == tokens.source.text:
+        return formatted.text
     again = tokenize(formatted)
     # What the parser sees is mostly the same; else it must at least read the same from it.
     same = again.kinds == tokens.kinds and all(map(eq, again.texts(), tokens.texts()))
