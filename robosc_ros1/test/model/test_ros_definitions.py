@@ -256,6 +256,7 @@ def p(tmp_path: Path) -> MessageDefinitions:
         msg__Number="Header header\nint32 value\n",
         msg__Small="int8 i\nuint8 u\nfloat32 f\nstring s\nbool b\nchar c\nbyte y\n",
         msg__Scan="float32[] ranges\nfloat64[2] two\nSmall[] small\ntime stamp\n",
+        msg__Speed="int32 speed\n",
         msg__Lost="no_such_msgs/Thing thing\n",
         srv__Add="int16 a\n---\nfloat64 sum\n",
         action__Go="bool fast\n---\nstring how\n---\nfloat32 done\n",
@@ -441,6 +442,32 @@ def test_a_property_without_field_is_an_error_if_it_is_read_or_sent(
     interface small use Small from p
     """
     assert ("unknown-field", "missing") in faults(text, p)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        "} provide sent with { speed: 3 } provide other with { speed: 4 ",
+        "behaviour { variable v: integer initial marked state s"
+        " { on response from m do v := value.speed } }",
+    ],
+)
+def test_a_misspelt_property_is_one_fault_where_it_is_declared(
+    p: MessageDefinitions, use: str
+) -> None:
+    """The field has the name that is used: two fixes that undo one another are one too many."""
+    text = f"""
+    component P {{
+        outgoing message m with identifier: "/m", type: O links speed
+        incoming message sent with identifier: "/n", type: O links speed
+        incoming message other with identifier: "/o", type: O links speed
+        {use}
+    }}
+    datatype object O {{ sped: integer }}
+    interface speed use Speed from p
+    """
+    assert faults(text, p) == [("unknown-field", "sped")]
+    assert faults(text.replace("sped", "speed"), p) == []
 
 
 def test_a_property_without_field_is_no_error_where_another_message_reads_it(

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from copy import copy
 from dataclasses import dataclass, field, replace
 
+from robosc.errors import Diagnostic
 from robosc.language.keywords import BASIC_TYPES
 from robosc.model.expr import Expr, Literal
 from robosc.model.occurrences import Symbol, SymbolKind
@@ -57,14 +58,16 @@ class TypeDeclarations:
     """What all files of one run share: declarations by (origin, name), and what is unknown in them.
 
     ``unknown_properties`` are properties whose type has an error, ``unknown_sources`` enums that
-    convert from such a type, ``damaged`` the declarations of which a part did not parse; ``ros``
-    are the types that ROS itself defines.
+    convert from such a type, ``damaged`` the declarations of which a part did not parse; ``missed``
+    are the reports of properties that an object was expected to have; ``ros`` are the types that
+    ROS itself defines.
     """
 
     nodes: dict[tuple[str, str], ObjectNode | EnumNode] = field(default_factory=dict)
     unknown_properties: set[tuple[str, str, str]] = field(default_factory=set)
     damaged: set[tuple[str, str]] = field(default_factory=set)
     unknown_sources: set[tuple[str, str]] = field(default_factory=set)
+    missed: dict[tuple[str, str, str], list[Diagnostic]] = field(default_factory=dict)
     ros: RosTypes = field(default_factory=lambda: RosTypes(MessageDefinitions()))
 
     def property_node(self, object_: ObjectType, name: str) -> PropertyNode:
@@ -77,6 +80,10 @@ class TypeDeclarations:
         """Whether a property or value that is not known may be one all the same."""
         key = (type_.origin, type_.name)
         return key in self.damaged or (*key, name) in self.unknown_properties
+
+    def miss(self, type_: ObjectType, name: str, told: Diagnostic) -> None:
+        """Note that it was reported that an object has no such property."""
+        self.missed.setdefault((type_.origin, type_.name, name), []).append(told)
 
     def is_misread(self, type_: ObjectType, name: str) -> bool:
         """Whether a property may be the type of one whose name is missing."""

@@ -54,13 +54,15 @@ class Parts:
             self.types.record_property(part, type_)
             if found is not None:
                 return found
-            if not self.types.type_declarations.may_have(type_, part.text):
-                self.report.add(
+            declarations = self.types.type_declarations
+            if not declarations.may_have(type_, part.text):
+                told = self.report.add(
                     "unknown-member",
                     part.span,
                     f"{type_.name} has no property '{part.text}'",
                     self.report.suggest(part.text, [n for n, _ in type_.properties]),
                 )
+                declarations.miss(type_, part.text, told)
             return None
         hint = "take an element first: [0]" if isinstance(type_, ArrayType) else None
         self.report.add(

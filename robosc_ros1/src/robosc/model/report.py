@@ -34,11 +34,23 @@ class Report:
         message: str,
         hint: str | None = None,
         notes: Sequence[Note] = (),
-    ) -> None:
+    ) -> Diagnostic:
         """A diagnostic with the severity that the registry gives its code."""
         entry = CODES[code]
         severity = Severity.ERROR if self._strict and entry.strict else entry.severity
-        self._items[Diagnostic(severity, code, message, span, hint, tuple(notes))] = None
+        found = Diagnostic(severity, code, message, span, hint, tuple(notes))
+        self._keep(found)
+        return found
+
+    def _keep(self, found: Diagnostic) -> None:
+        self._items[found] = None
+
+    def withdraw(self, found: Iterable[Diagnostic]) -> bool:
+        """Take back what only follows from another fault; whether there was any of it."""
+        reported = [diagnostic for diagnostic in found if diagnostic in self._items]
+        for diagnostic in reported:
+            del self._items[diagnostic]
+        return bool(reported)
 
     def extend(self, diagnostics: Iterable[Diagnostic]) -> None:
         self._items.update(dict.fromkeys(diagnostics))
@@ -54,29 +66,27 @@ class Report:
     def suggest(self, name: str, candidates: Iterable[str], what: str = "there are") -> str | None:
         """``did you mean 'x'?`` for the nearest candidate, else a short list of all."""
         names = list(dict.fromkeys(candidates))
-        found = _same_but_for_case(name, names)
-        if found is None and self._searches < _MOST_SEARCHES:
-            self._searches += 1
-            found = next(iter(get_close_matches(name, names, 1, 0.6)), None)
-            found = found or _extension(name, names)
+        found = self.nearest(name, names)
         if found is not None:
             return f"did you mean '{found}'?"
         if names and len(names) <= 8:
             return f"{what}: {listing(names)}"
         return None
 
+    def nearest(self, name: str, candidates: Sequence[str]) -> str | None:
+        """The candidate that a name was probably meant to be."""
+        found = _same_but_for_case(name, candidates)
+        if found is None and self._searches < _MOST_SEARCHES:
+            self._searches += 1
+            found = next(iter(get_close_matches(name, candidates, 1, 0.6)), None)
+            found = found or _extension(name, candidates)
+        return found
+
 
 class Muted(Report):
     """Takes no diagnostics: for work whose faults were reported already."""
 
-    def add(
-        self,
-        code: str,
-        span: Span,
-        message: str,
-        hint: str | None = None,
-        notes: Sequence[Note] = (),
-    ) -> None:
+    def _keep(self, found: Diagnostic) -> None:
         return None
 
     def suggest(self, name: str, candidates: Iterable[str], what: str = "") -> str | None:

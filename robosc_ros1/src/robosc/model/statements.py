@@ -259,16 +259,16 @@ class StatementResolver:
         return DataObject(tuple(fields)) if whole else None
 
     def _unknown_property(self, name: str, span: Span, type_: ObjectType) -> None:
-        if self._types.type_declarations.may_have(type_, name) or self._types.scope.is_unresolved(
-            name
-        ):
+        declarations = self._types.type_declarations
+        if declarations.may_have(type_, name) or self._types.scope.is_unresolved(name):
             return
-        self._report.add(
+        told = self._report.add(
             "unknown-property",
             span,
             f"{type_.name} has no property '{name}'",
             self._report.suggest(name, [n for n, _ in type_.properties], "its properties"),
         )
+        declarations.miss(type_, name, told)
 
 
 def _is_now(node: DataNode) -> bool:

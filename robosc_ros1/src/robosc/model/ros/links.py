@@ -71,6 +71,7 @@ class Part:
 class _Unknown:
     """A property, at ``path`` of a message, that the message's definition has no field for."""
 
+    object: ObjectType
     path: Path
     property: Name
     definition: Definition
@@ -232,7 +233,7 @@ class Binder:
             field = definition.field(name)
             if field is None:
                 if not self._type_declarations.is_misread(object_, name):
-                    unknown.append(_Unknown((name,), node.name, definition))
+                    unknown.append(_Unknown(object_, (name,), node.name, definition))
                 continue
             problem = misfit(type_, field.type, sending)
             if problem is not None:
@@ -265,16 +266,20 @@ class Binder:
             _, used = found.get(place, (unknown, False))
             found[place] = unknown, used or usage.uses(key, direction, unknown.path)
         for unknown, used in found.values():
-            self._unknown_field(unknown.definition, unknown.property, used)
+            self._unknown_field(unknown, used)
 
-    def _unknown_field(self, definition: Definition, property_: Name, is_used: bool) -> None:
+    def _unknown_field(self, unknown: _Unknown, is_used: bool) -> None:
+        definition, property_ = unknown.definition, unknown.property
         name = property_.text
-        names = [f.name for f in definition.fields]
         fields = listing(f"{f.name}: {f.type}" for f in definition.fields) or "none at all"
-        nearest = self._report.suggest(name, names, "")
+        nearest = self._report.nearest(name, [f.name for f in definition.fields])
         hint = f"its fields: {fields}"
-        if nearest is not None and nearest.startswith("did you mean"):
-            hint = f"{nearest}\n{hint}"
+        if nearest is not None:
+            hint = f"did you mean '{nearest}'?\n{hint}"
+            # Where the field's own name is used the object is what is misspelt, not its use.
+            key = (unknown.object.origin, unknown.object.name, nearest)
+            uses = self._type_declarations.missed.get(key, ())
+            is_used |= self._report.withdraw(uses)
         if definition.constant(name) is not None:
             hint = f"'{name}' is one of its constants\n{hint}"
         code = "unknown-field" if is_used else "unread-field"
