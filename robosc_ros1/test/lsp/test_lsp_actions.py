@@ -71,6 +71,37 @@ def test_action_is_offered(code: str) -> None:
     assert EXPECTED[code] in titles
 
 
+def test_missing_links_take_an_interface_that_is_declared() -> None:
+    text = """robot Example {
+    component Motor {
+        incoming message move with type: Velocity
+        outgoing message speed with type: Fast
+        service reset with request: none, response: none
+        action home with request: Mode, response: none, feedback: none
+    }
+    datatype object Velocity { x: double }
+    datatype enum Fast from Velocity to { value.x > 3 -> fast default -> slow }
+    datatype object Mode { hard: boolean }
+    interface turn use Turn from example_msgs
+    interface vel use Speed from example_msgs
+    interface again use Reset from example_msgs
+}
+"""
+    file = FAULTY / "model.rscd"
+    analysis = open_text(Desk(), file, text)
+    missing = [d for d in analysis.diagnostics if d.code == "missing-links"]
+    found = {d.span.text: actions_for(analysis, d) for d in missing}
+    titles = {marked: [action.title for action in actions] for marked, actions in found.items()}
+    assert titles == {
+        "Velocity": ["Link 'vel'"], "Fast": ["Link 'vel'"], "reset": ["Link 'again'"], "home": [],
+    }  # fmt: skip
+    edits = [edit for actions in found.values() for action in actions for edit in action.edits]
+    mended = applied(analysis.source, edits)
+    assert "response: none links again\n" in mended
+    after = open_text(Desk(), file, mended)
+    assert [d.span.text for d in after.diagnostics if d.code == "missing-links"] == ["home"]
+
+
 def test_freshness_takes_two_edits(tmp_path: Path) -> None:
     file = tmp_path / "model.rscd"
     text = (

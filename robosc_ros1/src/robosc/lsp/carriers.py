@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from robosc.model.entities import Kind
 from robosc.model.file_resolver import FileContents
-from robosc.model.ros.definitions import BASIC, Definition, Interface, MessageDefinitions
+from robosc.model.ros.definitions import BASIC, Definition, Field, Interface, MessageDefinitions
+from robosc.model.ros.fit import misfit
 from robosc.model.tables import CommunicationInfo
-from robosc.model.types import ArrayType, EnumType, ObjectType, Type
-from robosc.syntax.nodes import ActionNode, MessageNode, ServiceNode
+from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
+from robosc.syntax.nodes import ActionNode, InterfaceNode, MessageNode, ServiceNode
 
-__all__ = ["carriers", "interface_of"]
+__all__ = ["carriers", "fits", "interface_of"]
 
 
 def interface_of(info: CommunicationInfo, definitions: MessageDefinitions) -> Interface | None:
@@ -20,9 +22,14 @@ def interface_of(info: CommunicationInfo, definitions: MessageDefinitions) -> In
         binding = info.entity.binding if info.entity is not None else None
         return next((i for i in BASIC.values() if binding and i.type == binding.type), None)
     interface = info.instance.types.scope.interfaces.get(links.text)
-    if interface is None:
-        return None
-    package, type_ = interface.package.text, interface.type.text
+    return _definition(info, interface, definitions) if interface is not None else None
+
+
+def _definition(
+    info: CommunicationInfo, node: InterfaceNode, definitions: MessageDefinitions
+) -> Interface | None:
+    """What a declared interface is for a communication of this kind."""
+    package, type_ = node.package.text, node.type.text
     match info.node:
         case MessageNode():
             found = definitions.message(package, type_)
@@ -31,6 +38,35 @@ def interface_of(info: CommunicationInfo, definitions: MessageDefinitions) -> In
         case ActionNode():
             found = definitions.action(package, type_)
     return found if isinstance(found, Interface) else None
+
+
+def fits(info: CommunicationInfo, node: InterfaceNode, definitions: MessageDefinitions) -> bool:
+    """Whether a declared interface has a place for all that a communication carries."""
+    interface = _definition(info, node, definitions)
+    if interface is None:
+        return False
+    sending = info.kind is not Kind.OUTGOING
+    for type_, part in zip(_parts(info), interface.parts, strict=True):
+        if not _fits_into(type_, part, sending):
+            return False
+        sending = False
+    return True
+
+
+def _fits_into(type_: Type | None, part: Definition, sending: bool) -> bool:
+    carried = type_.source if isinstance(type_, EnumType) else type_
+    if isinstance(carried, NoneType):
+        return True
+    pairs: list[tuple[Type | None, Field | None]]
+    if isinstance(carried, ObjectType):
+        pairs = [(inner, part.field(name)) for name, inner in carried.properties]
+    else:
+        data = [field for field in part.fields if field.type.base != "std_msgs/Header"]
+        pairs = [(carried, data[0] if len(data) == 1 else None)]
+    return all(
+        inner is not None and field is not None and misfit(inner, field.type, sending) is None
+        for inner, field in pairs
+    )
 
 
 def carriers(contents: FileContents, definitions: MessageDefinitions) -> Mapping[str, Definition]:
