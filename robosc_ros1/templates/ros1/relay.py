@@ -17,7 +17,7 @@ from std_msgs.msg import String
 
 from ._runtime.matching import command_patterns
 from .ros import QUEUE, RosPort
-from .ros_calls import FAILURES, RESULT_TIMEOUT, fill, new_goal_id
+from .ros_calls import FAILURES, RESULT_TIMEOUT, Ends, fill, new_goal_id
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
@@ -161,7 +161,7 @@ class ActionRelay:
         self._send_goal = self._publisher(self._robot + "/goal", self._goal_type)
         self._send_cancel = self._publisher(self._robot + "/cancel", GoalID)
         self._send_result = self._publisher(self._controller + "/result", self._result_type)
-        self._from_robot = []
+        self._ends = Ends(self._send_goal)
         self._from_controller = []
 
     def connect(self, engine):
@@ -203,7 +203,7 @@ class ActionRelay:
             self._accepted = self._cancelled = False
             self._ended = None
             self._heard = time.monotonic()
-        if self._is_connected():
+        if self._ends.are_connected():
             self._send_goal.publish(message)
         else:
             deadline = time.monotonic() + timeout
@@ -229,11 +229,6 @@ class ActionRelay:
 
     # The robot's side
 
-    def _is_connected(self):
-        """Whether a goal would arrive, and all that comes back."""
-        ends = [self._send_goal, *self._from_robot]
-        return all(end.get_num_connections() for end in ends)
-
     def _wait(self, message, token, deadline):
         while time.monotonic() < deadline and not rospy.is_shutdown():
             with self._lock:
@@ -242,13 +237,14 @@ class ActionRelay:
                 if self._cancelled:
                     self.report(token, "error", "cancelled before it was sent")
                     return
-                if self._is_connected():
+                if self._ends.are_connected():
                     self._send_goal.publish(message)
                     return
             time.sleep(0.01)
 
     def _on_status(self, array):
         self._heard = time.monotonic()
+        self._ends.are_connected()  # a goal that comes later need not wait
         with self._lock:
             if self._token is None:
                 return
@@ -324,4 +320,4 @@ class ActionRelay:
             # supervisor in the state that allows it.
             engine.invoke(lambda: onward.publish(passed_on(raw)))
 
-        self._from_robot.append(self._subscriber(self._robot + part, type_, relay))
+        self._ends.add(self._subscriber(self._robot + part, type_, relay))

@@ -25,6 +25,8 @@ from .ros_watch import Refused, ask
 
 RESULT_TIMEOUT = 2.0
 """Seconds from a goal's end, as its status tells it, until its result counts as lost."""
+SETTLED = 0.1
+"""Seconds after which the other end of a new connection has heard of it, too."""
 HUNG_CALLS = 8
 """While so many calls of one service have not returned, further requests end at once as errors."""
 
@@ -213,6 +215,29 @@ def new_goal_id():
     return GoalID(id="%s-%s" % (rospy.get_name(), uuid.uuid4()), stamp=rospy.Time.now())
 
 
+class Ends:
+    """This node's ends of the topics of one action."""
+
+    def __init__(self, *ends):
+        self._ends = list(ends)
+        self._seen = ([], 0.0)  # the connections, and since when they are these
+
+    def add(self, end):
+        self._ends.append(end)
+
+    def are_connected(self):
+        """Whether what is sent arrives, and all that comes back.
+
+        A rospy publisher greets a subscriber just before it begins to send to it: the result of a
+        goal that is over at once would be lost.
+        """
+        links = [end.impl.connections for end in self._ends]  # rospy replaces, never changes them
+        now = time.monotonic()
+        if links != self._seen[0]:
+            self._seen = (links, now)
+        return all(links) and now - self._seen[1] >= SETTLED
+
+
 def _forget_goals(manager):
     """Drop what is over. actionlib would keep it, and look through all of it at each feedback."""
     with manager.list_mutex:
@@ -227,6 +252,10 @@ class Action:
         self._type = type_
         self._client = actionlib.ActionClient(name, type_)
         self._client.manager._generate_id = new_goal_id
+        client = self._client
+        self._ends = Ends(
+            client.pub_goal, client.pub_cancel, client.result_sub, client.feedback_sub
+        )
         self._lock = threading.Lock()
         self._token = None
         self._cancelled = False
@@ -268,12 +297,10 @@ class Action:
 
     def _on_status(self, _):
         self._heard = time.monotonic()
+        self._is_connected()  # a goal that comes later need not wait
 
     def _is_connected(self):
-        """Whether a goal would arrive, and all that comes back."""
-        client = self._client
-        ends = (client.pub_goal, client.pub_cancel, client.result_sub, client.feedback_sub)
-        return client.last_status_msg is not None and all(e.get_num_connections() for e in ends)
+        return self._ends.are_connected() and self._client.last_status_msg is not None
 
     def _wait(self, goal, token, deadline):
         while time.monotonic() < deadline and not rospy.is_shutdown():

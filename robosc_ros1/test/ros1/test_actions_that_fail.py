@@ -212,6 +212,33 @@ print("remembered:", len(statuses()))
     assert int(done.stdout.rpartition("remembered: ")[2]) == 1
 
 
+def test_a_goal_waits_until_the_server_has_heard_of_every_connection(
+    stage: Stage, puppet: Puppet
+) -> None:
+    """rospy greets a subscriber before it sends to it: an instant result would be lost meanwhile."""
+    puppet.do("action", **RUN, mode="succeed")
+    script = """
+import rospy, time
+from gauntlet_interfaces.msg import ReachAction
+from probe_controller import ros_calls
+rospy.init_node("careful")
+ros_calls.SETTLED = float("inf")
+action = ros_calls.Action("/run", ReachAction)
+told = []
+action.report = lambda token, kind, payload=None: told.append(kind)
+action._client.wait_for_server()
+action.start({}, 1, 60.0)
+rospy.wait_for_message("/run/status", type(action._client.last_status_msg))
+early = list(told)
+ros_calls.SETTLED = 0.0
+while "response" not in told:
+    time.sleep(0.01)
+print("early:", early)
+"""
+    done = stage.workspace.run("python3", "-c", script, master=stage.master)
+    assert done.stdout.endswith("early: []\n")
+
+
 def test_somebody_else_cancels_all(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     puppet.do("action", **RUN, mode="hold")
     with stage.controller(ear) as node:
