@@ -20,6 +20,7 @@ class GuardJudge(Judge):
 
     def __init__(self, robot, publications, guide, is_shutdown=lambda: False):
         super().__init__(robot, publications, guide, is_shutdown)
+        self.shadow.preferences = {}  # they are the other controller's
         keys = [k for k, c in PLANT_COMMUNICATIONS.items() if c["kind"] != "outgoing message"]
         self.passed = dict.fromkeys(keys, 0)
         self.blocked = dict.fromkeys(keys, 0)

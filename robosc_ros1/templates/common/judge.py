@@ -21,7 +21,6 @@ PATIENCE = 60.0
 """Seconds after which something that must come has not come."""
 HISTORY = 2000
 """The states after so many events are kept, to compare what was told of them."""
-RESTRICTED = {(kind, key) for kind, key in PLANT["restricted"]}
 REASONS = ("phase", "synchronisation", "requirement", "synthesis")
 
 
@@ -49,6 +48,9 @@ class Judge:
         self.expected = {topic: deque() for topic, _, _ in publications}
         self.topics = {key: topic for topic, _, keys in publications for key in keys}
         self.asked = {key: [] for key in self.shadow.busy}  # [data, whether it surely arrived]
+        self._orders = [
+            CancelOrder(c["key"]) for c in PLANT["communications"] if c["kind"] == "action"
+        ]
         self._first = {}  # key -> the numbers that the first of these may have among the requests
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)
@@ -182,14 +184,14 @@ class Judge:
         # While it cannot happen anyway, a guard may say anything.
         if requirements != violated and not elsewhere:
             yield "not all that is violated"
-        if told["synthesis"] and not elsewhere and ("request", key) not in RESTRICTED:
+        if told["synthesis"] and not elsewhere and ("request", key) not in state.restricted:
             yield "synthesis"
 
     def _wrong_cancel(self, key, told, state):
         """What is wrong with the reasons for which a cancel is blocked."""
         possible = state.busy[key] and state.synchronises("cancel", key)
         allowed = possible and bool(state.violated(key))
-        if told["synthesis"] and possible and ("cancel", key) in RESTRICTED:
+        if told["synthesis"] and possible and ("cancel", key) in state.restricted:
             return
         if any(told.values()) == allowed:
             yield "requirements" if possible else "its phase"
@@ -227,13 +229,22 @@ class Judge:
         """Whether an allowed command is not sent because a number in its data is not finite, or
         because nothing has come yet of its data."""
         key = self.shadow.keys[name]
+        self._look_at_order("request", key)
         self.shadow._check_request(key)
         try:
             return not is_finite(self.shadow.data(key))
         except Undefined:
             return True
 
+    def _look_at_order(self, kind, key):
+        """A command is sent, or was to be."""
+        for cancel in self._orders:
+            if cancel.is_late((kind, key), self.shadow):
+                fault = "%s requested before the cancel of %s, which was due"
+                self.faults.append(fault % (key, cancel.key))
+
     def _command(self, kind, key, value):
+        self._look_at_order(kind, key)
         if kind == "request":
             try:
                 data = self.shadow.data(key)
@@ -325,6 +336,35 @@ class Judge:
             received = list(self.robot.requests.get(key, ()))
             if not are_told(received, told, self._first.get(key, ())):
                 self.faults.append("%s was not asked for what the events say" % key)
+
+
+class CancelOrder:
+    """Tells whether the cancel of one action had to come before a request.
+
+    A cancel that becomes possible is due at once, unless it was sent already in the same round of
+    commands. No command is sent twice in a round: where one was, since the cancel, a new round had
+    begun.
+    """
+
+    def __init__(self, key):
+        self.key = key
+        self._was_possible = True  # for what is known of the time before
+        self._is_due = False
+        self._sent = set()  # since the latest cancel
+        self._is_new_round = False
+
+    def is_late(self, command, state):
+        """Whether it had to come before a command (kind, key) that is sent in a state."""
+        possible = state.is_enabled("cancel", self.key)
+        became_due = self._is_new_round and not self._was_possible
+        self._is_due = possible and (self._is_due or became_due)
+        self._was_possible = possible
+        if command == ("cancel", self.key):
+            self._sent.clear()
+            self._is_new_round = False
+        self._is_new_round |= command in self._sent
+        self._sent.add(command)
+        return self._is_due and command[0] == "request"
 
 
 def holds_piece(received, wanted):

@@ -235,6 +235,8 @@ class Shadow:
                 self.mentions.setdefault(sort, {}).setdefault(component["name"], []).append(
                     transition
                 )
+        self.preferences = plant["preferences"]
+        self.restricted = {(kind, key) for kind, key in plant["restricted"]}
         # How often each requirement was seen to be met, and to be violated.
         self.requirements_seen = [[0, 0] for _ in plant["requirements"]]
 
@@ -508,6 +510,15 @@ class Shadow:
             raise Wrong("%s requested against: %s" % (key, "; ".join(violated)))
         if not self.synchronises("request", key):
             raise Wrong("%s requested, which a component blocks: %s" % (key, self.states))
+        for other in self.preferences.get(key, ()):
+            if self.is_enabled("request", other):
+                raise Wrong("%s requested while %s is enabled, which is preferred" % (key, other))
+
+    def is_enabled(self, kind, key):
+        """Whether a command is possible and allowed for certain: not if synthesis restricts it."""
+        if self.busy.get(key, False) != (kind == "cancel") or (kind, key) in self.restricted:
+            return False
+        return bool(self.violated(key)) == (kind == "cancel") and self.synchronises(kind, key)
 
     def synchronises(self, kind, key):
         """Whether a command is possible in all components, its phase apart."""

@@ -1,4 +1,5 @@
-"""Mutants of a generated controller: one small fault each in its guards, data, rules or updates."""
+"""Mutants of a generated controller: one small fault each in its guards, data, rules, updates or
+preferences."""
 
 from __future__ import annotations
 
@@ -47,6 +48,17 @@ def mutants(source: str) -> Iterator[Mutant]:
                     ast.unparse(tree), _kind(function.name), function.name, line, after
                 )  # fmt: skip
                 _put(parent, field, index, node)
+    yield from _without_preferences(tree, source)
+
+
+def _without_preferences(tree: ast.Module, source: str) -> Iterator[Mutant]:
+    """One command at a time no longer yields to those that are preferred to it."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.keyword) and node.arg == "yields_to":
+            preferred, node.value = node.value, ast.Tuple([], ast.Load())
+            line = _line(source, preferred)
+            yield Mutant(ast.unparse(tree), "preference", "COMMANDS", line, "yields_to=()")
+            node.value = preferred
 
 
 def _functions(tree: ast.Module) -> Iterator[ast.FunctionDef]:

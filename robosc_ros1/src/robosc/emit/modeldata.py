@@ -225,7 +225,7 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
     """What an interpreter needs: expressions and types as nested lists.
 
     ``restricted`` are the commands (kind, communication) that synthesis forbids where requirements
-    do not.
+    do not; ``preferences`` has, by communication, those that are preferred to it.
 
     Expressions are ``["=", left, right]`` and the like, ``["!", e]``, ``["negative", e]``, and the
     leaves ``["literal", v]``, ``["variable", "C.v"]``, ``["state", "C", "s"]``,
@@ -259,6 +259,7 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
             for p in robot.provides
         ],
         "enums": _enum_tables(enums),
+        "preferences": {key: list(others) for key, others in robot.yields_to.items()},
         "restricted": [
             [guard.event.kind.value, guard.event.key]
             for guard in guards

@@ -457,4 +457,5 @@ PLANT = {'robot': 'Gauntlet',
                                           ['value', ['quality'], ['integer']],
                                           ['literal', 100]],
                                          'good']]}},
+ 'preferences': {},
  'restricted': []}

@@ -97,4 +97,5 @@ PLANT = {'robot': 'Lantern',
                              'default': 'dark',
                              'rules': [[['>', ['value', [], ['integer']], ['literal', 20]],
                                         'bright']]}},
+ 'preferences': {},
  'restricted': []}

@@ -178,4 +178,5 @@ PLANT = {'robot': 'Thermostat',
                                              ['value', [], ['double']],
                                              ['-', ['parameter', 'wanted'], ['literal', 10]]],
                                             'winter']]}},
+ 'preferences': {'Heater.heat': ['Heater.rest']},
  'restricted': []}

@@ -1,0 +1,84 @@
+"""The judge of a package's own test checks which command comes first: preferences, and cancels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from emit.generated_code import controller_source, supervisor_of
+from emit.judged_controllers import judged, judging_modules
+from emit.mutants import mutants
+
+from robosc.runtime import scheduler
+
+MODEL = """\
+robot Porter {
+    interface dock use Fibonacci from actionlib_tutorials
+
+    component Eye {
+        outgoing message near with identifier: "/near", timeout: 0.5 s, type: boolean
+
+        behaviour {
+            variable blocked: boolean
+            on response from near do blocked := value
+            initial marked state watching {}
+        }
+    }
+
+    component Base {
+        incoming message halt with identifier: "/halt", type: none
+        incoming message drive with identifier: "/drive", type: none
+        incoming message creep with identifier: "/creep", type: none
+        incoming message beep with identifier: "/beep", type: none
+        action approach with identifier: "/approach", request: none, response: none, feedback: none
+            links dock
+    }
+
+    requirement drive needs near.fresh and !Eye.blocked
+    requirement creep needs near.fresh
+    requirement approach needs near.fresh and !Eye.blocked
+    prefer drive over creep
+    prefer { drive, creep } over halt
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def source() -> str:
+    return controller_source(supervisor_of(MODEL))
+
+
+@pytest.fixture(scope="module")
+def judging(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with judging_modules(tmp_path_factory.mktemp("order"), supervisor_of(MODEL)) as judge:
+        yield judge
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_it_is_content_with_the_controller(judging: Any, source: str, seed: int) -> None:
+    judge = judged(judging, source, seed)
+    assert judge.faults == []
+    assert judge.events["cancel", "approach", 0] > 5
+
+
+def test_it_finds_preferences_that_are_not_kept(judging: Any, source: str) -> None:
+    planted = [mutant for mutant in mutants(source) if mutant.kind == "preference"]
+    found = [judged(judging, mutant.source).faults[0].partition(": ")[2] for mutant in planted]
+    assert found == [
+        "Base.halt requested while Base.drive is enabled, which is preferred",
+        "Base.creep requested while Base.drive is enabled, which is preferred",
+    ]
+
+
+def test_it_finds_cancels_that_come_too_late(
+    judging: Any, source: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    push = scheduler.heappush
+
+    def requests_first(heap: list[Any], entry: tuple[Any, ...]) -> None:
+        push(heap, (not entry[0], *entry[1:]) if len(entry) == 3 else entry)
+
+    monkeypatch.setattr(scheduler, "heappush", requests_first)
+    (fault,) = set(judged(judging, source).faults)
+    assert fault.endswith(" requested before the cancel of Base.approach, which was due")
