@@ -726,6 +726,15 @@ _ALL = (
     ),
     _warning(
         _WHOLE,
+        "unused-timeout",
+        "The message has a timeout, but nothing depends on whether it is fresh or silent, so its"
+        " silence changes nothing.",
+        "outgoing message scan with timeout: 500 ms, type: boolean",
+        "Name the freshness in a requirement (`requirement drive needs scan.fresh`), react to the"
+        " silence (`on timeout from scan goto blind`), or remove the timeout.",
+    ),
+    _warning(
+        _WHOLE,
         "unused-enum-value",
         "No expression asks for this value, nor for any other of the enum.",
         "datatype enum Distance from double to { value > 9 -> far value > 1 -> near default ->"

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from robosc.errors import Note
+from robosc.language.events import EventKind
 from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import (
     Assignment,
@@ -27,6 +28,7 @@ from robosc.model.expr import (
     Operation,
     ParameterRef,
     Part,
+    PhaseRef,
     ValueRef,
     VariableRef,
     walk,
@@ -174,6 +176,7 @@ def check_unused(
         return  # whoever imports it may read its variables
     expressions = list(all_expressions(model))
     _check_variables(component_table, expressions, report)
+    _check_timeouts(model.components, expressions, report)
     _check_enum_values(scope, expressions, type_declarations, report)
 
 
@@ -212,6 +215,38 @@ def _check_variables(
                     f"variable '{name}' is never read",
                     "only guards, requirements, provide statements and assignments read variables",
                 )
+
+
+def _check_timeouts(
+    components: Iterable[Component], expressions: Iterable[Expr], report: Report
+) -> None:
+    """Timeouts of messages whose silence changes nothing; those of services are their deadlines."""
+    behaviours = [c.behaviour for c in components if c.behaviour is not None]
+    noticed = {
+        transition.communication
+        for behaviour in behaviours
+        for transition in behaviour.all_transitions
+        if transition.event is EventKind.TIMEOUT
+    }
+    noticed |= {p.communication for p in _parts(expressions) if isinstance(p, PhaseRef)}
+    timed = [
+        c
+        for component in components
+        for c in component.communications
+        if component.library is None and c.kind is Kind.OUTGOING and c.timeout is not None
+    ]
+    # Several of a kind share their declaration.
+    noticed_at = {communication.span for communication in timed if communication.key in noticed}
+    for message in timed:
+        assert message.timeout is not None
+        if message.span not in noticed_at and message.timeout.span is not None:
+            report.add(
+                "unused-timeout",
+                message.timeout.span,
+                f"nothing notices when '{message.name}' falls silent",
+                f"add 'requirement COMMAND needs {message.name}.fresh', or react to it:"
+                f" 'on timeout from {message.name} goto STATE'",
+            )
 
 
 def _check_enum_values(
