@@ -24,6 +24,7 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
     fold,
+    may_be_undefined,
     parameters_of,
     path_text,
     walk,
@@ -229,11 +230,11 @@ def converted(type_: Type, text: str, attributes: Attributes, *, in_rule: bool =
 def converter_counts(enum: EnumType) -> bool:
     """Whether a rule of the enum can be undefined, so that its function takes a counter."""
     for rule in enum.rules:
+        if may_be_undefined(rule.condition):
+            return True
         for part in walk(rule.condition):
-            if isinstance(part, ValueRef):
-                if any(isinstance(p, int) for p in part.path):
-                    return True
-                if isinstance(part.type, EnumType) and converter_counts(part.type):
+            if isinstance(part, ValueRef | ElementRef | Part) and isinstance(part.type, EnumType):
+                if converter_counts(part.type):
                     return True
     return False
 
