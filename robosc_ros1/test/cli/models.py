@@ -22,7 +22,7 @@ robot Lamp {
             }
         }
     }
-    requirement switch_light needs Bulb.lit != Bulb.is_dark
+    requirement switch_light needs dark.fresh and Bulb.lit != Bulb.is_dark
     provide switch_light with { data: Bulb.is_dark }
 }
 """
@@ -88,7 +88,7 @@ LARGE = (
         }}
     }}
     component Valve{i} {{ incoming message open{i} with type: none }}
-    requirement open{i} needs Sensor{i}.last = 3
+    requirement open{i} needs level{i}.fresh and Sensor{i}.last = 3
 """
         for i in range(4)
     )

@@ -108,7 +108,7 @@ def test_synthesize_json(robosc: Robosc, folder: Path) -> None:
     assert guard["event"]["kind"] == "request"
     assert guard["event"]["name"] == "switch_light"
     assert guard["status"] == "as required"
-    assert guard["guard"] == "Bulb.lit != Bulb.is_dark"
+    assert guard["guard"] == "dark.fresh and Bulb.lit != Bulb.is_dark"
     assert found["explanations"] == []
     assert isinstance(found["properties"], dict)
 
@@ -125,7 +125,10 @@ def test_synthesize_explains_what_can_never_happen(robosc: Robosc, folder: Path)
 def test_synthesize_text(robosc: Robosc, folder: Path) -> None:
     done = robosc("synthesize", "good.rscd")
     assert "16 of 16 states" in done.stdout
-    assert "switch_light.request  as required\n    Bulb.lit != Bulb.is_dark\n" in done.stdout
+    assert (
+        "switch_light.request  as required\n    dark.fresh and Bulb.lit != Bulb.is_dark\n"
+        in done.stdout
+    )
     assert done.stderr == ""
 
 

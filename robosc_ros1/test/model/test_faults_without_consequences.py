@@ -288,6 +288,7 @@ ARM = """
                 on response from raise if Arm.level != up goto resting
                 on error from raise goto resting
                 on response from seen do level := value
+                on timeout from seen goto resting
             }
         }
     }

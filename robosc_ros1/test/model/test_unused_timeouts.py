@@ -53,7 +53,12 @@ def test_copies_are_told_once_and_one_of_them_is_enough() -> None:
 
 
 def test_the_timeout_of_a_service_is_its_deadline() -> None:
-    assert told(robot="""
+    assert (
+        told(
+            robot="""
         interface empty use Empty from std_srvs
         component Lamp { service blink with timeout: 2 s, request: none, response: none links empty }
-    """) == UNUSED
+    """
+        )
+        == UNUSED
+    )
