@@ -233,9 +233,9 @@ def converter_counts(enum: EnumType) -> bool:
         if may_be_undefined(rule.condition):
             return True
         for part in walk(rule.condition):
-            if isinstance(part, ValueRef | ElementRef | Part) and isinstance(part.type, EnumType):
-                if converter_counts(part.type):
-                    return True
+            reads = isinstance(part, ValueRef | ElementRef | Part)
+            if reads and isinstance(part.type, EnumType) and converter_counts(part.type):
+                return True
     return False
 
 
