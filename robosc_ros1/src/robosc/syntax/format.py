@@ -12,7 +12,7 @@ from operator import eq
 from typing import Any
 
 from robosc.errors import ModelError, has_errors
-from robosc.language.attributes import ATTRIBUTES
+from robosc.language.attributes import ATTRIBUTES, Value
 from robosc.language.operators import BINARY
 from robosc.language.tokens import Tokens, tokenize
 from robosc.source import Source
@@ -193,10 +193,10 @@ class _Formatter:
         begin = self.words.index
         head: list[Doc] = [*self._spaced(4 if isinstance(node, MessageNode) else 3)]
         clauses: list[Doc] = []
-        for number, value in enumerate(_attributes(node)):
+        for number, (kind, value) in enumerate(_attributes(node)):
             clauses += [self.words.take(), _LINE] if number else [" "]
             clauses += [self.words.take(), self.words.take(), " "]
-            if value is node.timeout and value is not None:
+            if kind is Value.DURATION:
                 clauses.append(self._expression(value))
             else:
                 clauses += self.words.until(value.span.end)
@@ -410,10 +410,10 @@ class _Formatter:
         return docs
 
 
-def _attributes(node: MessageNode | ServiceNode | ActionNode) -> list[Any]:
-    """What stands behind ``with``, each value once."""
+def _attributes(node: MessageNode | ServiceNode | ActionNode) -> list[tuple[Value, Any]]:
+    """What stands behind ``with``, and of what kind each is, each value once."""
     values = {
-        value.span.start: value
+        value.span.start: (attribute.value, value)
         for attribute in ATTRIBUTES
         if (value := getattr(node, attribute.name, None)) is not None
     }
