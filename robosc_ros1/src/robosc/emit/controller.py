@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import prod
 
-from robosc.emit.config import declared_parameters
+from robosc.emit.config import declared_communications, declared_parameters
 from robosc.emit.guards import GuardTexts, comment_lines, holds_where
 from robosc.emit.messages import converting_enums, provide_view, reading
 from robosc.emit.naming import PythonNames, place
@@ -38,12 +38,13 @@ from robosc.emit.views import (
 )
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.language.functions import HELPERS
-from robosc.model.entities import Communication, EventKind, Kind
+from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import TRUE, may_be_undefined
 from robosc.model.types import (
     EnumType,
 )
 from robosc.names import snake_case
+from robosc.runtime.model import Communication as Declared
 from robosc.runtime.model import Parameter
 from robosc.supervisor import Guard, Supervisor
 
@@ -173,7 +174,7 @@ class _Builder:
             phases=tuple(self._phase_views()),
             locations=tuple(self.attributes.locations.items()),
             variables=tuple(self.attributes.variables.items()),
-            communications=tuple(map(self._row, self.robot.communications.values())),
+            communications=tuple(map(self._row, declared_communications(self.robot))),
             requirements=self.requirements,
             inputs=tuple(inputs),
             commands=self._with_preferences(commands),
@@ -193,15 +194,15 @@ class _Builder:
 
     # --- what there is -----------------------------------------------------------------------
 
-    def _row(self, communication: Communication) -> str:
+    def _row(self, declared: Declared) -> str:
         """The entry of a communication in the table, as arguments."""
-        name = self.robot.display_names[communication.key]
-        parts = [literal(communication.key), literal(name), literal(communication.sort.name)]
-        if communication.phases is not None:
-            parts.append(literal(self.attributes.phases[communication.key]))
-            parts += [f"phases={communication.phases.names}".replace("'", '"')]
-        if communication.timeout is not None:
-            parts.append(f"timeout={literal(duration(communication.timeout))}")
+        parts = [literal(part) for part in (declared.key, declared.name, declared.sort)]
+        phases = self.robot.communications[declared.key].phases
+        if phases is not None:
+            parts.append(literal(self.attributes.phases[declared.key]))
+            parts += [f"phases={phases.names}".replace("'", '"')]
+        more = [(field, getattr(declared, field)) for field in Declared._fields[5:]]
+        parts += [f"{field}={literal(value)}" for field, value in more if value is not None]
         return ", ".join(parts)
 
     def _enum_view(self, enum: EnumType) -> EnumView:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
+from robosc.language.attributes import ATTRIBUTES
 from robosc.language.operators import symbols
 
 __all__ = [
@@ -85,13 +86,11 @@ def _table() -> Iterator[Keyword]:
         yield Keyword(word, clause)
     for word in ("from", "to", "use", "import", "over", "in"):
         yield Keyword(word, clause)
-    for word in ("request", "response", "feedback"):
-        yield Keyword(word, (Role.EVENT, Role.LABEL))
-    for word in ("error", "cancel"):
-        yield Keyword(word, (Role.EVENT,))
-    yield Keyword("timeout", (Role.EVENT, Role.LABEL))
-    for word in ("identifier", "type", "prefix"):
-        yield Keyword(word, (Role.LABEL,))
+    events = ("request", "response", "feedback", "error", "cancel", "timeout")
+    labels = (*(attribute.name for attribute in ATTRIBUTES), "prefix")
+    for word in dict.fromkeys((*events, *labels)):
+        roles = ((Role.EVENT, events), (Role.LABEL, labels))
+        yield Keyword(word, tuple(role for role, words in roles if word in words))
     for word in ("string", "boolean", "integer", "double", "none", "array"):
         yield Keyword(word, (Role.TYPE,))
     for word in symbols(words=True):
