@@ -39,7 +39,7 @@ class _Builder:
     type: str
     computed: bool
     quiet: bool
-    parameter: bool
+    extra: str
 
     def pick(self, *options: str) -> str:
         return self.rng.choice(options)
@@ -51,7 +51,7 @@ class _Builder:
     def data(self, *leaves: str) -> str:
         """A number or a string; computed from others if that is allowed."""
         leaf = self.pick(*leaves)
-        if self.parameter and self.rng.random() < 0.25:
+        if self.extra == "parameter" and self.rng.random() < 0.25:
             leaf = "p"
         if self.computed and self.type != "string" and self.rng.random() < 0.15:
             return f"{leaf} {self.pick('+', '-', '*')} {self.pick(*leaves, self.constant())}"
@@ -95,16 +95,29 @@ class _Builder:
         goto = f"goto {self.pick('s', 't')}" if self.rng.random() < 0.4 else ""
         return f"on {event} {guard} {self.assignments(incoming)} {goto}"
 
+    def reaching(self) -> str:
+        """A goal is under way, and may fail with a result or without."""
+        return f"""
+            on error from reach {self.pick("", f"do x := {self.data('value')}")} goto here
+            state reaching {{
+                on response from reach goto {self.pick("here", "away")}
+                on error from reach if {self.condition("value", "x")} do x := {self.data("value")}
+                on cancel from reach goto here
+            }}
+            """
+
     def build(self) -> str:
         leaves = ("Sensor.v", "Sensor.w")
         others = ("Sensor.flag", "Sensor.t", "Base.away")
+        failure = self.extra == "failure"
+        carried = f"request: none, response: {self.type}, feedback: none"
 
         def state_condition() -> str:
             return self.condition(*leaves, others=others)
 
         return f"""
 robot R {{
-    {f"parameter p: {self.type} = {self.constant()}" if self.parameter else ""}
+    {f"parameter p: {self.type} = {self.constant()}" if self.extra == "parameter" else ""}
     interface link use Thing from some_robot_msgs
     component Sensor {{
         outgoing message sense with type: {self.type}
@@ -127,6 +140,7 @@ robot R {{
         incoming message go with type: none
         incoming message home with type: none
         service lift with request: none, response: none links link
+        {f"action reach with {carried} links link" if failure else ""}
         behaviour {{
             variable x: {self.type}
             initial marked state here {{
@@ -135,9 +149,12 @@ robot R {{
             {self.pick("marked", "")} state away {{
                 on request to home goto here
                 on response from sense if {self.condition("value", "x")} goto here
+                {"on request to reach goto reaching" if failure else ""}
             }}
+            {self.reaching() if failure else ""}
         }}
     }}
+    {f"requirement reach needs {state_condition()}" if failure and self.rng.random() < 0.5 else ""}
     {self.pick("", f"requirement go needs {state_condition()}")}
     {self.pick("", f"requirement {state_condition()} disables home")}
     requirement lift needs {self.condition("Base.x", *leaves, others=others)}
@@ -147,10 +164,11 @@ robot R {{
 """
 
 
-def data_model(rng: random.Random, computed: bool = False, parameter: bool = False) -> str:
+def data_model(rng: random.Random, computed: bool = False, extra: str = "") -> str:
     """The text of a robot without errors; ``computed``: with more than comparisons and copies.
 
-    With ``parameter`` there is a parameter p, of the type of all data.
+    ``extra`` may be "parameter": a parameter p, of the type of all data; or "failure": an action
+    whose errors may bring a result.
     """
     type_ = rng.choice(list(CONSTANTS))
-    return _Builder(rng, type_, computed, rng.random() < 0.8, parameter).build()
+    return _Builder(rng, type_, computed, rng.random() < 0.8, extra).build()

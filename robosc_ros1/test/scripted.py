@@ -25,6 +25,7 @@ from ros_support import EXAMPLES, REPOSITORY, await_condition
 
 from robosc import pipeline
 from robosc.model.entities import Communication, Kind, Robot
+from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.port import Port
 from robosc.runtime.report import dump, event_document
@@ -196,12 +197,13 @@ def drawn(name: str) -> Script:
         communication, kind = _chosen(robot, port, chance)
         key, called = communication.key, robot.display_names[communication.key]
         says = SCENES[name].says[called if kind != "feedback" else f"{called}.feedback"]
-        message = {} if kind == "error" else chance.choice(says)
+        message = chance.choice(says)
         if communication.kind is Kind.OUTGOING:
             engine.post(key, kind, _object(message))
         else:
             token = port.pending[key] if kind == "feedback" else port.pending.pop(key)
-            engine.report(key, token, kind, "aborted" if kind == "error" else _object(message))
+            said = _object(message)
+            engine.report(key, token, kind, Failure("", said) if kind == "error" else said)
         engine.cycle()
         happened = engine.recorder.number, dict(port.requests), dict(port.cancels)
         steps.append(Step(called, kind, message, *happened))

@@ -14,7 +14,7 @@ import threading
 import time
 from collections import deque
 
-from shadow import Undefined, Wrong, field_of, variables_of
+from shadow import Undefined, Wrong, field_of, part_of, reads_value, variables_of
 
 SAMPLES = 64
 """Messages of each sort that ways are made of."""
@@ -303,6 +303,7 @@ class Guide:
         self._samples = samples
         self._topics = topics
         self._deciding = _deciding_variables(plant)
+        self._results_of_errors = _results_of_errors(plant)
         self._internal = [c for c in plant["components"] if c["taus"]]
         self._nodes = {}
         self._turn = 0
@@ -431,9 +432,13 @@ class Guide:
         for key, busy in shadow.busy.items():
             if not busy:
                 continue
-            yield ("answer", key, "error", None), [("error", key, None)]
-            for kind in ("response", "feedback"):
-                for message in self._tried(key, kind):
+            kinds = ["response", "feedback"]
+            if key in self._results_of_errors:
+                kinds.append("error")
+            else:
+                yield ("answer", key, "error", None), [("error", key, None)]
+            for kind in kinds:
+                for message in self._tried(key, part_of(kind)):
                     content = shadow.content(key, kind, message)
                     yield ("answer", key, kind, message), [(kind, key, content)]
         for kind, key in self.cases.commands:
@@ -472,6 +477,16 @@ class Guide:
 def _path(shadow, component, transition):
     state = shadow.states[component]
     return "%s->%s" % (state, transition["goto"] or state)
+
+
+def _results_of_errors(plant):
+    """The actions of which the model reads the result that comes with an error."""
+    transitions = [t for c in plant["components"] for t in c["transitions"]]
+    return {
+        t["communication"]
+        for t in transitions
+        if t["event"] == "error" and reads_value([t["guard"], *(tree for _, tree in t["assign"])])
+    }
 
 
 def _deciding_variables(plant):

@@ -15,7 +15,7 @@ from collections import deque
 
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
-from shadow import Shadow, Undefined, Wrong, field_of, same, told_as
+from shadow import Shadow, Undefined, Wrong, field_of, part_of, same, told_as
 
 PATIENCE = 60.0
 """Seconds after which something that must come has not come."""
@@ -271,13 +271,13 @@ class Judge:
                 self.asked[key][-1][1] = True
             message = queue.popleft() if queue else None
             if self._drops(key):
-                while message is not None and queue and not self._fits(kind, key, value, message):
+                while queue and not self._fits(kind, key, value, message):
                     message = queue.popleft()
-        if message is None:
-            if kind != "error":
-                raise Wrong("%s of %s that nobody sent" % (kind, key))
+        if kind == "error" and not has_come(value):
             self._happen(kind, key)
             return
+        if message is None:
+            raise Wrong("%s of %s that nobody sent" % (kind, key))
         if not self._fits(kind, key, value, message):
             raise Wrong("%s of %s is read as %r from %s" % (kind, key, value, message))
         self._happen(kind, key, self.shadow.content(key, kind, message))
@@ -299,9 +299,9 @@ class Judge:
 
     def _fits(self, kind, key, value, message):
         """Whether the value of an event is that of the message."""
-        if kind == "error":
-            return True
-        type_ = PLANT_COMMUNICATIONS[key][kind]
+        if message is None:
+            return not has_come(value)
+        type_ = PLANT_COMMUNICATIONS[key][part_of(kind)]
         content = self.shadow.content(key, kind, message)
         if type_[0] == "none" or value is None:
             return True
@@ -386,6 +386,12 @@ def are_told(received, told, first):
         fitting = [n for n in reached if n < len(received) and carries(received[n], data or {})]
         reached = {n + 1 for n in fitting} | (set() if sure else reached)
     return any(n >= len(received) - 1 for n in reached)
+
+
+def has_come(value):
+    """Whether the value of an event tells of anything that came."""
+    parts = value.values() if isinstance(value, dict) else [value]
+    return any(part is not None for part in parts)
 
 
 def is_finite(data):

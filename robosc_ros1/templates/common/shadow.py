@@ -34,6 +34,11 @@ def field_of(message, name):
     return getattr(message, attribute_of(message, name))
 
 
+def part_of(kind):
+    """The part of a communication that an event brings: a request that fails brings its result."""
+    return "response" if kind == "error" else kind
+
+
 def plain(value):
     """A message or an array as dicts and lists; anything else as it is."""
     if value is None or isinstance(value, (bool, int, float, str)):
@@ -315,6 +320,8 @@ class Shadow:
 
     def value(self, path, type_, message):
         """A part of a message, as a value of the language."""
+        if message is None:
+            raise Undefined  # a request that failed may have no result
         part = message
         for name in path:
             if isinstance(name, int):
@@ -340,10 +347,11 @@ class Shadow:
     def content(self, key, kind, message):
         """What of a message the type of an event stands for: the message, or its only field."""
         communication = self.communications[key]
+        kind = part_of(kind)
         type_ = communication[kind]
         while type_[0] == "enum":
             type_ = self.enums[type_[1]]["from"]
-        if type_[0] in ("object", "none"):
+        if message is None or type_[0] in ("object", "none"):
             return message
         # It is not known where the definition was not installed when this was generated.
         return field_of(message, communication.get(kind + "_field") or only_field(message))
@@ -569,6 +577,13 @@ def variables_of(tree):
     if len(tree) == 2 and tree[0] == "variable":
         return [tree[1]]
     return [name for part in tree for name in variables_of(part)]
+
+
+def reads_value(tree):
+    """Whether an expression, or one of several, reads what came in."""
+    if not isinstance(tree, (list, tuple)):
+        return False
+    return tree[:1] in (["value"], ("value",)) or any(map(reads_value, tree))
 
 
 def told_as(told, value):

@@ -15,9 +15,10 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from rospy.msg import AnyMsg
 from std_msgs.msg import String
 
+from ._runtime.calls import Failure
 from ._runtime.matching import command_patterns
 from .ros import QUEUE, RosPort
-from .ros_calls import FAILURES, RESULT_TIMEOUT, Ends, fill, new_goal_id
+from .ros_calls import FAILURES, RESULT_TIMEOUT, Ends, fill, new_goal_id, result_of_failed
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
@@ -276,7 +277,8 @@ class ActionRelay:
             self.report(token, "response", message.result)
         else:
             reason = FAILURES.get(message.status.status, "ended without result")
-            self.report(token, "error", reason)
+            result = result_of_failed(message.status.status, message.result)
+            self.report(token, "error", Failure(reason, result))
         with self._lock:
             if self._token == token:
                 self._token = None

@@ -20,6 +20,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from roslib.message import get_message_class as message_class
 from rospy.impl.tcpros_base import TCPROSTransport
 
+from ._runtime.calls import Failure
 from ._runtime.values import NOW, fields_of, only_field
 from .ros_watch import Refused, ask
 
@@ -210,6 +211,11 @@ FAILURES = {
 }
 
 
+def result_of_failed(status, result):
+    """The result of a goal that did not succeed. One that was never begun has an empty message."""
+    return result if status in (GoalStatus.ABORTED, GoalStatus.PREEMPTED) else None
+
+
 def new_goal_id():
     """A name for a goal. actionlib's own ones come again with the node, while ROS time stands."""
     return GoalID(id="%s-%s" % (rospy.get_name(), uuid.uuid4()), stamp=rospy.Time.now())
@@ -365,4 +371,5 @@ class _GoalTracker:
             return
         text = handle.get_goal_status_text()
         reason = FAILURES.get(status, "ended without result")
-        self._report(self._token, "error", "%s: %s" % (reason, text) if text else reason)
+        reason = "%s: %s" % (reason, text) if text else reason
+        self._report(self._token, "error", Failure(reason, result_of_failed(status, result)))

@@ -16,6 +16,7 @@ from rclpy.clock import ClockChange, JumpThreshold
 from rclpy.duration import Duration
 from std_msgs.msg import String
 
+from ._runtime.calls import Failure
 from ._runtime.port import BEFORE_TIME, Port
 from ._runtime.report import Outlet
 from .ros_messages import compose, has_oddities, plain
@@ -330,7 +331,9 @@ class Action:
         if answer.status == GoalStatus.STATUS_SUCCEEDED:
             self._finish(goal, "response", plain(answer.result))
         else:
-            self._finish(goal, "error", FAILURES.get(answer.status, "ended without result"))
+            reason = FAILURES.get(answer.status, "ended without result")
+            begun = answer.status in (GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
+            self._finish(goal, "error", Failure(reason, plain(answer.result) if begun else None))
 
     def _finish(self, goal, kind, payload):
         if self._goals.pop(goal.token, None) is not None and not goal.abandoned:

@@ -21,6 +21,7 @@ from runtime.lamp_robot import PlayedPort
 
 from robosc.emit.common import plant_module
 from robosc.emit.engine import verbatim
+from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.report import dump, event_document, state_document
@@ -167,7 +168,10 @@ class Robot(PlayedPort):
             key = self.chance.choice(running)
             action = self.plant[key]["kind"] == "action"
             kind = self.chance.choice(["response", "error"] + ["feedback"] * action)
-            return "answer", key, kind, None if kind == "error" else self.message(key, kind)
+            if kind == "error":
+                with_result = action and self.chance.random() < 0.7
+                return "answer", key, kind, self.message(key, "response") if with_result else None
+            return "answer", key, kind, self.message(key, kind)
         if not self.topics:
             return ("wait",)
         keys = self.chance.choice(self.topics)
@@ -181,7 +185,7 @@ class Robot(PlayedPort):
     def _answer(self, engine: Engine, key: str, kind: str, message: Any) -> None:
         self.told.setdefault((key, kind), deque()).append(message)
         token = self.running[key] if kind == "feedback" else self.running.pop(key)
-        engine.report(key, token, kind, message)
+        engine.report(key, token, kind, Failure("", message) if kind == "error" else message)
 
 
 def judged(

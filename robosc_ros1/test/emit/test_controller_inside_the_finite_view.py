@@ -141,35 +141,40 @@ def step(run: Run, event: Event, value: Value | None) -> None:
     assert after == expected, (event, value, before)
 
 
-def small_supervisor(rng: random.Random, computed: bool, parameter: bool) -> Supervisor:
+def small_supervisor(rng: random.Random, computed: bool, extra: str) -> Supervisor:
     """That of the first random model whose events do not have all too many values."""
     while True:
-        robot, diagnostics = load(Source("model.rscd", data_model(rng, computed, parameter)))
+        robot, diagnostics = load(Source("model.rscd", data_model(rng, computed, extra)))
         assert robot is not None, diagnostics
         plant = lower(robot)
         if all(weight(event) < 3000 for event in plant.events):
             return synthesize(plant)
 
 
-CASES = [(seed, computed, False) for seed in range(25) for computed in (False, True)]
-CASES += [(seed, computed, True) for seed in range(8) for computed in (False, True)]
+CASES = [(seed, computed, "") for seed in range(25) for computed in (False, True)]
+CASES += [
+    (seed, computed, extra)
+    for extra, count in (("parameter", 8), ("failure", 4))
+    for seed in range(count)
+    for computed in (False, True)
+]
 
 
-@pytest.mark.parametrize(("seed", "computed", "parameter"), CASES)
-def test_steps_on_exact_data_are_steps_of_the_plant(
-    seed: int, computed: bool, parameter: bool
-) -> None:
+@pytest.mark.parametrize(("seed", "computed", "extra"), CASES)
+def test_steps_on_exact_data_are_steps_of_the_plant(seed: int, computed: bool, extra: str) -> None:
     rng = random.Random(seed)
-    supervisor = small_supervisor(rng, computed, parameter)
+    supervisor = small_supervisor(rng, computed, extra)
     if supervisor.empty:
         return
     samples = SAMPLES[str(supervisor.plant.robot.communications["Sensor.sense"].response)]
     finite = [v for v in samples if not isinstance(v, float) or math.isfinite(v)]
-    run = Run(supervisor, {"p": rng.choice(finite)} if parameter else {})
+    run = Run(supervisor, {"p": rng.choice(finite)} if extra == "parameter" else {})
     assert run.state() in set(supervisor.plant.initial_states)
     for _ in range(150):
         event = rng.choice(run.plant.events)
         value = rng.choice(samples) if event.name in ("sense", "probe") else None
+        if (event.name, event.kind) == ("reach", EventKind.ERROR):
+            value = rng.choice([*samples, None])
         step(run, event, value)
         for condition, _ in run.plant.invariants:
             assert holds(run.plant, condition, run.state())

@@ -52,21 +52,23 @@ def test_a_goal_that_succeeds(stage: Stage, puppet: Puppet, ear: Puppet) -> None
 
 
 @pytest.mark.parametrize(
-    ("mode", "reason"),
+    ("mode", "reason", "quality"),
     [
-        ("abort", "aborted: did not work"),
-        ("reject", "rejected"),
-        ("recall", "recalled"),
-        ("preempt", "preempted: somebody else was quicker"),
+        ("abort", "aborted: did not work", 7),
+        ("reject", "rejected", None),
+        ("recall", "recalled", None),
+        ("preempt", "preempted: somebody else was quicker", 7),
     ],
 )
 def test_a_goal_that_does_not_succeed(
-    stage: Stage, puppet: Puppet, ear: Puppet, mode: str, reason: str
+    stage: Stage, puppet: Puppet, ear: Puppet, mode: str, reason: str, quality: int | None
 ) -> None:
-    puppet.do("action", **RUN, mode=mode)
+    puppet.do("action", **RUN, mode=mode, fields={"quality": 7})
     with stage.controller(ear) as node:
         want(puppet, True)
-        assert node.tells(event("error", "run"))["detail"] == reason
+        error = node.tells(event("error", "run"))
+        assert error["detail"] == reason
+        assert error["event"]["value"] == {"quality": quality}
         puppet.do("action", **RUN, mode="succeed")
         node.tells(event("response", "run"))
         assert goals_end_once(node)

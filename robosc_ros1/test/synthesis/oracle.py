@@ -317,7 +317,9 @@ class Oracle:
         choices = [
             [(path, value) for value in values_of(type_, path, self.samples)] for path in paths
         ]
-        return [Occurrence(event, values) for values in product(*choices) if _possible(values)]
+        nothing = [Occurrence(event, tuple((path, None) for path in paths))]
+        found = [Occurrence(event, values) for values in product(*choices) if _possible(values)]
+        return found + (nothing if event.kind is EventKind.ERROR else [])
 
     def _effective(
         self, component: Component, event: Event

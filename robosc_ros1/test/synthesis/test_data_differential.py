@@ -79,18 +79,17 @@ def differences(text: str, engine: str) -> list[Any]:
     return found
 
 
-CASES = [(seed, False) for seed in range(25)] + [(seed, True) for seed in range(8)]
-"""Seeds of random models, and whether they have a parameter."""
+CASES = [(seed, "") for seed in range(25)]
+CASES += [(seed, "parameter") for seed in range(8)] + [(seed, "failure") for seed in range(4)]
+"""Seeds of random models, and what they have besides."""
 
-FREE = [
-    pytest.param(*case, marks=pytest.mark.slow) if case == (14, False) else case for case in CASES
-]
+FREE = [pytest.param(*case, marks=pytest.mark.slow) if case == (14, "") else case for case in CASES]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "parameter"), CASES)
-def test_comparisons_with_constants_are_exact(seed: int, parameter: bool) -> None:
-    text = data_model(random.Random(seed), parameter=parameter)
+@pytest.mark.parametrize(("seed", "extra"), CASES)
+def test_comparisons_with_constants_are_exact(seed: int, extra: str) -> None:
+    text = data_model(random.Random(seed), extra=extra)
     for engine in ("dense", "bdd"):
         assert not differences(text, engine), text
 
@@ -279,12 +278,12 @@ class Search:
         return found
 
 
-@pytest.mark.parametrize(("seed", "parameter"), FREE)
-def test_free_outcomes_are_the_choice_of_the_environment(seed: int, parameter: bool) -> None:
+@pytest.mark.parametrize(("seed", "extra"), FREE)
+def test_free_outcomes_are_the_choice_of_the_environment(seed: int, extra: str) -> None:
     rng = random.Random(seed)
-    plant = lower(robot_of(data_model(rng, computed=True, parameter=parameter)))
+    plant = lower(robot_of(data_model(rng, computed=True, extra=extra)))
     while any(weight(event) > 300 for event in plant.events):
-        plant = lower(robot_of(data_model(rng, computed=True, parameter=parameter)))
+        plant = lower(robot_of(data_model(rng, computed=True, extra=extra)))
     search = Search(plant)
     for engine in ("dense", "bdd"):
         supervisor = synthesize(plant, engine)

@@ -214,11 +214,12 @@ def _event(
             name = f"{event.name}_{_identifier('_'.join(map(str, parameter.path)) or 'value')}"
             enum, values = _enumeration(name, parameter, "value", notes)
             for leaf in _leaves_of(event, parameter):
-                leaves[leaf] = _Counterpart(
-                    ValueRef(parameter.path, enum), values, parameter.values
-                )
+                incoming = ValueRef(parameter.path, enum, optional=parameter.optional)
+                leaves[leaf] = _Counterpart(incoming, values, parameter.values)
             missing = (None,) if None in parameter.values else ()
-            parameter = Parameter(parameter.path, enum, (*enum.values, *missing))
+            parameter = Parameter(
+                parameter.path, enum, (*enum.values, *missing), optional=parameter.optional
+            )
         parameters.append(parameter)
     automata = tuple(
         replace(a, edges=tuple(_edge(edge, leaves, variables) for edge in a.edges))
@@ -266,20 +267,25 @@ def _update(expr: Expr, leaves: Mapping[Expr, _Counterpart], target: StateVariab
         """What the assigned expression comes to where the one leaf that it reads has a value."""
         return member(evaluate(expr, lambda leaf: value))
 
-    read = [part for part in walk(expr) if part in leaves]
+    read = [part for part in walk(expr) if not isinstance(part, Literal | Operation)]
     if not read:
         return Literal(member(evaluate(expr, lambda leaf: None)), enum)
-    source = leaves[read[0]]
+    source = leaves.get(read[0]) or _integer(read[0])
     # A rule reads the name of the value: what is of an enum would be converted once more.
-    incoming = ValueRef((), StringType())
+    named: Type = StringType() if isinstance(source.leaf.type, EnumType) else source.leaf.type
     rules = tuple(
-        EnumRule(
-            Binary("=", incoming, Literal(own, StringType()), _BOOLEAN),
-            outcome(value),
-        )
+        EnumRule(Binary("=", ValueRef((), named), Literal(own, named), _BOOLEAN), outcome(value))
         for own, value in source.values.items()
     )
     return Convert(source.leaf, replace(enum, source=source.leaf.type, rules=rules))
+
+
+def _integer(leaf: Expr) -> _Counterpart:
+    """An integer with a range, which CIF has as it is."""
+    assert isinstance(leaf, VariableRef | ValueRef)
+    values = domain(leaf.type)
+    assert values is not None
+    return _Counterpart(leaf, {value: value for value in values})
 
 
 # --- conditions ----------------------------------------------------------------------------------

@@ -277,9 +277,8 @@ class _Builder:
         return f"{event.kind.value} of the {communication.kind.value} {communication.name}"
 
     def _input(self, event: Event) -> InputView:
-        communication = self.robot.communications[event.key]
         word = self._word(event.key)
-        read, lines = reading(event, communication, self.spelling)
+        read, lines = reading(event, self.robot, self.spelling)
         reader = None
         if read is not None:
             reader = self.names.take(f"read_{event.kind.value}_of_{word}")

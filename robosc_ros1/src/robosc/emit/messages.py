@@ -5,7 +5,7 @@ from __future__ import annotations
 from robosc.emit.naming import field_attribute, place
 from robosc.emit.python import Spelling, access, converted, literal
 from robosc.emit.views import ProvideView
-from robosc.ir.automaton import Event, value_parts
+from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.ir.expr import may_be_huge
 from robosc.model.check import all_expressions
 from robosc.model.entities import (
@@ -17,7 +17,7 @@ from robosc.model.entities import (
     Provide,
     Robot,
 )
-from robosc.model.expr import Convert, Literal, path_text, walk
+from robosc.model.expr import Convert, Literal, all_names, path_text, walk
 from robosc.model.types import (
     ArrayType,
     DoubleType,
@@ -32,34 +32,36 @@ __all__ = ["converting_enums", "provide_view", "reading"]
 
 
 def reading(
-    event: Event, communication: Communication, spelling: Spelling
+    event: Event, robot: Robot, spelling: Spelling
 ) -> tuple[str | None, tuple[tuple[str, str], ...]]:
     """How the event's value is taken from ``message``: one expression, or entries by path."""
-    type_ = communication.value_type(event.kind)
+    type_ = value_type(robot, event)
     if isinstance(type_, NoneType):
         return None, ()
+    optional = is_optional(robot, event)
+    binding = robot.communications[event.key].binding
+    message = "given(message)" if optional else "message"
     carried = type_.source if isinstance(type_, EnumType) else type_
     if isinstance(carried, ObjectType) and isinstance(type_, ObjectType):
         lines = []
         for path, part_type in value_parts(event).items():
-            text = converted(part_type, access("message", path), spelling.attributes)
-            if any(isinstance(part, int) for part in path):
+            text = converted(part_type, access(message, path), spelling.attributes)
+            if optional or not all_names(path):
                 text = f"optional(lambda: {text})"
             lines.append((literal(path_text(path)), text))
         return ("dict" if lines else None), tuple(lines)
-    root = "message"
+    root = message
     if not isinstance(carried, ObjectType):
         name = (
-            communication.binding.feedback_field
-            if event.kind is EventKind.FEEDBACK
-            else communication.binding.response_field
+            binding.feedback_field if event.kind is EventKind.FEEDBACK else binding.response_field
         )
         root = (
-            f"message.{field_attribute(name)}"
+            f"{message}.{field_attribute(name)}"
             if name is not None
-            else "getattr(message, only_field(message))"
+            else f"getattr({message}, only_field({message}))"
         )
-    return converted(type_, root, spelling.attributes), ()
+    text = converted(type_, root, spelling.attributes)
+    return f"optional(lambda: {text})" if optional else text, ()
 
 
 def provide_view(provide: Provide, communication: Communication, spelling: Spelling) -> ProvideView:

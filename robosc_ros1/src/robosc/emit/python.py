@@ -23,6 +23,7 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
+    all_names,
     fold,
     may_be_undefined,
     parameters_of,
@@ -111,8 +112,8 @@ def _literal(node: Literal) -> str:
 def in_controller(expr: Expr, attributes: Attributes) -> str:
     """An expression over the controller's state and an event's ``value``.
 
-    The value of a basic type or enum is a plain one, that of an object a dict by path. An element
-    of an array may be None there.
+    The value of a basic type or enum is a plain one, that of an object a dict by path. What did not
+    come is None there.
     """
 
     def leaf(node: Leaf) -> str:
@@ -128,16 +129,15 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
                 return f"self.{attributes.phases[key]}"
             case ParameterRef(parameter=parameter):
                 return f"self.{attributes.parameters[parameter.key]}"
-            case ValueRef(path=(), type=ObjectType()):
-                return 'value[""]'
-            case ValueRef(path=()):
-                return "value"
+            case ValueRef(path=(), type=type_, optional=optional):
+                whole = 'value[""]' if isinstance(type_, ObjectType) else "value"
+                return f"given({whole})" if optional else whole
             case ElementRef(variable=name, path=path):
                 text = access(element_name(name), path)
                 return converted(node.type, text, attributes)
-            case ValueRef(path=path):
+            case ValueRef(path=path, optional=optional):
                 part = f"value[{literal(path_text(path))}]"
-                return f"given({part})" if any(isinstance(p, int) for p in path) else part
+                return part if all_names(path) and not optional else f"given({part})"
 
     def convert(enum: EnumType, text: str) -> str:
         return converted(enum, text, attributes)

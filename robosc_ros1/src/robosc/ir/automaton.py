@@ -23,12 +23,12 @@ from robosc.ir.expr import exact
 from robosc.ir.finite.view import FiniteView
 from robosc.model.entities import Assignment, EventKind, Robot
 from robosc.model.expr import Expr, TestRef, ValueRef, walk
-from robosc.model.types import Type, Value
+from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
 
 __all__ = [
     "Edge", "Event", "LocalAutomaton", "Parameter", "PhaseStep", "Plant", "PlantState",
-    "StateVariable", "VariableKind", "value_parts",
+    "StateVariable", "VariableKind", "is_optional", "value_parts", "value_type",
 ]  # fmt: skip
 
 PlantState: TypeAlias = tuple[int, ...]
@@ -84,6 +84,7 @@ class Parameter:
     last for a path through an array, which may be shorter than the index: assignments that read it
     then leave their variable, and guards that read it do not hold (LANGUAGE section 5). ``labels``
     are what users see where values only represent a class. ``test`` is what a test reads.
+    ``optional`` tells that there may be no value at all; then, too, ``None`` stands last.
     """
 
     path: tuple[str | int, ...]
@@ -91,6 +92,7 @@ class Parameter:
     values: Sequence[Value | None]
     labels: tuple[str, ...] | None = None
     test: TestRef | None = None
+    optional: bool = False
 
     def shown(self, value: Value | None) -> Value | None:
         """A value as users see it."""
@@ -222,6 +224,20 @@ def _writes(event: Event) -> frozenset[int]:
             if edge.target != edge.source:
                 variables.add(automaton.variable)
     return frozenset(variables)
+
+
+def is_optional(robot: Robot, event: Event) -> bool:
+    """Whether an event that brings a value may come without it."""
+    communication = robot.communications.get(event.key)
+    sort = None if communication is None else communication.sort.event(event.kind)
+    return sort is not None and sort.optional
+
+
+def value_type(robot: Robot, event: Event) -> Type:
+    """The type of the value that comes with an event; ``none`` if an optional one is not read."""
+    if event.kind.of_component or (is_optional(robot, event) and not value_parts(event)):
+        return NoneType()
+    return robot.communications[event.key].value_type(event.kind)
 
 
 def value_parts(event: Event) -> dict[tuple[str | int, ...], Type]:

@@ -250,14 +250,16 @@ class _Context:
 
     def _parameter(self, reference: ValueRef, scope: tuple[EventKind, str]) -> Parameter:
         test = reference.test if isinstance(reference, ChoiceRef) else None
-        classes = self.view.values(scope, reference)
-        if classes is not None:
-            labels = _labels(classes, reference, self.robot)
-            return Parameter(reference.path, reference.type, classes, labels, test)
-        values = _values(reference.type, "a value that comes in")
-        if may_be_missing(reference):
-            return Parameter(reference.path, reference.type, (*values, None), None, test)
-        return Parameter(reference.path, reference.type, values, None, test)
+        labels = None
+        values: Sequence[Value | None] | None = self.view.values(scope, reference)
+        if isinstance(values, Classes):
+            labels = _labels(values, reference, self.robot)
+        else:
+            values = _values(reference.type, "a value that comes in")
+            if may_be_missing(reference):
+                values = (*values, None)
+        optional = reference.optional
+        return Parameter(reference.path, reference.type, values, labels, test, optional)
 
     def _after_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         variable = self.variable_index[VariableKind.LOCATION, component.name]

@@ -18,6 +18,7 @@ from robosc.model.expr import (
     TestRef,
     ValueRef,
     VariableRef,
+    all_names,
 )
 from robosc.model.types import Value
 
@@ -49,14 +50,19 @@ def valuations(event: Event) -> Iterator[Values]:
 def missing_together(event: Event) -> tuple[tuple[int, int], ...]:
     """Pairs of parameters: where the first did not come, the second cannot have come either.
 
-    Where ``a[1]`` is missing, so are ``a[2]`` and ``a[1].x``.
+    Where ``a[1]`` is missing, so are ``a[2]`` and ``a[1].x``; where a part that no array is on the
+    way to, there is no value at all.
     """
-    paths = [parameter.path for parameter in event.parameters]
+    parameters = event.parameters
     return tuple(
         (i, j)
-        for i, missing in enumerate(paths)
-        for j, other in enumerate(paths)
-        if i != j and _needs(other, missing)
+        for i, missing in enumerate(parameters)
+        for j, other in enumerate(parameters)
+        if i != j
+        and (
+            _needs(other.path, missing.path)
+            or (missing.optional and other.optional and all_names(missing.path))
+        )
     )
 
 

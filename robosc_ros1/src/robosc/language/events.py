@@ -76,14 +76,16 @@ class EventSort:
     """An event of one kind of communication.
 
     ``sources`` are the phases in which it is possible, ``target`` the one it leads into; they count
-    where the communication has phases. ``brings`` names the type of the value that comes with it.
-    ``with_timeout`` marks an event that only a communication with a timeout has.
+    where the communication has phases. ``brings`` names the type of the value that comes with it;
+    ``optional`` tells that it may come without. ``with_timeout`` marks an event that only a
+    communication with a timeout has.
     """
 
     kind: EventKind
     sources: tuple[str, ...] = ()
     target: str = ""
     brings: str | None = None
+    optional: bool = False
     with_timeout: bool = False
 
 
@@ -137,7 +139,8 @@ COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
             _REQUEST,
             _RESPONSE,
             EventSort(EventKind.FEEDBACK, ("busy",), "busy", brings="feedback"),
-            _ERROR,
+            # A goal that is aborted has a result, one that is rejected or lost has none.
+            EventSort(EventKind.ERROR, ("busy",), "idle", brings="response", optional=True),
             EventSort(EventKind.CANCEL, ("busy",), "idle"),
         ),
         _CALL,

@@ -306,14 +306,12 @@ class Offers:
         if (
             len(words) < 4
             or self._context.word(0) != "on"
-            or self._context.word(1) not in ("response", "feedback")
+            or self._context.word(1) not in {kind.value for kind in EventKind}
         ):
             return None
         end = next((i for i, w in enumerate(words) if w in ("if", "do", "goto")), len(words))
         info = self._communication_of(words[3:end])
-        if info is None:
-            return None
-        return info.response if self._context.word(1) == "response" else info.feedback
+        return None if info is None else info.brought(EventKind(self._context.word(1)))
 
     def _members(self) -> Iterator[Candidate]:
         """Behind a dot."""

@@ -20,7 +20,7 @@ from robosc.model.entities import (
 )
 from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, BOOLEAN, expected_type
-from robosc.model.expr import Expr
+from robosc.model.expr import Expr, ValueRef, walk
 from robosc.model.expressions import Incoming, Typer, is_value, no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.reach import check_reach
@@ -402,7 +402,14 @@ class BehaviourResolver:
 
 
 def _hides(own: ResultTransition, common: ResultTransition) -> bool:
-    """Whether something of a transition of the whole automaton is lost in the state."""
+    """Whether something of a transition of the whole automaton is lost in the state.
+
+    Not where its own one needs a value that may not have come: the other is for when it did not.
+    """
+    if own.guard is not None and any(
+        isinstance(part, ValueRef) and part.optional for part in walk(own.guard)
+    ):
+        return False
     assigned = {a.variable for a in own.assignments}
     return (
         own.event.synchronised
@@ -415,5 +422,5 @@ def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:
     found = info.sort.event(event)
     if found is None or found.brings is None:
         return no_value(f"'on {event.value}' brings no value")
-    type_ = info.response if found.brings == "response" else info.feedback
-    return Incoming(type_, known=type_ is not None)
+    type_ = info.brought(event)
+    return Incoming(type_, known=type_ is not None, optional=found.optional)

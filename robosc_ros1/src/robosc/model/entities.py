@@ -85,7 +85,7 @@ class Communication:
         return self.sort.phases_of(self.timeout is not None)
 
     def value_type(self, event: EventKind) -> Type:
-        """The type of the value that an uncontrollable event of this communication carries."""
+        """The type of the value that comes with an uncontrollable event of this communication."""
         found = self.sort.event(event)
         brings = None if found is None else found.brings
         return NoneType() if brings is None else self._types[brings]

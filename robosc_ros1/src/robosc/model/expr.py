@@ -121,11 +121,15 @@ class PhaseRef:
 
 @dataclass(frozen=True, slots=True)
 class ValueRef:
-    """What came in (``value``), or a part of it: member names and array indexes after ``value``."""
+    """What came in (``value``), or a part of it: member names and array indexes after ``value``.
+
+    ``optional`` tells that there may be no value at all, as of an action that failed.
+    """
 
     path: tuple[str | int, ...]
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
+    optional: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -392,7 +396,7 @@ def part_of(
         case ChoiceRef():
             return Part(whole, path, type_, span)
         case ValueRef(path=before):
-            return ValueRef((*before, *path), type_, span)
+            return ValueRef((*before, *path), type_, span, whole.optional)
         case Part(operand=operand, path=before):
             return Part(operand, (*before, *path), type_, span)
     return Part(whole, path, type_, span)
@@ -404,6 +408,8 @@ def may_be_undefined(expr: Expr) -> bool:
         match part:
             case VariableRef(type=ArrayType() | ObjectType()):
                 return True  # it may hold nothing yet
+            case ValueRef(optional=True):
+                return True
             case ValueRef(path=path) | ElementRef(path=path) | Part(path=path) if not all_names(
                 path
             ):

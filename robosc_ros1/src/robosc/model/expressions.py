@@ -91,12 +91,14 @@ RULE = "the condition of a rule"
 class Incoming:
     """What ``value`` means at a place: a type, or None with the reason why it means nothing.
 
-    ``known`` is False where its type has an error: then whatever reads it is silent.
+    ``known`` is False where its type has an error: then whatever reads it is silent. ``optional``
+    tells that it may not have come.
     """
 
     type: Type | None
     reason: str = ""
     known: bool = True
+    optional: bool = False
 
 
 def no_value(reason: str) -> Incoming:
@@ -414,7 +416,9 @@ class Typer:
             )
             return None
         type_ = self._parts.type_of(access, incoming.type)
-        return None if type_ is None else ValueRef(path_of(access), type_, access.span)
+        if type_ is None:
+            return None
+        return ValueRef(path_of(access), type_, access.span, incoming.optional)
 
 
 def _of_three(node: ExprNode, place: str) -> str | None:
@@ -428,7 +432,10 @@ def _of_three(node: ExprNode, place: str) -> str | None:
     return f"write {node.span.text} and {middle} {orders[place]} …"
 
 
-_VALUE_PLACES = "'value' may stand in enum rules and after 'on response' and 'on feedback'"
+_VALUE_PLACES = (
+    "'value' may stand in enum rules and after 'on response', 'on feedback' and an action's"
+    " 'on error'"
+)
 
 
 def _may_be_compared(type_: Type) -> bool:

@@ -62,6 +62,13 @@ class CommunicationInfo:
     def events(self) -> tuple[EventKind, ...]:
         return tuple(e.kind for e in self.sort.events_of(self.has_timeout))
 
+    def brought(self, event: EventKind) -> Type | None:
+        """The type of what comes with an event; None also if nothing does."""
+        found = self.sort.event(event)
+        if found is None or found.brings is None:
+            return None
+        return self.response if found.brings == "response" else self.feedback
+
     @property
     def name(self) -> str:
         return self.node.name.text

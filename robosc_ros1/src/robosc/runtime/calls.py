@@ -8,9 +8,16 @@ twice. Deadlines are seconds on the steady clock of the machine, not ROS time.
 
 from __future__ import annotations
 
-from typing import Callable, Dict, Iterator, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
-__all__ = ["Calls"]
+__all__ = ["Calls", "Failure"]
+
+
+class Failure(NamedTuple):
+    """Why a request ended in an error, and the result that came with it, if any."""
+
+    reason: str
+    result: Any = None
 
 
 class _Call:

@@ -19,7 +19,7 @@ from queue import Empty, SimpleQueue
 from types import MethodType
 from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple, Union
 
-from .calls import Calls
+from .calls import Calls, Failure
 from .clocks import Clocks, Timer, Watch
 from .inbox import Inbox
 from .internal import InternalTransitions
@@ -135,7 +135,10 @@ class Engine:
         return found.post
 
     def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
-        """A request went on: "accepted", "feedback", "response", or "error" with the reason."""
+        """A request went on: "accepted", "feedback", "response", or "error" with the reason, or with
+        a :class:`~.calls.Failure` that has the result, too."""
+        if kind == "error" and not isinstance(payload, Failure):
+            payload = Failure(str(payload))
         if kind == "accepted":
             self._queue.put(lambda: self._calls.accept(key, token, self._steady()))
         else:
@@ -309,7 +312,7 @@ class Engine:
         token = self._calls.end(key)
         if token is not None:
             self._port.abandon(key, token)
-            self._input((self._inputs[key, "error"],), reason)
+            self._input((self._inputs[key, "error"],), Failure(reason))
 
     def _input(self, entries: _Inputs, message: Any) -> List[_BoundInput]:
         """Apply one input: the events that a message means, then run to completion.
@@ -332,32 +335,35 @@ class Engine:
         value = None
         try:
             if entry.read is not None:
-                value = entry.read(message)
+                value = entry.read(message.result if entry.kind == "error" else message)
             entry.apply(value)
         except Mismatch as mismatch:
-            self._mismatch(entry, value, str(mismatch))
+            self._mismatch(entry, message, value, str(mismatch))
             return False
         except (AttributeError, TypeError, ValueError, OverflowError, LookupError) as error:
             # The message is not what the model says it is.
-            self._mismatch(entry, value, "%s: %s" % (type(error).__name__, error))
+            self._mismatch(entry, message, value, "%s: %s" % (type(error).__name__, error))
             return False
         detail = None
         self.recorder.counters["inputs"] += 1
         if entry.kind == "error":
-            detail = str(message)
+            detail = message.reason
             self.recorder.counters["errors"] += 1
             self._log("warning", entry.key, "%s failed: %s" % (entry.name, detail))
         self.recorder.record(entry.kind, entry.name, value, "applied", detail)
         return True
 
-    def _mismatch(self, entry: _BoundInput, value: Any, reason: str) -> None:
+    def _mismatch(self, entry: _BoundInput, message: Any, value: Any, reason: str) -> None:
         counters = self.recorder.counters
         counters["mismatches"] += 1
         self.recorder.record(entry.kind, entry.name, value, "mismatch", reason)
         self._log("warning", entry.key, "%s from %s: %s" % (entry.kind, entry.name, reason))
         if entry.ends is not None and entry.kind != "error":
             # The request is over all the same, and must end in some way.
-            self._input((self._inputs[entry.key, "error"],), "unusable response: " + reason)
+            failure = Failure("unusable response: " + reason)
+            self._input((self._inputs[entry.key, "error"],), failure)
+        elif entry.kind == "error" and message.result is not None:
+            self._input((entry,), Failure(message.reason))
         elif entry.kind == "error":
             self._safe_stop("the end of %s cannot be applied: %s" % (entry.name, reason))
         if self.settings.on_mismatch == "stop":
@@ -372,7 +378,11 @@ class Engine:
             total = sum(undefined.values())
             if total != self._undefined:
                 self._undefined = self.recorder.counters["undefined"] = total
-                self._log("warning", "undefined", "undefined value: an array was too short")
+                self._log(
+                    "warning",
+                    "undefined",
+                    "undefined value: an array was too short, or no result came",
+                )
         if self._clocks.have_timers:
             self._clocks.follow(writes, self._port.now())
         self._schedule(writes, ended)

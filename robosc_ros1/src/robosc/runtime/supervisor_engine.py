@@ -231,7 +231,7 @@ class SupervisorEngine(Engine):
         if entry.ends is not None:
             answer = self._answers.pop(entry.key, None)
             if answer is not None:
-                answer(entry.kind, message)
+                answer(entry.kind, message.reason if entry.kind == "error" else message)
         return applied
 
     def _arrived(self, entries: Sequence[Any], message: Any, inbox: Inbox) -> None:

@@ -14,12 +14,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from robosc.emit.config import declared_communications, declared_parameters
-from robosc.ir.automaton import Event, Plant, value_parts
+from robosc.ir.automaton import Event, Plant, value_parts, value_type
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind, Kind, Robot
 from robosc.model.expr import Expr, path_text
 from robosc.model.types import IntegerType, ObjectType
 from robosc.runtime import model as runtime
+from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
@@ -44,7 +45,6 @@ from robosc.simulate.values import (
     given_text,
     hint,
     random_raw,
-    value_type,
 )
 from robosc.supervisor import Supervisor
 
@@ -202,7 +202,7 @@ class Execution:
             raise Refused(f"{label(event)} cannot happen now: {event.name} is idle")
         payload: Any = given
         if event.kind is EventKind.ERROR:
-            payload = "simulated"
+            payload = Failure("simulated", given)
         token = self._clock.open.get(event.key)
         if event.phase is None or token is None:
             self._engine.post(event.key, event.kind.value, payload)
@@ -305,11 +305,12 @@ def _reader(plant: Plant, event: Event) -> Callable[[Controller, Given], Any]:
     parts = value_parts(event)
 
     def read_given(_: Controller, given: Given) -> Any:
+        given = given or {}  # an error may have no result
         for path, type_ in {(): whole, **parts}.items():
             if isinstance(type_, IntegerType) and type_.bounds and given.get(path) is not None:
                 in_range(given[path], *type_.bounds, "the value")
-        if () in given and not isinstance(whole, ObjectType):
-            return given[()]
+        if not isinstance(whole, ObjectType):
+            return given.get(())
         return {path_text(path): given.get(path) for path in parts}
 
     return read_given

@@ -16,9 +16,10 @@ from types import SimpleNamespace
 from typing import Any, BinaryIO
 
 from robosc.errors import UsageError
-from robosc.ir.automaton import value_parts
+from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.language.events import EventKind
-from robosc.model.expr import path_text
+from robosc.model.entities import Robot
+from robosc.model.expr import all_names, path_text
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -36,7 +37,6 @@ from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.report import blocked_by
 from robosc.runtime.values import Mismatch, Undefined, jsonable
 from robosc.simulate.generated import make_controller
-from robosc.simulate.values import value_type
 from robosc.supervisor import Supervisor
 
 __all__ = [
@@ -206,6 +206,17 @@ class Follower:
         return f"the model has no {entry.text}"
 
 
+@dataclass(frozen=True)
+class _Part:
+    """A part of an input's value, which may be missing if it is ``optional``."""
+
+    type: Type
+    optional: bool
+
+    def restored(self, told: Any) -> Any:
+        return None if told is None and self.optional else _value(told, self.type)
+
+
 def _can_step(controller: Controller, tau: Tau) -> bool:
     return tau.step(controller.copy()) is not None
 
@@ -220,7 +231,7 @@ def _step(controller: Controller, row: After | Tau | None, path: Any) -> str | N
     return None if taken == path else f"the model goes {taken or 'nowhere'} here, not {path}"
 
 
-def _apply(controller: Controller, input_: Input, told: Any, parts: dict[str, Type]) -> str | None:
+def _apply(controller: Controller, input_: Input, told: Any, parts: dict[str, _Part]) -> str | None:
     try:
         value = None if input_.read is None else _restored(told, parts)
         input_.apply(controller, value)
@@ -254,17 +265,23 @@ def _synchronises(controller: Controller, command: Command) -> bool:
     return command.synchronisation is None or bool(command.synchronisation(controller))
 
 
-def _carried(supervisor: Supervisor) -> dict[tuple[str, str], dict[str, Type]]:
+def _carried(supervisor: Supervisor) -> dict[tuple[str, str], dict[str, _Part]]:
     """By communication and kind, the parts of an input's value; that of a whole one is ``""``."""
     robot = supervisor.plant.robot
     return {
-        (event.key, event.kind.value): {path_text(p): t for p, t in value_parts(event).items()}
+        (event.key, event.kind.value): _parts(robot, event)
         for event in supervisor.plant.events
         if not isinstance(value_type(robot, event), NoneType)
     }
 
 
-def _restored(told: Any, parts: dict[str, Type]) -> Any:
+def _parts(robot: Robot, event: Event) -> dict[str, _Part]:
+    optional = is_optional(robot, event)
+    parts = value_parts(event).items()
+    return {path_text(p): _Part(t, optional or not all_names(p)) for p, t in parts}
+
+
+def _restored(told: Any, parts: dict[str, _Part]) -> Any:
     """The value of an input from JSON, if it is one of these types.
 
     Raises:
@@ -272,14 +289,11 @@ def _restored(told: Any, parts: dict[str, Type]) -> Any:
     """
     if not parts:
         return None
-    if "" in parts and not isinstance(parts[""], ObjectType):
-        return _value(told, parts[""])
+    if "" in parts and not isinstance(parts[""].type, ObjectType):
+        return parts[""].restored(told)
     if not isinstance(told, dict) or set(told) != set(parts):
         raise ValueError(f"it has the parts {', '.join(parts)}")
-    return {
-        path: None if told[path] is None and "[" in path else _value(told[path], type_)
-        for path, type_ in parts.items()
-    }
+    return {path: part.restored(told[path]) for path, part in parts.items()}
 
 
 _NUMBERS = {"NaN": float("nan"), "Infinity": float("inf"), "-Infinity": float("-inf")}

@@ -15,10 +15,10 @@ from collections.abc import Iterator, Mapping
 from types import SimpleNamespace
 from typing import Any, TypeAlias, cast
 
-from robosc.ir.automaton import Event, value_parts
+from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.ir.expr import Leaf
 from robosc.ir.step import Values, missing_together
-from robosc.model.entities import EventKind, Robot
+from robosc.model.entities import Robot
 from robosc.model.evaluation import part_of_value
 from robosc.model.expr import ValueRef, path_text
 from robosc.model.types import (
@@ -41,7 +41,7 @@ from robosc.synthesis.formatting import listing
 
 __all__ = [
     "Given", "Path", "Raw", "complete", "given_json", "given_text", "hint", "literal_text",
-    "parameter_values", "parse_raw", "part_given", "random_raw", "value_type",
+    "parameter_values", "parse_raw", "part_given", "random_raw",
 ]  # fmt: skip
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -60,12 +60,6 @@ _LITERAL = re.compile(
 _PATH = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*|\[\d{1,6}\])*", re.ASCII)
 _STEP = re.compile(r"([A-Za-z_]\w*)|\[(\d+)\]", re.ASCII)
 _ESCAPES = {"n": "\n", "t": "\t"}
-
-
-def value_type(robot: Robot, event: Event) -> Type:
-    if event.kind in (EventKind.RESPONSE, EventKind.FEEDBACK):
-        return robot.communications[event.key].value_type(event.kind)
-    return NoneType()
 
 
 def parameter_values(event: Event, given: Given) -> Values:
@@ -131,7 +125,8 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
     """The parts that the model reads, from what was written.
 
     What decides the next state must be there. What only goes into data that is sent may be left
-    out: it is then false, 0 or empty, and an array's element is missing.
+    out: it is then false, 0 or empty, and an array's element is missing. An optional value may be
+    missing altogether.
 
     Raises:
         InvalidLine: a part is not what the model says it is.
@@ -141,6 +136,8 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
         if raw is not None:
             raise InvalidLine(f"{label} carries no value")
         return {}
+    if is_optional(robot, event) and _has_nothing(raw):
+        return dict.fromkeys(value_parts(event))
     if not isinstance(type_, ObjectType):
         if raw is None:
             if event.parameters:
@@ -148,6 +145,10 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
             return {(): _default(type_)}
         return {(): _converted(type_, raw, label)}
     return _complete_object(event, type_, raw, label)
+
+
+def _has_nothing(raw: Raw) -> bool:
+    return raw is None or (isinstance(raw, dict) and all(part is None for part in raw.values()))
 
 
 def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> Given:
@@ -292,13 +293,14 @@ def hint(robot: Robot, event: Event) -> str:
     type_ = value_type(robot, event)
     if isinstance(type_, NoneType):
         return ""
+    found = _choices(type_)
     if isinstance(type_, ObjectType):
         parts = value_parts(event).items()
-        return ", ".join(
+        found = ", ".join(
             f"{path_text(path)}: {_choices(part)}" if path else _choices(part)
             for path, part in parts
         )
-    return _choices(type_)
+    return f"{found}, or missing" if is_optional(robot, event) else found
 
 
 def _choices(type_: Type) -> str:
@@ -375,7 +377,7 @@ def given_json(given: Given) -> Any:
 def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
     """Some value that the event can carry."""
     type_ = value_type(robot, event)
-    if isinstance(type_, NoneType):
+    if isinstance(type_, NoneType) or (is_optional(robot, event) and rng.random() < 0.5):
         return None
     if not isinstance(type_, ObjectType):
         return _random(type_, rng)

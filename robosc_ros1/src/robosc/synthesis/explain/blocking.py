@@ -94,16 +94,18 @@ def _remedy(plant: Plant, steps: Sequence[Step], axis: int, place: int) -> str |
     back = plant.variables[axis].initial
     for step in reversed(steps):
         event = step.event
-        if event.kind.of_component or _edges(event, axis, place):
+        edges = _edges(event, axis, place)
+        synchronised = event.kind.synchronised and edges
+        if event.kind.of_component or synchronised or any(edge.guard is None for edge in edges):
             continue
         origin = _requested_from(plant, event.key, axis, place)
         if origin is not None and _leaving_by(plant, event.key, axis, place):
             target = plant.variables[axis].values[origin]
             direction = "to" if event.kind is EventKind.REQUEST else "from"
-            return (
-                f"add 'on {event.kind.value} {direction} {event.name} goto {target}'"
-                f" in state {here} of {name}"
-            )
+            added = f"add 'on {event.kind.value} {direction} {event.name} goto {target}'"
+            if edges:
+                return f"{added} beside the states of {name}, for when none of the guards holds"
+            return f"{added} in state {here} of {name}"
     leaving = [
         event
         for event in plant.events

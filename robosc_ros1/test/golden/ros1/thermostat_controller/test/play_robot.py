@@ -179,16 +179,18 @@ class Robot:
                 kind, message = "feedback", self.values.message(feedback_type, key, "feedback")
             else:
                 kind, message = self._end(key, result_type)
+            if message is None:
+                message = self.values.message(result_type, key, "response")
             self.note(key, kind, message)
             if kind == "feedback":
                 handle.publish_feedback(message)
                 continue
             if kind == "error":
-                handle.set_aborted()
+                handle.set_aborted(message)
             else:
                 handle.set_succeeded(message)
             return
-        self.note(key, "error", None)
+        self.note(key, "error", result_type())
         handle.set_aborted()
 
 

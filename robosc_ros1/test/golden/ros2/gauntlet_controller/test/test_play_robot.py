@@ -214,16 +214,19 @@ class Robot:
                 kind, message = "feedback", self.values.message(type_.Feedback, key, "feedback")
             else:
                 kind, message = self._end(key, type_.Result)
-            if kind == "error":
-                goal.abort()
-                break
+            if message is None:
+                message = self.values.message(type_.Result, key, "response")
             self.note(key, kind, message)
             if kind == "feedback":
                 goal.publish_feedback(message)
+                continue
+            if kind == "error":
+                goal.abort()
             else:
                 goal.succeed()
-                return message
+            return message
         else:
+            self.note(key, "error", type_.Result())
             goal.abort()
         return type_.Result()
 

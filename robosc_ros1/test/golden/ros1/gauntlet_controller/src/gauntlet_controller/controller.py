@@ -181,12 +181,16 @@ class GauntletController(Controller):
         if self.arm == "moving":  # gauntlet.rscd:54
             self.arm_progress = value
 
+    def read_error_of_reach(self, message):
+        return optional(lambda: grade(given(message)))
+
     def on_error_of_reach(self, value):
         """Apply the error of the action reach (gauntlet.rscd:42)."""
         if not self.reach_busy:
             raise Mismatch("reach is not under way")
         # Arm
         if self.arm == "moving":  # gauntlet.rscd:56
+            self.arm_grade = self.assigned(lambda: given(value), self.arm_grade, "gauntlet.rscd:56")
             self.arm = "initial"
         self.reach_busy = False
 
@@ -450,9 +454,9 @@ class GauntletController(Controller):
         Input(
             key="Arm.reach",
             kind="error",
-            read=None,
+            read=read_error_of_reach,
             apply=on_error_of_reach,
-            writes=("arm", "reach_busy"),
+            writes=("arm_grade", "arm", "reach_busy"),
         ),
         Input(
             key="Lamp.set_level",
