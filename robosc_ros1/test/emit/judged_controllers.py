@@ -169,7 +169,8 @@ class Robot(PlayedPort):
             action = self.plant[key]["kind"] == "action"
             kind = self.chance.choice(["response", "error"] + ["feedback"] * action)
             if kind == "error":
-                with_result = action and self.chance.random() < 0.7
+                brings = action and self.plant[key]["response"] != ["none"]
+                with_result = brings and self.chance.random() < 0.7
                 return "answer", key, kind, self.message(key, "response") if with_result else None
             return "answer", key, kind, self.message(key, kind)
         if not self.topics:

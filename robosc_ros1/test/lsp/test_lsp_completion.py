@@ -27,7 +27,7 @@ robot R {
     }
     component Wheel {
         incoming message drive with type: Twist links twist
-        action turn with request: none, response: none, feedback: none links turn
+        action turn with request: none, response: Shape, feedback: none links turn
     }
     requirement drive needs Eye.open
     provide drive with { linear: { x: 0.5 } } if Eye.bright
@@ -81,6 +81,7 @@ REACTION = "on response from seen do last := value"
         (REACTION, "on response from seen if value = |", ["far", "nothing", "value"]),
         (REACTION, "on response from shape if value.|", ["orientation"]),
         (REACTION, "on response from shape if value.orientation.|", ["w"]),
+        (REACTION, "on error from turn if value.orientation.|", ["w"]),
         (REACTION, "on response from seen |", ["do", "goto", "if"]),
         ("variable bright: boolean = false", "variable bright: |", ["Sight"]),
         ("variable bright: boolean = false", "variable bright: boolean = |", ["false", "true"]),

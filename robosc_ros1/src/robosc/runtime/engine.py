@@ -135,8 +135,10 @@ class Engine:
         return found.post
 
     def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
-        """A request went on: "accepted", "feedback", "response", or "error" with the reason, or with
-        a :class:`~.calls.Failure` that has the result, too."""
+        """A request went on: "accepted", "feedback", "response", or "error" with the reason.
+
+        An error that came with a result has both in a :class:`~.calls.Failure`.
+        """
         if kind == "error" and not isinstance(payload, Failure):
             payload = Failure(str(payload))
         if kind == "accepted":

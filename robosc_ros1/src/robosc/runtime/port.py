@@ -34,8 +34,7 @@ class Port:
         raise NotImplementedError
 
     def start(self, key: str, data: Data, token: int, timeout: float) -> None:
-        """Send a goal; report "accepted", "feedback", then "response" or "error" with the reason, or
-        with a :class:`~.calls.Failure` if a result came with it."""
+        """Send a goal; report "accepted", "feedback", then "response" or "error"."""
         raise NotImplementedError
 
     def cancel(self, key: str, token: int) -> None:
