@@ -32,6 +32,7 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
     walk,
+    walk_all,
 )
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
@@ -92,7 +93,7 @@ def _state_readers(model: Model, data: Collection[str]) -> dict[str, Span]:
         key = f"{component.name}.{assignment.variable}"
         parts = [assignment.value] if key in data else walk(assignment.value)
         sources.setdefault(key, []).extend(r for r in parts if isinstance(r, VariableRef))
-    work = [r for e in _deciding(model) for r in walk(e) if isinstance(r, VariableRef)]
+    work = [r for r in walk_all(_deciding(model)) if isinstance(r, VariableRef)]
     work.reverse()
     while work:
         ref = work.pop()
@@ -194,8 +195,7 @@ def _check_variables(
 ) -> None:
     read = {
         (part.component, part.variable)
-        for expr in expressions
-        for part in walk(expr)
+        for part in walk_all(expressions)
         if isinstance(part, VariableRef)
     }
     own = [i for i in component_table.instances.values() if i.imported is None]
@@ -228,7 +228,7 @@ def _check_timeouts(
         for transition in behaviour.all_transitions
         if transition.event is EventKind.TIMEOUT
     }
-    noticed |= {p.communication for p in _parts(expressions) if isinstance(p, PhaseRef)}
+    noticed |= {p.communication for p in walk_all(expressions) if isinstance(p, PhaseRef)}
     timed = [
         c
         for component in components
@@ -258,7 +258,7 @@ def _check_enum_values(
     """Values of enums of which no expression names any; the default need not be named."""
     named: set[str] = set()
     compared: set[str] = set()
-    for part in _parts(expressions):
+    for part in walk_all(expressions):
         match part:
             case Literal(type=EnumType(name=name, origin=origin)):
                 if origin == scope.origin:
@@ -279,11 +279,6 @@ def _check_enum_values(
                     "unused-enum-value", rule.value.span, f"nothing asks for the value '{value}'"
                 )
             seen.add(value)
-
-
-def _parts(expressions: Iterable[Expr]) -> Iterator[Expr]:
-    for expr in expressions:
-        yield from walk(expr)
 
 
 # --- names and topics ----------------------------------------------------------------------------

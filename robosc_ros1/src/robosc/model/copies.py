@@ -15,7 +15,7 @@ from functools import cache
 from typing import Any, cast
 
 from robosc.language.operators import BINARY, MIRRORED
-from robosc.model.quantified import at_least, joined
+from robosc.model.quantified import Chains, at_least, joined
 from robosc.model.report import Report
 from robosc.source import Span
 from robosc.syntax.nodes import (
@@ -126,6 +126,8 @@ class _Writer:
         self._report = report
         self._touched: dict[int, bool] = {}
         self._aggregates: dict[int, ExprNode] = {}
+        self._elements: dict[tuple[int, str], ExprNode] = {}
+        self._chains: dict[int, Chains] = {}
         self.mentions: list[Name] = []
 
     # --- declarations ---
@@ -301,8 +303,8 @@ class _Writer:
 
     # --- conditions over components ---
 
-    def _members(self, node: AggregateNode, scope: _Scope) -> list[_Scope] | None:
-        """A scope for each component that an aggregate goes through; None: it goes through data."""
+    def _members(self, node: AggregateNode, scope: _Scope) -> list[str] | None:
+        """The components that an aggregate goes through; None: it goes through data."""
         array = node.array
         base = array.array if isinstance(array, SliceNode) else array
         if not isinstance(base, Access) or base.path or not self._is_several(base, scope):
@@ -318,15 +320,11 @@ class _Writer:
                     message = f"there is no {copy_name(name, index)}"
                     self._report.add("bad-index", place.span, message, hint)
             first, last = max(first, low or first), min(last, high or last)
-        variable = node.variable.text
-        return [
-            scope.component(variable, copy_name(name, index)) for index in range(first, last + 1)
-        ]
+        return [copy_name(name, index) for index in range(first, last + 1)]
 
     def _aggregate(self, node: AggregateNode, scope: _Scope) -> ExprNode:
         """The node written out; once for all copies if it does not depend on their index."""
-        words = set(re.findall(r"\w+", node.span.text))
-        if scope.components or not words.isdisjoint({*scope.numbers, *scope.conditions}):
+        if scope.components or not _is_alike(node, scope):
             return self._over_components(node, scope)
         if id(node) not in self._aggregates:
             self._aggregates[id(node)] = self._over_components(node, scope)
@@ -338,11 +336,16 @@ class _Writer:
             parts: ExprNode = self._parts(node, scope)
             return parts
         function = node.function.text
-        elements = [self._element(node, member) for member in members]
+        own = [part for part in (node.element, node.condition) if part is not None]
+        if not scope.components and all(_is_alike(part, scope) for part in own):
+            elements = [self._known_element(node, member, scope) for member in members]
+            known = self._chains.setdefault(id(node), {})
+        else:
+            elements, known = [self._element(node, member, scope) for member in members], None
         if function == "any":
-            return joined("or", elements, node.span, empty=False)
+            return joined("or", elements, node.span, False, known)
         if function == "all":
-            return joined("and", elements, node.span, empty=True)
+            return joined("and", elements, node.span, True, known)
         if function in ("sum", "min", "max") and node.condition is None:
             if function == "sum":
                 return joined("+", elements, node.span, empty=0)
@@ -354,12 +357,20 @@ class _Writer:
         self._report.add("not-over-components", node.span, message, hint)
         return LiteralNode(0, span=node.span)
 
-    def _element(self, node: AggregateNode, scope: _Scope) -> ExprNode:
+    def _known_element(self, node: AggregateNode, component: str, scope: _Scope) -> ExprNode:
+        """The same for all copies that ask about one component."""
+        key = id(node), component
+        if key not in self._elements:
+            self._elements[key] = self._element(node, component, scope)
+        return self._elements[key]
+
+    def _element(self, node: AggregateNode, component: str, scope: _Scope) -> ExprNode:
         """What an aggregate says of one component, its condition included."""
-        element: ExprNode = self.node(node.element, scope)
+        inner = scope.component(node.variable.text, component)
+        element: ExprNode = self.node(node.element, inner)
         if node.condition is None:
             return element
-        condition: ExprNode = self.node(node.condition, scope)
+        condition: ExprNode = self.node(node.condition, inner)
         operator = "=>" if node.function.text == "all" else "and"
         return BinaryNode(operator, condition, element, operator_span=node.span, span=node.span)
 
@@ -376,7 +387,7 @@ class _Writer:
             message = "the number of components can only be compared with a whole number"
             self._report.add("not-over-components", bound.span, message)
             number = 0
-        elements = [self._element(many, member) for member in members]
+        elements = [self._element(many, member, scope) for member in members]
         written = at_least(operator, elements, number, many.span)
         if written is None:
             message = "this count has too many cases to be written out"
@@ -384,6 +395,12 @@ class _Writer:
             self._report.add("not-over-components", many.span, message, hint)
             return LiteralNode(True, span=node.span)
         return written
+
+
+def _is_alike(node: ExprNode, scope: _Scope) -> bool:
+    """Whether a node names neither numbers nor conditions of a scope: it is alike in all copies."""
+    words = set(re.findall(r"\w+", node.span.text))
+    return words.isdisjoint({*scope.numbers, *scope.conditions})
 
 
 def _value(node: Any) -> int | None:

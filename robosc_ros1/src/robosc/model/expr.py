@@ -9,7 +9,7 @@ expression bottom up (a value, a text, the states where it holds) is an instance
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias, TypeVar
 
@@ -24,7 +24,7 @@ __all__ = [
     "Holds", "Leaf", "Literal", "Operation", "ParameterRef", "Part", "PhaseRef", "RosParameter",
     "StateRef", "TestRef", "Unary", "ValueRef", "VariableRef", "all_names", "fold",
     "may_be_undefined", "parameters_of", "part_of", "path_text", "reads_value",
-    "rewritten", "walk",
+    "rewritten", "walk", "walk_all",
     "with_operands",
 ]  # fmt: skip
 
@@ -435,6 +435,20 @@ def walk(expr: Expr, inside: Callable[[Expr], bool] = lambda node: True) -> Iter
         yield node
         if isinstance(node, Operation) and inside(node):
             stack.extend(reversed(node.operands))
+
+
+def walk_all(exprs: Iterable[Expr]) -> Iterator[Expr]:
+    """All parts of several expressions; what they share is visited once."""
+    seen: dict[int, Expr] = {}  # which keeps them, so that no other can take their place
+    for expr in exprs:
+        stack = [expr]
+        while stack:
+            node = stack.pop()
+            if id(node) not in seen:
+                seen[id(node)] = node
+                yield node
+                if isinstance(node, Operation):
+                    stack.extend(reversed(node.operands))
 
 
 def parameters_of(expr: Expr) -> Iterator[RosParameter]:

@@ -122,9 +122,21 @@ class Typer:
         self._meanings = Meanings(report, types, symbols)
         self._parts = Parts(report, types)
         self._bound: dict[str, Type] = {}
+        self._conditions: dict[tuple[int, str], tuple[ExprNode, Expr | None]] = {}
 
     def check(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
-        """The expression at a place (in words, for messages) that has needs."""
+        """The expression at a place (in words, for messages) that has needs.
+
+        Statements about several of a kind share parts of their conditions: those are typed once.
+        """
+        if expected is not BOOLEAN or self._bound:
+            return self._typed(node, expected, place)
+        key = id(node), place
+        if key not in self._conditions:
+            self._conditions[key] = node, self._typed(node, expected, place)
+        return self._conditions[key][1]
+
+    def _typed(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
         match node:
             case Access() if node.root.text in self._bound and not is_escaped(node.root):
                 found = self._element(node)

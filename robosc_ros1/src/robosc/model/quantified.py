@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeAlias
 
 from robosc.source import Span
 from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode, UnaryNode
 
-__all__ = ["at_least", "joined"]
+__all__ = ["Chains", "at_least", "joined"]
 
 _MOST_NODES = 20_000
 
@@ -15,19 +16,36 @@ _CHAIN = 64
 """Chains up to this length are left-associative; longer ones would be too deep."""
 
 
-def joined(operator: str, parts: Sequence[ExprNode], span: Span, empty: bool | int) -> ExprNode:
-    """The parts with an associative operator between them; ``empty`` if there are none."""
-    if not parts:
-        return LiteralNode(empty, span=span)
-    if len(parts) <= _CHAIN:
-        result = parts[0]
-        for part in parts[1:]:
-            result = BinaryNode(operator, result, part, operator_span=span, span=span)
-        return result
-    half = len(parts) // 2
-    left = joined(operator, parts[:half], span, empty)
-    right = joined(operator, parts[half:], span, empty)
-    return BinaryNode(operator, left, right, operator_span=span, span=span)
+Chains: TypeAlias = dict[tuple[str, int, int, int], ExprNode]
+"""Chains over runs of the same parts: operator, identities of the first and the last, and length."""
+
+
+def joined(
+    operator: str,
+    parts: Sequence[ExprNode],
+    span: Span,
+    empty: bool | int,
+    known: Chains | None = None,
+) -> ExprNode:
+    """The parts with an associative operator between them; ``empty`` if there are none.
+
+    With ``known``, chains over several runs of the same parts (all stations before the third, the
+    fourth, …) have in common what can be.
+    """
+    if len(parts) < 2:
+        return parts[0] if parts else LiteralNode(empty, span=span)
+    key = operator, id(parts[0]), id(parts[-1]), len(parts)
+    if known is not None and key in known:
+        return known[key]
+    cut = len(parts) - 1
+    if cut >= _CHAIN:
+        cut = 1 << (cut.bit_length() - 1)  # not in halves, which no two runs have in common
+    left = joined(operator, parts[:cut], span, empty, known)
+    right = joined(operator, parts[cut:], span, empty, known)
+    found = BinaryNode(operator, left, right, operator_span=span, span=span)
+    if known is not None:
+        known[key] = found
+    return found
 
 
 def at_least(operator: str, parts: Sequence[ExprNode], number: int, span: Span) -> ExprNode | None:
