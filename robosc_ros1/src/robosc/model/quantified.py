@@ -17,7 +17,7 @@ _CHAIN = 64
 
 
 Chains: TypeAlias = dict[tuple[str, int, int, int], ExprNode]
-"""Chains over runs of the same parts: operator, identities of the first and the last, and length."""
+"""Chains over runs of the same parts, by operator, identities of the first and last, and length."""
 
 
 def joined(
