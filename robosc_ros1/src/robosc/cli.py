@@ -371,7 +371,7 @@ VERBS = (
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run a command line; the exit code is that of CLI.md. Raises SystemExit on wrong usage."""
+    """Run a command line; the exit code is robosc.errors'. Raises SystemExit on wrong usage."""
     _prepare_streams()
     try:
         try:

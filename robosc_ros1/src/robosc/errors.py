@@ -1,7 +1,7 @@
 """What robosc tells its users: diagnostics of a model, and the ways a command can fail.
 
 A fault in a model is a :class:`Diagnostic`; stages collect them and go on. Everything that ends a
-command is a :class:`RoboscError` with the exit code of CLI.md. Any other exception is a bug in
+command is a :class:`RoboscError` with its exit code. Any other exception is a bug in
 robosc and shows a traceback.
 """
 

@@ -1,4 +1,4 @@
-"""Results as people read them, and the diagnostics as programs do (CLI.md)."""
+"""Results as people read them, and the diagnostics as programs do."""
 
 from __future__ import annotations
 

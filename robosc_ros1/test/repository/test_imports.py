@@ -6,6 +6,7 @@ The imports are read from the source, those inside functions included.
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -166,3 +167,12 @@ def libraries_after(program: str) -> set[str]:
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
     )
     return set(ast.literal_eval(done.stdout.splitlines()[-1]))
+
+
+@pytest.mark.parametrize("file", MODULES, ids=module_name)
+def test_cites_only_documents_of_this_repository(file: Path) -> None:
+    text = file.read_text()
+    cited = set(re.findall(r"docs/[\w-]+\.md", text))
+    assert {name for name in cited if not (EXAMPLES.parent / name).exists()} == set()
+    elsewhere = set(re.findall(r"\b[A-Z][A-Z-]+(?: section|\.md)\b", text))
+    assert elsewhere <= {"README.md", "CONTRIBUTING.md"}

@@ -12,7 +12,7 @@ from ros_support import Completed
 
 from robosc.model.ros import rosidl
 from robosc.model.ros.packages import is_ros2_package
-from robosc.model.ros.rosidl import Part
+from robosc.model.ros.rosidl import MessageFields
 
 PACKAGE = """
 <package format="3">
@@ -51,7 +51,7 @@ builtin_interfaces/Time stamp
 float64 area 1.5
 """)  # fmt: skip
     assert rosidl.read(shapes, "shapes", "Shape", "msg") == (
-        Part(
+        MessageFields(
             (
                 ("name", "string"), ("corners", "int32[]"), ("labels", "string[3]"),
                 ("centre", "shapes/Point"), ("stamp", "builtin_interfaces/Time"),
@@ -66,13 +66,13 @@ def test_services_and_actions_have_their_parts(shapes: Path) -> None:
     write(shapes, "srv/Cut.srv", "bool now\n---\nint32 pieces\n")
     write(shapes, "action/Turn.action", "float64 angle\n---\n---\nfloat64 done\n")
     assert rosidl.read(shapes, "shapes", "Cut", "srv") == (
-        Part((("now", "bool"),)),
-        Part((("pieces", "int32"),)),
+        MessageFields((("now", "bool"),)),
+        MessageFields((("pieces", "int32"),)),
     )
     assert rosidl.read(shapes, "shapes", "Turn", "action") == (
-        Part((("angle", "float64"),)),
-        Part(()),
-        Part((("done", "float64"),)),
+        MessageFields((("angle", "float64"),)),
+        MessageFields(()),
+        MessageFields((("done", "float64"),)),
     )
 
 
@@ -114,7 +114,7 @@ module shapes { module msg {
 }; };
 """)  # fmt: skip
     assert rosidl.read(shapes, "shapes", "Shape", "msg") == (
-        Part(
+        MessageFields(
             (
                 ("corners", "int32"), ("id", "uint64"), ("name", "string"),
                 ("sides", "float64[]"), ("box", "shapes/Point[4]"),

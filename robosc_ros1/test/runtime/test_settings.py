@@ -1,4 +1,4 @@
-"""The parameters of a node as SEMANTICS has them: defaults, and what is refused."""
+"""The parameters of a node as docs/running.md has them: defaults, and what is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plant: what every backend works on (SEMANTICS section 1).
+"""The plant: what every backend works on (docs/semantics.md, "The plant").
 
 A state is a tuple of small integers, one per :class:`StateVariable`: an index into its values. A
 state variable is a component's location, the phase of a communication, or a variable that
@@ -82,8 +82,9 @@ class Parameter:
 
     ``path`` is that of the ``ValueRef``; ``values`` are all it can be, in order. ``None`` stands
     last for a path through an array, which may be shorter than the index: assignments that read it
-    then leave their variable, and guards that read it do not hold (LANGUAGE section 5). ``labels``
-    are what users see where values only represent a class. ``test`` is what a test reads.
+    then leave their variable, and guards that read it do not hold (docs/semantics.md, "What is not
+    there"). ``labels`` are what users see where values only represent a class. ``test`` is what a
+    test reads.
     ``optional`` tells that there may be no value at all; then, too, ``None`` stands last.
     """
 
@@ -149,7 +150,7 @@ class PhaseStep:
 class Event:
     """One event; with parameters it stands for one event per combination of their values.
 
-    ``name`` is what users see (CLI.md): the communication, or for a tau the component. ``key`` is
+    ``name`` is what users see: the communication, or for a tau the component. ``key`` is
     the communication's key, or the component for a tau. ``index`` is a tau's number, else 0.
     ``requirement`` is what the model's requirements allow (None: always): the conjunction for a
     request; for a cancel, that one of them is violated, or FALSE if the action has none. It is no

@@ -1,4 +1,4 @@
-"""From the model to the plant (SEMANTICS section 1)."""
+"""From the model to the plant (docs/semantics.md, "The plant")."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from robosc.lsp.context import Context, Landmarks, context_at
 from robosc.model.file_resolver import FileContents
 from robosc.model.libraries import LibraryFinder
 from robosc.model.occurrences import NameIndex
-from robosc.model.resolve import Reading, read
+from robosc.model.resolve import ReadResult, read
 from robosc.model.ros.definitions import Definition, MessageDefinitions
 from robosc.source import Source
 from robosc.syntax.parser import read_source
@@ -37,7 +37,7 @@ class Analysis:
     """A text, what reading it has found, and the definitions that it was held against."""
 
     source: Source
-    reading: Reading
+    reading: ReadResult
     definitions: MessageDefinitions
 
     @property

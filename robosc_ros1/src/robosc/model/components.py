@@ -12,7 +12,7 @@ from robosc.model.durations import DURATION
 from robosc.model.entities import Communication, Kind
 from robosc.model.expressions import Typer, no_value
 from robosc.model.report import Report
-from robosc.model.ros.links import Binder, Part
+from robosc.model.ros.links import Binder, Payload
 from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
 from robosc.model.types import (
     ArrayType,
@@ -253,20 +253,23 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
     )
 
 
-def _parts(info: CommunicationInfo) -> tuple[Part, ...]:
+def _parts(info: CommunicationInfo) -> tuple[Payload, ...]:
     assert info.request is not None and info.response is not None and info.feedback is not None
     match info.node:
         case MessageNode(type=type_node):
             if info.kind is Kind.INCOMING:
-                return (Part(info.request, type_node, "request"),)
-            return (Part(info.response, type_node, "response"),)
+                return (Payload(info.request, type_node, "request"),)
+            return (Payload(info.response, type_node, "response"),)
         case ServiceNode(request=request, response=response):
-            return Part(info.request, request, "request"), Part(info.response, response, "response")
+            return (
+                Payload(info.request, request, "request"),
+                Payload(info.response, response, "response"),
+            )
         case ActionNode(request=request, response=response, feedback=feedback):
             return (
-                Part(info.request, request, "request"),
-                Part(info.response, response, "response"),
-                Part(info.feedback, feedback, "feedback"),
+                Payload(info.request, request, "request"),
+                Payload(info.response, response, "response"),
+                Payload(info.feedback, feedback, "feedback"),
             )
 
 

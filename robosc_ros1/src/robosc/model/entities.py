@@ -103,7 +103,7 @@ def display_names(communications: Mapping[str, Communication]) -> dict[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A component's variable. ``in_state`` is False for data-only ones (LANGUAGE section 4).
+    """A component's variable. ``in_state`` is False for data-only ones (docs/semantics.md, "Data").
 
     ``initial`` is None for an object or an array, which holds nothing at the start.
     """

@@ -1,4 +1,4 @@
-"""Where libraries are found (LANGUAGE section 3).
+"""Where libraries are found (docs/language.md, "Libraries and prefixes").
 
 A library is known by the name in its file, whatever the file is called.
 """

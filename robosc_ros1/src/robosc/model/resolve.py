@@ -27,7 +27,7 @@ from robosc.source import Source
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.parser import parse, read_source
 
-__all__ = ["Reading", "ResolvedFile", "load", "read"]
+__all__ = ["ReadResult", "ResolvedFile", "load", "read"]
 
 
 def load(
@@ -64,14 +64,14 @@ def read(
     *,
     strict: bool = False,
     reader: Reader = read_source,
-) -> Reading:
+) -> ReadResult:
     """As :func:`load`, with all that was found out on the way, for tools that look up names.
 
     ``reader`` reads libraries; an editor has texts that are not saved.
     """
     loader = _Loader(library_path, definitions, strict, reader)
     robot, diagnostics = loader.load(source)
-    return Reading(robot, diagnostics, loader.contents, loader.libraries)
+    return ReadResult(robot, diagnostics, loader.contents, loader.libraries)
 
 
 @dataclass
@@ -87,7 +87,7 @@ class ResolvedFile:
 
 
 @dataclass(frozen=True)
-class Reading:
+class ReadResult:
     """What :func:`read` has found: the file's contents, and by name the libraries that it needs."""
 
     robot: Robot | None

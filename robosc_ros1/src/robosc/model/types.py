@@ -1,4 +1,4 @@
-"""The types of the language, resolved (LANGUAGE section 4).
+"""The types of the language, resolved (docs/language.md, "Types").
 
 Values of the language are plain Python values: bool, int, float and str; an enum value is the str
 of its name. ``None`` stands for "no value".

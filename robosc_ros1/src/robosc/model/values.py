@@ -121,7 +121,7 @@ def check_range(expr: Expr, target: Type, what: str, report: Report) -> None:
 
 
 def default_value(type_: Type) -> Value:
-    """What a variable without initial value starts as (LANGUAGE section 4)."""
+    """What a variable without initial value starts as (docs/language.md, "Variables")."""
     match type_:
         case BooleanType():
             return False

@@ -8,7 +8,7 @@ from typing import Any
 from robosc.model.entities import EventKind
 from robosc.runtime.report import dump
 from robosc.simulate.faults import InvalidLine, LineFault
-from robosc.simulate.machine import Command, Machine, exact_event
+from robosc.simulate.machine import CommandState, Machine, exact_event
 from robosc.simulate.session import Done, Session
 from robosc.simulate.values import given_json
 from robosc.synthesis.documents import event_document
@@ -100,7 +100,7 @@ def _state(machine: Machine) -> Document:
     return document
 
 
-def _command(command: Command) -> Document:
+def _command(command: CommandState) -> Document:
     document: Document = {
         "event": event_document(command.event),
         "enabled": command.enabled,

@@ -32,7 +32,7 @@ from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.generated import make_controller, state_of_controller
 from robosc.simulate.machine import (
     Choice,
-    Command,
+    CommandState,
     Happening,
     Reason,
     few_values,
@@ -174,10 +174,10 @@ class Execution:
                 found.append(Choice(event, given, name))
         return found
 
-    def commands(self) -> list[Command]:
+    def commands(self) -> list[CommandState]:
         counts = self._engine.snapshot()["counts"]
         return [
-            Command(
+            CommandState(
                 self._events[c.key, c.kind],
                 self._reasons(c),
                 None if c.data is None else _data(c.data, self._controller),

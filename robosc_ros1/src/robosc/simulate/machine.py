@@ -20,8 +20,8 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import listing
 
 __all__ = [
-    "Choice", "Command", "Happening", "Machine", "Reason", "brought", "draw_values", "exact_event",
-    "few_values", "find_events", "label",
+    "Choice", "CommandState", "Happening", "Machine", "Reason", "brought", "draw_values",
+    "exact_event", "few_values", "find_events", "label",
 ]  # fmt: skip
 
 MANY = 12
@@ -53,7 +53,7 @@ class Reason:
 
 
 @dataclass(frozen=True)
-class Command:
+class CommandState:
     """A controllable event now. ``data`` is what would be sent; ``count`` how often it was."""
 
     event: Event
@@ -118,7 +118,7 @@ class Machine(Protocol):
 
     def choices(self) -> list[Choice]: ...
 
-    def commands(self) -> list[Command]: ...
+    def commands(self) -> list[CommandState]: ...
 
     def can(self, event: Event, given: Given | None) -> bool:
         """Whether it can happen now; without a value, whether any value of it can."""

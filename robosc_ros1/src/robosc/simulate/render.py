@@ -10,7 +10,7 @@ from typing import Any
 
 from robosc.language.events import ACTIVE
 from robosc.model.types import Value
-from robosc.simulate.machine import Command, Happening, Machine, label
+from robosc.simulate.machine import CommandState, Happening, Machine, label
 from robosc.simulate.session import Session
 from robosc.simulate.values import literal_text
 
@@ -110,7 +110,7 @@ def _command_lines(machine: Machine, style: Style) -> Iterator[str]:
             yield from _reason_lines(command, width, style)
 
 
-def _reason_lines(command: Command, width: int, style: Style) -> Iterator[str]:
+def _reason_lines(command: CommandState, width: int, style: Style) -> Iterator[str]:
     name = label(command.event)
     for reason in command.reasons:
         place = style(DIM, f"  ({reason.place})") if reason.place else ""

@@ -42,7 +42,7 @@ from robosc.runtime.values import widen
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machine import (
     Choice,
-    Command,
+    CommandState,
     Happening,
     draw_values,
     few_values,
@@ -163,10 +163,10 @@ class SingleEvents:
         text = given_text(given)
         return Choice(event, given, f"{label(event)}({text})" if text else label(event))
 
-    def commands(self) -> list[Command]:
+    def commands(self) -> list[CommandState]:
         state = self.state
         return [
-            Command(
+            CommandState(
                 event,
                 reasons(self.supervisor, guard, self._now[0]),
                 _data(self.plant.robot, event.key, state)

@@ -1,4 +1,4 @@
-"""The JSON documents of ``synthesize`` and ``explore``, version 1 (CLI.md), as plain values."""
+"""The JSON documents of ``synthesize`` and ``explore``, version 1, as plain values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The transition system of a supervisor or a plant, state by state (CLI.md, ``explore``)."""
+"""The transition system of a supervisor or a plant, state by state, as ``explore`` writes it."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from robosc.emit.modeldata import model_document
 from robosc.emit.naming import file_of
 from robosc.runtime.report import dump
 from robosc.simulate.faults import LineFault
-from robosc.simulate.machine import Choice, Command, Happening, Machine, find_events, label
+from robosc.simulate.machine import Choice, CommandState, Happening, Machine, find_events, label
 from robosc.simulate.values import complete, given_json, parse_raw
 from robosc.synthesis.documents import event_document
 from robosc.view.hub import Hub
@@ -198,7 +198,7 @@ class Played:
             ),
         )  # fmt: skip
 
-    def _command(self, command: Command) -> Json:
+    def _command(self, command: CommandState) -> Json:
         event = command.event
         count = command.count
         return {

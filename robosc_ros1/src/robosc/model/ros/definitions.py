@@ -116,7 +116,10 @@ BASIC: Mapping[str, Interface] = {
     "double": _std("Float32", "float32"),
     "string": _std("String", "string"),
 }
-"""What carries a basic type that is not linked (LANGUAGE section 6); known without ROS."""
+"""What carries a basic type that is not linked (docs/language.md, "ROS interfaces").
+
+Known without ROS.
+"""
 
 _TIMES = {
     "time": Definition(

@@ -45,7 +45,7 @@ from robosc.syntax.nodes import (
     TypeNode,
 )
 
-__all__ = ["Binder", "Part"]
+__all__ = ["Binder", "Payload"]
 
 _FOLDERS: Mapping[type[CommunicationNode], Folder] = {
     MessageNode: "msg",
@@ -55,7 +55,7 @@ _FOLDERS: Mapping[type[CommunicationNode], Folder] = {
 
 
 @dataclass(frozen=True)
-class Part:
+class Payload:
     """One direction of a communication: its type in the model and where that is written."""
 
     type: Type
@@ -99,7 +99,7 @@ class Binder:
         self,
         key: str,
         node: CommunicationNode,
-        parts: tuple[Part, ...],
+        parts: tuple[Payload, ...],
         interface: InterfaceNode | RosTypeNode | None,
     ) -> Binding | None:
         """The ROS side of the communication with that key; None after an error."""
@@ -121,7 +121,7 @@ class Binder:
         return _binding(node, found, tuple(fields))
 
     def _default(
-        self, key: str, node: CommunicationNode, parts: tuple[Part, ...]
+        self, key: str, node: CommunicationNode, parts: tuple[Payload, ...]
     ) -> Binding | None:
         """A message of a basic type needs no interface; everything else does."""
         links = "links NAME, and declare: interface NAME use TYPE from PACKAGE"
@@ -184,7 +184,7 @@ class Binder:
 
     # --- types against definitions ---------------------------------------------------------------
 
-    def _check_part(self, key: str, part: Part, definition: Definition) -> str | None:
+    def _check_part(self, key: str, part: Payload, definition: Definition) -> str | None:
         """Check one direction; the name of the only data field if the type travels through it."""
         carried = part.type.source if isinstance(part.type, EnumType) else part.type
         if isinstance(carried, NoneType):

@@ -20,11 +20,11 @@ from pathlib import Path
 
 from robosc.model.types import Value
 
-__all__ = ["Part", "read"]
+__all__ = ["MessageFields", "read"]
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class MessageFields:
     """A message, or one part of a service or action: fields as (name, type), constants."""
 
     fields: tuple[tuple[str, str], ...]
@@ -38,7 +38,7 @@ _PARTS = {
 }
 
 
-def read(package: Path, name: str, type_: str, kind: str) -> tuple[Part, ...] | None:
+def read(package: Path, name: str, type_: str, kind: str) -> tuple[MessageFields, ...] | None:
     """The parts of ``msg/type_.msg`` or the like in the package ``name``; None if it is not there.
 
     Raises:
@@ -67,7 +67,7 @@ _LINE = re.compile(
 )
 
 
-def _texts(text: str, package: str, kind: str) -> Iterator[Part]:
+def _texts(text: str, package: str, kind: str) -> Iterator[MessageFields]:
     texts: list[list[tuple[int, str]]] = [[]]
     for number, line in enumerate(text.splitlines(), 1):
         if line.startswith("---"):
@@ -80,7 +80,7 @@ def _texts(text: str, package: str, kind: str) -> Iterator[Part]:
         yield _part(lines, package)
 
 
-def _part(lines: list[tuple[int, str]], package: str) -> Part:
+def _part(lines: list[tuple[int, str]], package: str) -> MessageFields:
     fields = []
     constants = []
     for number, line in lines:
@@ -98,7 +98,7 @@ def _part(lines: list[tuple[int, str]], package: str) -> Part:
         if "/" not in base:
             base = _BUILT_IN.get(base, f"{package}/{base}")
         fields.append((match["name"], _spelled(base, match["length"])))
-    return Part(tuple(fields), tuple(constants))
+    return MessageFields(tuple(fields), tuple(constants))
 
 
 def _constant(base: str, text: str, line: int) -> Value:
@@ -139,7 +139,7 @@ _IDL_TYPES = {
 }  # fmt: skip
 
 
-def _idl(text: str, type_: str, kind: str) -> tuple[Part, ...]:
+def _idl(text: str, type_: str, kind: str) -> tuple[MessageFields, ...]:
     strings: list[str] = []
 
     def put_aside(match: re.Match[str]) -> str:
@@ -163,7 +163,7 @@ def _idl(text: str, type_: str, kind: str) -> tuple[Part, ...]:
         if name not in structs:
             raise ValueError(f"has no struct {name}")
         members = [m.strip() for m in structs[name].split(";") if m.strip()]
-        parts.append(Part(tuple(_members(members, arrays)), constants.get(name, ())))
+        parts.append(MessageFields(tuple(_members(members, arrays)), constants.get(name, ())))
     return tuple(parts)
 
 

@@ -1,4 +1,4 @@
-"""Properties of the controller that runs the supervisor (SEMANTICS section 3).
+"""Properties of the controller that runs the supervisor (docs/semantics.md, "The result").
 
 Synthesis leaves open in which order things happen; the controller does not. It takes the internal
 transitions (taus) in source order until none is possible, after each event, and sends commands only
