@@ -1,7 +1,8 @@
 """Serves catkin (devel and install space) and a plain ``pip install .`` alike.
 
 What package.xml says is read from there. The templates go to ``share/robosc/templates`` of the
-prefix, which :mod:`robosc.resources` finds in every layout; package data would not do, because
+prefix, and the page about diagnostics, to which editors link, to ``share/robosc/docs``;
+:mod:`robosc.resources` finds them in every layout. Package data would not do, because
 catkin refuses packages that lie in two folders. The page of ``robosc view`` lies in its package.
 """
 
@@ -21,12 +22,13 @@ def text(tag: str) -> str:
     return " ".join(package.findtext(tag, "").split())
 
 
-def template_files() -> "list[tuple[str, list[str]]]":
+def shared_files() -> "list[tuple[str, list[str]]]":
     folders = {}
     for file in sorted((ROOT / TEMPLATES).rglob("*")):
         if file.is_file() and "__pycache__" not in file.parts:
             target = Path("share/robosc/templates", file.parent.relative_to(ROOT / TEMPLATES))
             folders.setdefault(target.as_posix(), []).append(file.relative_to(ROOT).as_posix())
+    folders["share/robosc/docs"] = ["docs/diagnostics.md"]
     return sorted(folders.items())
 
 
@@ -52,6 +54,6 @@ setup(
     packages=find_packages(str(ROOT / SOURCES)),
     package_dir={"": SOURCES},
     package_data={"robosc.view": ["page/*"]},
-    data_files=template_files(),
+    data_files=shared_files(),
     scripts=["robosc_ros1/scripts/robosc"],
 )

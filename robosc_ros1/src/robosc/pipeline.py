@@ -138,15 +138,9 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
         failure = ModelError(diagnostics) if has_errors(diagnostics) else None
         return Checked(diagnostics, failure)
     try:
-        supervisor = synthesize(robot, progress=_within(_CHECK_SECONDS, options.progress))
+        supervisor = synthesize(robot, progress=within(CHECK_SECONDS, options.progress))
     except StateSpaceError as error:
-        unchecked = Diagnostic(
-            Severity.WARNING,
-            "synthesis-unchecked",
-            f"checked without synthesis: {error}",
-            robot.span,
-        )
-        return Checked((*diagnostics, unchecked))
+        return Checked((*diagnostics, unchecked(robot, error)))
     try:
         _existing(supervisor)
     except (EmptySupervisorError, ModelError) as error:
@@ -154,11 +148,17 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
     return Checked(diagnostics + supervisor.diagnostics)
 
 
-_CHECK_SECONDS = 20.0
+def unchecked(robot: Robot, error: StateSpaceError) -> Diagnostic:
+    """The warning that a robot was checked without synthesis."""
+    message = f"checked without synthesis: {error}"
+    return Diagnostic(Severity.WARNING, "synthesis-unchecked", message, robot.span)
+
+
+CHECK_SECONDS = 20.0
 """Processor time of synthesis in a check, which is asked for often."""
 
 
-def _within(seconds: float, progress: Progress | None) -> Progress:
+def within(seconds: float, progress: Progress | None) -> Progress:
     """The same progress, stopped by StateSpaceError when the processor time is used up."""
     end = time.process_time() + seconds
 

@@ -4,24 +4,37 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["templates_folder"]
+__all__ = ["diagnostics_page", "templates_folder"]
 
 
 def templates_folder() -> Path:
-    """The folder with ``common/``, ``ros1/`` and ``ros2/``.
-
-    In a checkout, and so in a catkin devel space, whose modules are those of the checkout, it lies
-    beside ``src``. Installed by pip or catkin it lies in ``share/robosc`` of the prefix whose
-    ``lib/pythonX.Y/site-packages`` (catkin: ``lib/python3/dist-packages``) holds this module.
-    """
-    package = Path(__file__).resolve().parent
-    checkout = package.parents[1] / "templates"
-    places = [checkout]
-    if len(package.parents) > 3:
-        places.append(package.parents[3] / "share" / "robosc" / "templates")
-    places.append(package.parent / "share" / "robosc" / "templates")  # pip install --target
+    """The folder with ``common/``, ``ros1/`` and ``ros2/``."""
+    places = _places("robosc_ros1/templates", "templates")
     for place in places:
         if (place / "common").is_dir():
             return place
     looked = ", ".join(map(str, places))
     raise FileNotFoundError(f"robosc's templates are missing; looked in {looked}")
+
+
+def diagnostics_page() -> Path | None:
+    """The page that explains the codes of diagnostics, if it was installed."""
+    places = _places("docs/diagnostics.md", "docs/diagnostics.md")
+    return next((place for place in places if place.is_file()), None)
+
+
+def _places(in_checkout: str, installed: str) -> list[Path]:
+    """Where something that is no module may lie.
+
+    In a checkout, and so in a catkin devel space, whose modules are those of the checkout, it lies
+    in the repository. Installed by pip or catkin it lies in ``share/robosc`` of the prefix whose
+    ``lib/pythonX.Y/site-packages`` (catkin: ``lib/python3/dist-packages``) holds this module.
+    """
+    package = Path(__file__).resolve().parent
+    places = []
+    if package.parents[1].name == "robosc_ros1":
+        places.append(package.parents[2] / in_checkout)
+    if len(package.parents) > 3:
+        places.append(package.parents[3] / "share" / "robosc" / installed)
+    places.append(package.parent / "share" / "robosc" / installed)  # pip install --target
+    return places

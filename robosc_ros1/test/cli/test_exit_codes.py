@@ -149,7 +149,7 @@ def test_ranges_that_nobody_can_enumerate(
 def test_a_check_that_takes_too_long_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline, "_CHECK_SECONDS", 0.0)
+    monkeypatch.setattr(pipeline, "CHECK_SECONDS", 0.0)
     (tmp_path / "good.rscd").write_text(models.GOOD, encoding="utf-8")
     checked = pipeline.check(tmp_path / "good.rscd")
     assert [d.code for d in checked.diagnostics] == ["synthesis-unchecked"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,10 @@ from lsp_support import cursor, open_text
 
 from robosc.lsp.analysis import Desk
 from robosc.lsp.completion import complete
+from robosc.lsp.snippets import SNIPPETS
 from robosc.model.ros.definitions import Interface
+from robosc.source import Source
+from robosc.syntax.parser import parse
 
 MODEL = """\
 robot R {
@@ -287,3 +291,28 @@ def test_a_long_text_is_not_read_again_for_each_key(tmp_path: Path) -> None:
     assert found == ["bright", "last", "open", "shut"]
     assert not desk.is_known(path)
     assert desk.analysis(path) is desk.recent(path)
+
+
+AROUND = {
+    "file": "|",
+    "robot": "robot R {\n    |\n}\n",
+    "library": "library L {\n    |\n}\n",
+    "for": "robot R {\n    for i in 1..2 {\n        |\n    }\n}\n",
+    "component": "robot R {\n    component C {\n        |\n    }\n}\n",
+}
+
+
+@pytest.mark.parametrize("block", AROUND)
+def test_snippets_are_offered_in_their_block_and_are_read(tmp_path: Path, block: str) -> None:
+    text, offset = cursor(AROUND[block])
+    desk = Desk()
+    path = tmp_path / "model.rscd"
+    desk.put(str(path), text)
+    offered = {c.label: c for c in complete(desk, str(path), offset) if c.kind == "snippet"}
+    assert list(offered) == sorted((s.label for s in SNIPPETS[block]), key=str.casefold)
+    for snippet in SNIPPETS[block]:
+        body = offered[snippet.label].text
+        assert body is not None and re.search(r"\$\{1:|\$0", body)
+        filled = re.sub(r"\$\{\d+:([^}]*)\}", r"\1", body).replace("$0", "")
+        _, diagnostics = parse(Source("model.rscd", text[:offset] + filled + text[offset:]))
+        assert not diagnostics, (snippet.label, diagnostics)

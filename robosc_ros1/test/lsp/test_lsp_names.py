@@ -8,12 +8,14 @@ import pytest
 from lsp_support import open_text
 from ros_support import EXAMPLES
 
+from robosc.language.keywords import KEYWORDS
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.definition import definition_of
-from robosc.lsp.hover import hover_text
+from robosc.lsp.hover import hover_text, keyword_hover
 from robosc.lsp.rename import RenameError, applied, references, rename
 from robosc.model.occurrences import Occurrence, SymbolKind
 from robosc.model.ros.definitions import Interface
+from robosc.source import Source
 
 LIBRARY = """\
 library Base {
@@ -363,3 +365,21 @@ def test_parameters_and_arguments_of_imports(desk: Desk, tmp_path: Path) -> None
     left = named(analysis, "Left from").symbol
     found = references(desk, str(tmp_path / "n.rscd"), left)
     assert {Path(file).name: len(here) for file, here in found.items()} == {"n.rscd": 4}
+
+
+def test_hover_explains_every_keyword() -> None:
+    for word, keyword in KEYWORDS.items():
+        source = Source("model.rscd", f"x {word} y")
+        found = keyword_hover(source, 2)
+        assert found is not None
+        text, span = found
+        assert text == f"`{word}`: {keyword.meaning}" and span.text == word
+        assert keyword.meaning.endswith("."), word
+
+
+def test_what_only_looks_like_a_keyword_is_not_explained() -> None:
+    source = Source("model.rscd", "// state\n'state' A.state ^state state")
+    marked = [source.text.index(word) for word in ("state", "state'", "A.state", "^state")]
+    marked[2] += 2
+    assert [keyword_hover(source, offset) for offset in marked] == [None] * 4
+    assert keyword_hover(source, len(source.text)) is not None

@@ -80,6 +80,17 @@ def test_broken_models_have_no_answer() -> None:
     assert asked(Source(str(MODEL), TEXT[:500])).diagnostics == ()
 
 
+def test_synthesis_that_is_left_out_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the words of ``check``."""
+    monkeypatch.setattr(pipeline, "CHECK_SECONDS", 0.0)
+    source = Source(str(MODEL), TEXT)
+    found = derived_from(source, json.dumps(answer(json.loads(request_for(source, [], {})))))
+    assert found is not None
+    (warning,) = found.diagnostics
+    assert (warning.code, warning.span.text) == ("synthesis-unchecked", "LineFollower")
+    assert spoken([warning])[0] in spoken(pipeline.check(MODEL).diagnostics)
+
+
 def test_no_answer_from_a_process_that_failed() -> None:
     assert derived_from(Source("x", ""), b"Traceback") is None
 

@@ -26,7 +26,7 @@ def test_package(extension: Path) -> None:
     with zipfile.ZipFile(extension / "robosc.vsix") as package:
         names = set(package.namelist())
     needed = {"extension.js", "package.json", "language-configuration.json", "readme.md"}
-    needed |= {"syntaxes/rscd.tmLanguage.json", "snippets/rscd.json"}
+    needed |= {"syntaxes/rscd.tmLanguage.json"}
     assert {f"extension/{name}" for name in needed} <= names
     assert "extension/node_modules/vscode-languageclient/node.js" in names
     assert not [n for n in names if n.startswith("extension/test/") or "/@vscode/vsce/" in n]
@@ -38,22 +38,6 @@ def test_commands_are_verbs_and_registered() -> None:
     assert declared == set(re.findall(r'registerCommand\("([\w.]+)"', code))
     verbs = {verb.name for verb in VERBS}
     assert {name.removeprefix("robosc.") for name in declared} - {"restart"} <= verbs
-
-
-def test_snippets_are_read_as_they_should_be() -> None:
-    """With their defaults, in the block they are for, no snippet has an error of syntax."""
-    from robosc.source import Source
-    from robosc.syntax.parser import parse
-
-    snippets = json.loads((EXTENSION / "snippets" / "rscd.json").read_text(encoding="utf-8"))
-    for name, snippet in snippets.items():
-        body = snippet["body"]
-        text = body if isinstance(body, str) else "\n".join(body)
-        text = re.sub(r"\$\{\d+:([^}]*)\}", r"\1", text).replace("$0", "")
-        if name != "Robot":
-            text = f"robot R {{\n{text}\n}}\n"
-        _, diagnostics = parse(Source("snippet.rscd", text))
-        assert not diagnostics, (name, diagnostics)
 
 
 def test_lock_file_names_no_host() -> None:

@@ -36,11 +36,18 @@ class Role(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Keyword:
-    """One keyword. ``blocks`` are the kinds of blocks in which it begins a declaration."""
+    """One keyword, and in a sentence what it means.
+
+    ``blocks`` are the kinds of blocks in which it begins a declaration.
+    """
 
     word: str
     roles: tuple[Role, ...]
     blocks: tuple[str, ...] = ()
+
+    @property
+    def meaning(self) -> str:
+        return _MEANINGS[self.word]
 
     @property
     def reserved(self) -> bool:
@@ -98,6 +105,78 @@ def _table() -> Iterator[Keyword]:
     for word in ("true", "false"):
         yield Keyword(word, (Role.CONSTANT,))
     yield Keyword("value", (Role.VALUE,))
+
+
+_MEANINGS = {
+    "robot": "The model of one robot: its components, what must never happen, and the data of its"
+    " commands.",
+    "library": "Components and datatypes that several robots import.",
+    "component": "A part of the robot: its communications, and how it behaves.",
+    "requirement": "What must hold: a condition that a command needs, one that disables it, or one"
+    " that is never or always true.",
+    "provide": "The data that a command is sent with, perhaps only under a condition.",
+    "prefer": "While the first command is enabled the second one is not sent.",
+    "for": "Writes its statements once for each number of a range.",
+    "constant": "A name for a value that is known when the model is read.",
+    "parameter": "A value that the generated node reads from its ROS parameter when it starts.",
+    "condition": "A name for a condition.",
+    "datatype": "Declares an object, the fields of a message, or an enum, which converts data.",
+    "interface": "A name for a real message, service or action definition of a ROS package.",
+    "object": "The fields of a message that the model uses.",
+    "enum": "Maps incoming data to finitely many values: the first rule that holds decides.",
+    "incoming": "A message that the component receives: a command of the controller.",
+    "outgoing": "A message that the component sends: the controller reacts to it.",
+    "message": "A topic: outgoing if the component sends it, incoming if it receives it.",
+    "service": "A ROS service of the component, which the controller calls.",
+    "action": "A ROS action of the component, whose goals the controller sends and cancels.",
+    "behaviour": "The variables and states of a component, and what makes them change.",
+    "variable": "What a component remembers beside its state.",
+    "initial": "The state in which the component starts.",
+    "marked": "A state in which the component may rest: one must remain reachable for ever.",
+    "state": "A state of the component, with the transitions that leave it.",
+    "on": "What an event does: `on response from scan do near := value goto seen`.",
+    "transition": "An internal transition, which the controller takes as soon as it may.",
+    "after": "What happens when the component has been in the state for so long.",
+    "default": "The value of an enum if none of the rules holds.",
+    "if": "A condition: without it, nothing of the declaration applies.",
+    "do": "Assignments, all at the same time, from the values before the event.",
+    "goto": "The state in which the component is afterwards.",
+    "needs": "The commands on the left are sent only while the condition on the right holds.",
+    "disables": "The commands on the right are not sent while the condition on the left holds.",
+    "never": "The supervisor keeps away from all states in which the condition holds.",
+    "always": "The supervisor keeps away from all states in which the condition does not hold.",
+    "with": "Begins what belongs to a declaration: topic and types, data, or what an import sets.",
+    "links": "The interface that carries the communication in ROS.",
+    "from": "Where something comes from: a communication, a library, a package, or a type.",
+    "to": "The communication to which a request goes; in an enum, what its rules convert to.",
+    "use": "The message, service or action type of an interface.",
+    "import": "The component of the library that is taken.",
+    "over": "The commands that are not sent while a preferred one is enabled.",
+    "in": "`E in { a, b }` is true if E equals one of them; in `for` and `any` the range.",
+    "request": "A command to the component: sending a message, calling a service, starting an"
+    " action; as a label, the type of what is sent.",
+    "response": "What the component sends: a message, the answer of a service, the result of an"
+    " action; as a label, its type.",
+    "feedback": "What an action reports while it runs; as a label, its type.",
+    "error": "A service or action failed, was aborted, or missed its deadline.",
+    "cancel": "A running goal of an action is cancelled.",
+    "timeout": "As an event, nothing came for the time that the communication's `timeout:` gives;"
+    " of a service or action, `timeout:` is its deadline.",
+    "identifier": "The name of the topic, service or action in ROS.",
+    "type": "What a message carries.",
+    "prefix": "Stands before all ROS names of the imported component.",
+    "string": "Text; it can be sent and compared with literals.",
+    "boolean": "`true` or `false`.",
+    "integer": "A whole number; with a range, as in `integer(0..9)`, it can decide.",
+    "double": "A floating-point number.",
+    "none": "Nothing: the communication carries no data.",
+    "array": "Several values of one type, in the properties of objects.",
+    "and": "True if both sides are.",
+    "or": "True if one of the sides is, or both.",
+    "true": "The boolean value that holds.",
+    "false": "The boolean value that does not hold.",
+    "value": "What comes in with the event; in an enum, what it converts.",
+}
 
 
 KEYWORDS: dict[str, Keyword] = {keyword.word: keyword for keyword in _table()}

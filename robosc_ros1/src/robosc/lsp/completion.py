@@ -15,6 +15,7 @@ from robosc.lsp.offers import (
     ends_operand,
     keywords,
 )
+from robosc.lsp.snippets import SNIPPETS
 from robosc.model.entities import EventKind
 from robosc.model.tables import Instance
 from robosc.model.types import ObjectType, Type
@@ -59,7 +60,7 @@ class _Completer(Offers):
             case "file" | "behaviour" | "component" | "state" | "robot" | "library" | "for" if (
                 not words
             ):
-                yield from keywords(BLOCK_WORDS[self._context.block.kind])
+                yield from self._beginnings()
             case "robot" | "library" | "for":
                 yield from self._statement()
             case "component":
@@ -74,6 +75,13 @@ class _Completer(Offers):
                 yield from self._communications(_SENT)
             case "data":
                 yield from self._data()
+
+    def _beginnings(self) -> Iterator[Candidate]:
+        """What a declaration of the block can begin with, and whole declarations to fill in."""
+        block = self._context.block.kind
+        yield from keywords(BLOCK_WORDS[block])
+        for one in SNIPPETS.get(block, ()):
+            yield Candidate(one.label, "snippet", one.meaning, one.text, rank=2)
 
     # --- robots and libraries --------------------------------------------------------------------
 

@@ -44,12 +44,11 @@ class GuardText:
 
 @dataclass(frozen=True, slots=True)
 class Derived:
-    """``incomplete`` says why there was no synthesis."""
+    """What synthesis has found for a text: its diagnostics, and when each command is allowed."""
 
     source: Source
     diagnostics: tuple[Diagnostic, ...] = ()
     guards: tuple[GuardText, ...] = ()
-    incomplete: str | None = None
 
 
 # --- on the side of the server -------------------------------------------------------------------
@@ -86,7 +85,7 @@ def derived_from(source: Source, text: bytes | str) -> Derived | None:
         for g in document["guards"]
     )
     diagnostics = (_diagnostic(source, item) for item in document["diagnostics"])
-    return Derived(source, tuple(diagnostics), tuple(guards), document["incomplete"])
+    return Derived(source, tuple(diagnostics), tuple(guards))
 
 
 def _pairs(items: list[list[str | None]]) -> tuple[tuple[str, str | None], ...]:
@@ -147,10 +146,10 @@ def _end_with(server: int) -> None:
 
 def answer(request: Mapping[str, Any]) -> dict[str, Any]:
     """What the process says to a request, both as JSON documents."""
+    from robosc import pipeline
     from robosc.lsp.analysis import Desk
-    from robosc.pipeline import synthesize
 
-    nothing: dict[str, Any] = {"diagnostics": [], "guards": [], "incomplete": None}
+    nothing: dict[str, Any] = {"diagnostics": [], "guards": []}
     desk = Desk(library_path=request["library_path"])
     for path, text in request["texts"].items():
         desk.put(path, text)
@@ -159,11 +158,11 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
     if robot is None:
         return nothing
     try:
-        supervisor = synthesize(robot, max_states=_MOST_STATES)
+        limited = pipeline.within(pipeline.CHECK_SECONDS, None)
+        supervisor = pipeline.synthesize(robot, max_states=_MOST_STATES, progress=limited)
     except StateSpaceError as error:
-        return {**nothing, "incomplete": str(error)}
+        return {**nothing, "diagnostics": [_document(pipeline.unchecked(robot, error), source)]}
     return {
-        **nothing,
         "diagnostics": [
             _document(d, source) for d in supervisor.diagnostics if d.span.source is source
         ],

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import textwrap
+from bisect import bisect_right
 from collections.abc import Iterator
 
+from robosc.language.keywords import KEYWORDS
+from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.carriers import interface_of
 from robosc.lsp.derived import Derived
 from robosc.lsp.interfaces import definition_file
 from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.model.ros.definitions import Interface, MessageDefinitions
-from robosc.source import Span
+from robosc.source import Source, Span
 
-__all__ = ["hover_text"]
+__all__ = ["hover_text", "keyword_hover"]
 
 _LONGEST = 30
 """Lines of a declaration or definition that are shown."""
@@ -38,6 +41,18 @@ def hover_text(analysis: Analysis, found: Occurrence, derived: Derived | None) -
     if symbol.kind in (SymbolKind.OBJECT, SymbolKind.PROPERTY):
         parts += _carrier(analysis, symbol)
     return "\n\n".join(parts)
+
+
+def keyword_hover(source: Source, offset: int) -> tuple[str, Span] | None:
+    """What the keyword at an offset means, and its place; None where there is none."""
+    tokens = tokenize(source)
+    index = bisect_right(tokens.starts, offset) - 1
+    if index < 0 or tokens.ends[index] < offset:
+        return None
+    keyword = KEYWORDS.get(tokens.text(index))
+    if keyword is None or tokens.text(index - 1 if index else len(tokens)) == ".":
+        return None
+    return f"`{keyword.word}`: {keyword.meaning}", tokens.span(index, index + 1)
 
 
 def _headline(symbol: Symbol) -> str:

@@ -26,12 +26,13 @@ from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.completion import complete
 from robosc.lsp.definition import definition_of
 from robosc.lsp.derived import Derived, command, derived_from, moved, request_for
-from robosc.lsp.hover import hover_text
+from robosc.lsp.hover import hover_text, keyword_hover
 from robosc.lsp.outline import folds, outline, symbols
 from robosc.lsp.positions import Encoding, offset_of
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
 from robosc.model.occurrences import Occurrence
 from robosc.pipeline import collector_at_rest
+from robosc.resources import diagnostics_page
 from robosc.source import Source, Span
 from robosc.syntax.format import format_text, format_tree
 
@@ -80,6 +81,8 @@ class _Session:
         self._awaited: dict[str, asyncio.Future[None]] = {}
         self._runs: dict[str, asyncio.Task[None]] = {}
         self._handled_at = 0.0
+        page = diagnostics_page()
+        self._page = page.as_uri() if page is not None else None
         self._register()
 
     def _register(self) -> None:
@@ -187,7 +190,7 @@ class _Session:
             self._refresh()
 
     def _configure(self, options: Any) -> None:
-        """``libraryPath`` and ``strict``; what is of another kind is as good as absent.
+        """``libraryPath``, ``strict`` and ``documentation``; others are as good as absent.
 
         Folders are relative to the workspace.
         """
@@ -201,6 +204,9 @@ class _Session:
             self._desk.library_path = [*self._given_path, *more]
         if isinstance(options.get("strict"), bool):
             self._desk.strict = options["strict"]
+        site = options.get("documentation")
+        if isinstance(site, str) and site:
+            self._page = f"{site.rstrip('/')}/diagnostics/"
 
     def _shutdown(self, params: None) -> None:
         for timer in self._timers.values():
@@ -306,7 +312,7 @@ class _Session:
         self.server.text_document_publish_diagnostics(
             types.PublishDiagnosticsParams(
                 uri,
-                wire.diagnostics_for(analysis.source, self._diagnostics(analysis), self._encoding),
+                self._shown(analysis, self._diagnostics(analysis)),
                 version=self.server.workspace.get_text_document(uri).version,
             )
         )
@@ -322,6 +328,11 @@ class _Session:
             return sort_diagnostics(analysis.diagnostics)
         return sort_diagnostics([*analysis.diagnostics, *moved(derived, analysis.source)])
 
+    def _shown(
+        self, analysis: Analysis, diagnostics: Sequence[Diagnostic]
+    ) -> list[types.Diagnostic]:
+        return wire.diagnostics_for(analysis.source, diagnostics, self._encoding, self._page)
+
     async def _derive(self, path: str, rest: float) -> None:
         """Ask a process of its own for what synthesis finds; cancelled when the text changes."""
         await asyncio.sleep(rest)
@@ -336,8 +347,6 @@ class _Session:
         if derived is None:
             self._log(f"{path}: no answer from synthesis")
             return
-        if derived.incomplete is not None:
-            self._log(f"{path}: checked without synthesis: {derived.incomplete}")
         self._derived[path] = derived
         self._tell(path)
 
@@ -406,16 +415,17 @@ class _Session:
     def _hover(self, params: types.HoverParams) -> types.Hover | None:
         named = self._named(params)
         if named is None:
-            return None
+            return self._keyword_hover(params)
         analysis, found = named
         derived = self._derived.get(analysis.path)
         if derived is not None and derived.source.text != analysis.source.text:
             derived = None
-        text = hover_text(analysis, found, derived)
-        return types.Hover(
-            types.MarkupContent(types.MarkupKind.Markdown, text),
-            wire.range_(found.span, self._encoding),
-        )
+        return wire.hover(hover_text(analysis, found, derived), found.span, self._encoding)
+
+    def _keyword_hover(self, params: types.HoverParams) -> types.Hover | None:
+        source = self._desk.source(wire.path_of(params.text_document.uri))
+        found = keyword_hover(source, self._offset(source, params.position)) if source else None
+        return wire.hover(*found, self._encoding) if found is not None else None
 
     def _definition(self, params: types.DefinitionParams) -> types.Location | None:
         named = self._named(params)
@@ -485,11 +495,11 @@ class _Session:
         context = self._desk.context(path, offset)
         start = context.start if context is not None else offset
         typed = source.text[start:offset].lstrip("^").casefold()
-        found = complete(self._desk, path, offset)
+        snippets = self._has_snippets()
+        found = [c for c in complete(self._desk, path, offset) if snippets or c.kind != "snippet"]
         if len(found) > _MOST_ITEMS:
             found = [c for c in found if c.label.casefold().startswith(typed)]
         place = wire.range_(Span(source, start, offset), self._encoding)
-        snippets = self._has_snippets()
         return types.CompletionList(
             len(found) > _MOST_ITEMS,
             [wire.completion_item(c, place, snippets) for c in found[:_MOST_ITEMS]],
@@ -513,7 +523,7 @@ class _Session:
             if span.source is not analysis.source or span.start > end or span.end < start:
                 continue
             for action in actions_for(analysis, diagnostic):
-                shown = wire.diagnostics_for(analysis.source, [diagnostic], self._encoding)
+                shown = self._shown(analysis, [diagnostic])
                 found.append(
                     types.CodeAction(
                         title=action.title,

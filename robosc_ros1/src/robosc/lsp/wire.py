@@ -16,9 +16,8 @@ from robosc.lsp.positions import Encoding, range_of
 from robosc.source import Source, Span
 
 __all__ = [
-    "completion_item", "diagnostics_for", "document_symbol", "folding_range", "legend", "location",
-    "path_of", "range_", "text_edit", "uri_of",
-    "workspace_symbol",
+    "completion_item", "diagnostics_for", "document_symbol", "folding_range", "hover", "legend",
+    "location", "path_of", "range_", "text_edit", "uri_of", "workspace_symbol",
 ]  # fmt: skip
 
 _SYMBOLS = {
@@ -43,6 +42,7 @@ _SYMBOLS = {
 }
 _ITEMS = {
     "keyword": types.CompletionItemKind.Keyword,
+    "snippet": types.CompletionItemKind.Snippet,
     "component": types.CompletionItemKind.Class,
     "library": types.CompletionItemKind.Module,
     "communication": types.CompletionItemKind.Event,
@@ -93,13 +93,18 @@ def text_edit(edit: Edit, encoding: Encoding) -> types.TextEdit:
 
 
 def diagnostics_for(
-    source: Source, found: Iterable[Diagnostic], encoding: Encoding
+    source: Source, found: Iterable[Diagnostic], encoding: Encoding, page: str | None
 ) -> list[types.Diagnostic]:
-    """Those that concern a text; a library's stand where it is imported."""
-    return [_diagnostic(source, diagnostic, encoding) for diagnostic in found]
+    """Those that concern a text; a library's stand where it is imported.
+
+    ``page`` is the address of the page that explains their codes.
+    """
+    return [_diagnostic(source, diagnostic, encoding, page) for diagnostic in found]
 
 
-def _diagnostic(source: Source, found: Diagnostic, encoding: Encoding) -> types.Diagnostic:
+def _diagnostic(
+    source: Source, found: Diagnostic, encoding: Encoding, page: str | None
+) -> types.Diagnostic:
     message, span, notes = found.message, found.span, found.notes
     if found.hint is not None:
         message += f"\n{found.hint}"
@@ -121,6 +126,7 @@ def _diagnostic(source: Source, found: Diagnostic, encoding: Encoding) -> types.
         message="\n".join(words),
         severity=_SEVERITY[found.severity],
         code=found.code,
+        code_description=types.CodeDescription(f"{page}#{found.code}") if page else None,
         source="robosc",
         tags=[types.DiagnosticTag.Unnecessary] if faded else None,
         related_information=related or None,
@@ -150,6 +156,11 @@ def workspace_symbol(found: Found, encoding: Encoding) -> types.WorkspaceSymbol:
     )
 
 
+def hover(text: str, span: Span, encoding: Encoding) -> types.Hover:
+    content = types.MarkupContent(types.MarkupKind.Markdown, text)
+    return types.Hover(content, range_(span, encoding))
+
+
 def folding_range(fold: Fold) -> types.FoldingRange:
     kind = types.FoldingRangeKind.Comment if fold.comment else types.FoldingRangeKind.Region
     return types.FoldingRange(fold.first - 1, fold.last - 1, kind=kind)
@@ -159,7 +170,7 @@ def completion_item(
     candidate: Candidate, place: types.Range, snippets: bool
 ) -> types.CompletionItem:
     text = candidate.text if candidate.text is not None else candidate.label
-    is_snippet = "$0" in text and snippets
+    is_snippet = "$" in text and snippets
     return types.CompletionItem(
         label=candidate.label,
         kind=_ITEMS[candidate.kind],

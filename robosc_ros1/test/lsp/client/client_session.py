@@ -39,6 +39,24 @@ async def test_diagnostics_follow_the_text(client: LanguageClient, open_model) -
 
 
 @pytest.mark.asyncio
+async def test_codes_and_keywords_are_explained(client: LanguageClient, open_model) -> None:
+    document = open_model(MODEL)
+    (wrong,) = await document.codes({"syntax"})
+    assert wrong.code_description.href.startswith("file://")
+    assert wrong.code_description.href.endswith("/docs/diagnostics.md#syntax")
+    hover = await client.text_document_hover_async(
+        types.HoverParams(document.id, document.at("never Wheel"))
+    )
+    assert hover.contents.value.startswith("`never`: ")
+    client.workspace_did_change_configuration(
+        types.DidChangeConfigurationParams({"robosc": {"documentation": "https://docs.invalid/"}})
+    )
+    document.write(GOOD.replace("Eye.last = far", "Eye.last = fur"))
+    (wrong,) = await document.codes({"unknown-name"})
+    assert wrong.code_description.href == "https://docs.invalid/diagnostics/#unknown-name"
+
+
+@pytest.mark.asyncio
 async def test_synthesis_explains_and_mends(client: LanguageClient, open_model) -> None:
     """What only synthesis knows comes by itself, and its remedy can be carried out."""
     document = open_model(STUCK)

@@ -1,0 +1,155 @@
+"""Declarations with places to fill in, for completion: by the block in which they may stand.
+
+``${1:Name}`` is the first place with what stands in it at first, ``$0`` where the cursor ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+__all__ = ["SNIPPETS", "Snippet"]
+
+
+@dataclass(frozen=True, slots=True)
+class Snippet:
+    """``label`` is what is offered, ``text`` what is inserted."""
+
+    label: str
+    meaning: str
+    text: str
+
+
+_ROBOT = Snippet(
+    "robot { … }", "A robot: components, requirements, data", "robot ${1:Name} {\n    $0\n}"
+)
+_SENSOR = Snippet(
+    "component … outgoing message",
+    "A component that sends, and remembers the last value",
+    """\
+component ${1:Sensor} {
+    outgoing message ${2:measured} with identifier: "/${2:measured}", type: ${3:double}
+
+    behaviour {
+        variable last: ${3:double}
+
+        initial marked state sensing {
+            on response from ${2:measured} do last := value
+        }
+    }
+}""",
+)
+_SERVER = Snippet(
+    "component … service",
+    "A component with a service, errors handled",
+    """\
+component ${1:Server} {
+    service ${2:call} with request: ${3:none}, response: ${4:none} links ${5:interface}
+
+    behaviour {
+        initial marked state idle {
+            on request to ${2:call} goto busy
+        }
+
+        state busy {
+            on response from ${2:call} goto idle
+            on error from ${2:call} goto idle
+        }
+    }
+}""",
+)
+_ACTION_SERVER = Snippet(
+    "component … action",
+    "A component with an action, errors and cancels handled",
+    """\
+component ${1:Server} {
+    action ${2:task} with request: ${3:none}, response: ${4:none}, feedback: ${5:none}
+        links ${6:interface}
+
+    behaviour {
+        initial marked state idle {
+            on request to ${2:task} goto busy
+        }
+
+        state busy {
+            on response from ${2:task} goto idle
+            on error from ${2:task} goto idle
+            on cancel from ${2:task} goto idle
+        }
+    }
+}""",
+)
+_COMPONENT = Snippet(
+    "component { … }",
+    "A component with its states",
+    """\
+component ${1:Name} {
+    $0
+
+    behaviour {
+        initial marked state ${2:idle} {
+        }
+    }
+}""",
+)
+_OBJECT = Snippet(
+    "datatype object { … }",
+    "The fields of a message that the model uses",
+    "datatype object ${1:Name} {\n    ${2:field}: ${3:double}\n}",
+)
+_ENUM = Snippet(
+    "datatype enum { … }",
+    "A finite set of values of what comes in",
+    """\
+datatype enum ${1:Name} from ${2:double} to {
+    value > ${3:0} -> ${4:high}
+    default -> ${5:low}
+}""",
+)
+_NEEDS = Snippet(
+    "requirement … needs",
+    "A command that is sent only while a condition holds",
+    "requirement ${1:command} needs ${2:Component}.${3:state}",
+)
+_DISABLES = Snippet(
+    "requirement … disables",
+    "A condition under which a command is not sent",
+    "requirement ${1:Component}.${2:state} disables ${3:command}",
+)
+_PROVIDE = Snippet(
+    "provide … with",
+    "The data of a command",
+    "provide ${1:command} with { ${2:field}: ${3:0.0} }",
+)
+_OUTGOING = Snippet(
+    "outgoing message … with",
+    "What the component sends",
+    'outgoing message ${1:measured} with identifier: "/${1:measured}", type: ${2:double}',
+)
+_INCOMING = Snippet(
+    "incoming message … with",
+    "A command that the component receives",
+    'incoming message ${1:move} with identifier: "/${1:move}", type: ${2:none}',
+)
+_SERVICE = Snippet(
+    "service … with",
+    "A service that the controller calls",
+    "service ${1:call} with request: ${2:none}, response: ${3:none} links ${4:interface}",
+)
+_ACTION = Snippet(
+    "action … with",
+    "An action whose goals the controller sends",
+    "action ${1:task} with request: ${2:none}, response: ${3:none}, feedback: ${4:none}"
+    " links ${5:interface}",
+)
+
+_DECLARATIONS = (_COMPONENT, _SENSOR, _SERVER, _ACTION_SERVER, _OBJECT, _ENUM)
+_STATEMENTS = (_NEEDS, _DISABLES, _PROVIDE)
+
+SNIPPETS: Mapping[str, tuple[Snippet, ...]] = {
+    "file": (_ROBOT,),
+    "robot": (*_DECLARATIONS, *_STATEMENTS),
+    "library": _DECLARATIONS,
+    "for": _STATEMENTS,
+    "component": (_OUTGOING, _INCOMING, _SERVICE, _ACTION),
+}
