@@ -726,6 +726,13 @@ _ALL = (
     ),
     _warning(
         _WHOLE,
+        "unused-value",
+        "Nothing reads this constant or parameter, or names this condition.",
+        "parameter limit: double = 0.5",
+        "Use it or remove it.",
+    ),
+    _warning(
+        _WHOLE,
         "unused-timeout",
         "The message has a timeout, but nothing depends on whether it is fresh or silent, so its"
         " silence changes nothing.",

@@ -38,9 +38,10 @@ from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, ComponentTable
 from robosc.model.types import EnumType, domain
+from robosc.model.value_scope import ValueScope
 from robosc.model.values import describe
 from robosc.source import Span
-from robosc.syntax.nodes import Name
+from robosc.syntax.nodes import ConditionNode, ConstantNode, Name, ParameterNode
 
 __all__ = ["Model", "check_case", "check_topics", "check_unused", "select_state_variables"]
 
@@ -161,12 +162,16 @@ def _taken(expr: Expr) -> Iterator[Expr]:
 
 def check_unused(
     scope: FileScope,
+    values: ValueScope,
     component_table: ComponentTable,
     model: Model,
     type_declarations: TypeDeclarations,
     report: Report,
 ) -> None:
-    """Names of this file that nothing uses. Only for a model without errors."""
+    """Names of this file that nothing uses; ``values`` are those of the file itself.
+
+    Only for a model without errors.
+    """
     for name, datatype in scope.datatypes.items():
         if name not in scope.used_datatypes:
             report.add("unused-datatype", datatype.name.span, f"datatype '{name}' is never used")
@@ -176,6 +181,7 @@ def check_unused(
     if scope.node.kind == "library":
         return  # whoever imports it may read its variables
     expressions = list(all_expressions(model))
+    _check_values(scope, values, component_table, report)
     _check_variables(component_table, expressions, report)
     _check_timeouts(model.components, expressions, report)
     _check_enum_values(scope, expressions, type_declarations, report)
@@ -188,6 +194,25 @@ def all_expressions(model: Model | Robot) -> Iterator[Expr]:
         yield assignment.value
     for provide in model.provides:
         yield from data_expressions(provide.data)
+
+
+def _check_values(
+    scope: FileScope, values: ValueScope, component_table: ComponentTable, report: Report
+) -> None:
+    """Constants, parameters and named conditions; several of a kind share their declarations."""
+    own = [i.types.values for i in component_table.instances.values() if i.imported is None]
+    nodes = {node.name.span.start: node for found in (values, *own) for node in found.nodes}
+    for node in nodes.values():
+        if not scope.names.is_used(node):
+            report.add(
+                "unused-value",
+                node.name.span,
+                f"{_WORDS[type(node)]} '{node.name.text}' is never used",
+                "use it or remove it",
+            )
+
+
+_WORDS = {ConstantNode: "constant", ParameterNode: "parameter", ConditionNode: "condition"}
 
 
 def _check_variables(

@@ -138,7 +138,12 @@ class FileResolver:
         if whole:
             check_freshness(components, requirements, provides, self._report)
             check_unused(
-                self._scope, self.component_table, model, self._type_declarations, self._report
+                self._scope,
+                self.types.values,
+                self.component_table,
+                model,
+                self._type_declarations,
+                self._report,
             )
         return model
 

@@ -63,6 +63,11 @@ class ValueScope:
         """All names that are declared here."""
         return self._nodes
 
+    @property
+    def nodes(self) -> Iterable[ValueNode]:
+        """All declarations here."""
+        return self._nodes.values()
+
     def node(self, name: str) -> ValueNode | None:
         """The declaration here of a name."""
         return self._nodes.get(name)
