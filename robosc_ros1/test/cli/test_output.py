@@ -16,7 +16,7 @@ import pytest
 from ros_support import REPOSITORY, SOURCES, Completed
 
 from robosc import __version__
-from robosc.cli import VERBS
+from robosc.verbs import VERBS
 
 Robosc = Callable[..., Completed]
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from extension_build import EXTENSION, npm
 
-from robosc.cli import VERBS
+from robosc.verbs import VERBS
 
 MANIFEST: dict[str, Any] = json.loads((EXTENSION / "package.json").read_text(encoding="utf-8"))
 

@@ -18,7 +18,7 @@ from ros_support import EXAMPLES, SOURCES
 ORDER = (
     "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "model",
     "ir", "supervisor", "synthesis", "emit", "simulate", "view", "pipeline", "report", "lsp",
-    "arguments", "cli", "start", "__main__",
+    "arguments", "console", "verbs", "cli", "start", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
 
@@ -31,7 +31,7 @@ THIRD_PARTY = {
     "jinja2": ("emit.engine",),
     "yaml": ("emit.config",),
     "lsprotocol": ("lsp.server", "lsp.wire"),
-    "pygls": ("lsp.server", "cli"),  # cli tells what to install
+    "pygls": ("lsp.server", "verbs"),  # verbs tells what to install
     "prompt_toolkit": ("simulate.terminal",),
     "rospkg": ("model.ros.packages",),
     "genmsg": ("model.ros.definitions",),
@@ -44,7 +44,7 @@ THIRD_PARTY = {
 }
 """Library to the modules that may import it."""
 
-ENVIRONMENT = ("cli", "model.ros.packages")
+ENVIRONMENT = ("console", "verbs", "model.ros.packages")
 """Only these look at environment variables."""
 
 PACKAGE = SOURCES / "robosc"

@@ -1,0 +1,373 @@
+"""The verbs of the command line.
+
+Each is a small function from parsed arguments to an exit code; the stages that it needs are loaded
+when it runs, so that ``robosc --help`` and ``check`` start at once. Results go to standard output,
+messages to standard error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robosc import __version__, arguments
+from robosc.console import complain, in_color, tell
+from robosc.errors import (
+    EmptySupervisorError,
+    ModelError,
+    Severity,
+    UsageError,
+    has_errors,
+    sort_diagnostics,
+)
+
+if TYPE_CHECKING:
+    from robosc.pipeline import Options
+
+__all__ = ["VERBS", "Arguments", "Verb"]
+
+Arguments = argparse.Namespace
+
+
+@dataclass(frozen=True)
+class Verb:
+    """One verb: its help, its own arguments, what it does."""
+
+    name: str
+    summary: str
+    example: str
+    add_arguments: Callable[[argparse.ArgumentParser], None]
+    run: Callable[[Arguments], int]
+
+
+def _check(args: Arguments) -> int:
+    from robosc import pipeline, report
+
+    options = _options(args)
+    results: list[pipeline.Checked] = []
+    unreadable: list[UsageError] = []
+    for path in {os.path.realpath(path): path for path in args.models}.values():
+        try:
+            results.append(pipeline.check(path, options))
+        except UsageError as error:
+            unreadable.append(error)
+    if not results:
+        raise UsageError("\n".join(str(problem) for problem in unreadable))
+    diagnostics = sort_diagnostics(d for result in results for d in result.diagnostics)
+    if args.json:
+        _print_json(report.diagnostics(diagnostics))
+    else:
+        tell(diagnostics)
+        count = {s: sum(d.severity is s for d in diagnostics) for s in Severity}
+        print(
+            f"{_plural(len(results), 'file')}: {_plural(count[Severity.ERROR], 'error')},"
+            f" {_plural(count[Severity.WARNING], 'warning')}"
+        )
+    for problem in unreadable:
+        complain(str(problem))
+    if unreadable:
+        return UsageError.exit_code
+    return next((r.exit_code for r in results if r.exit_code), 0)
+
+
+def _synthesize(args: Arguments) -> int:
+    from robosc import pipeline, report
+    from robosc.synthesis.documents import synthesize_document
+
+    loaded = pipeline.load(args.model, _options(args))
+    supervisor = pipeline.synthesize(loaded.robot, args.engine, args.max_states, args.progress)
+    # The explanations are part of the result; they are not told twice.
+    explained = {explanation.diagnostic for explanation in supervisor.explanations}
+    tell([*loaded.diagnostics, *(d for d in supervisor.diagnostics if d not in explained)])
+    if args.json:
+        _print_json(synthesize_document(supervisor))
+    else:
+        print(report.supervisor_text(supervisor), end="")
+    if supervisor.empty:
+        complain(f"no controller can keep the requirements of {loaded.robot.name}")
+        return EmptySupervisorError.exit_code
+    return ModelError.exit_code if has_errors(supervisor.diagnostics) else 0
+
+
+def _explore(args: Arguments) -> int:
+    from robosc import pipeline, report
+    from robosc.synthesis.documents import explore_json
+
+    loaded = pipeline.load(args.model, _options(args))
+    tell(loaded.diagnostics)
+    graph = pipeline.explore(
+        loaded.robot, plant=args.plant, limit=args.limit, progress=args.progress
+    )
+    if args.json:
+        sys.stdout.writelines(explore_json(graph))
+    else:
+        print(report.graph_text(graph), end="")
+    return 0
+
+
+def _verify(args: Arguments) -> int:
+    from robosc import pipeline, report
+    from robosc.synthesis.documents import step_document
+    from robosc.synthesis.verify.check import verify_document
+
+    loaded = pipeline.load(args.model, _options(args))
+    tell(loaded.diagnostics)
+    found = pipeline.verify(loaded.robot, args.progress)
+    if args.json:
+        _print_json(verify_document(found, step_document))
+    else:
+        print(report.verify_text(found), end="")
+    return 0 if found.verified else 1
+
+
+def _generate(args: Arguments) -> int:
+    from robosc import pipeline, report
+
+    result = pipeline.generate(
+        args.model,
+        _options(args),
+        pipeline.Output(args.target, args.output, args.package, args.force, args.config, args.mode),
+    )
+    tell(result.diagnostics)
+    for warning in result.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    print(report.generated_text(result), end="")
+    return 0
+
+
+def _export(args: Arguments) -> int:
+    from robosc import pipeline
+
+    loaded = pipeline.load(args.model, _options(args))
+    tell(loaded.diagnostics)
+    text = pipeline.export(loaded.robot, args.format, with_supervisor=args.supervisor)
+    if args.output is None:
+        print(text, end="")
+    else:
+        pipeline.write_text(args.output, text)
+    return 0
+
+
+def _format(args: Arguments) -> int:
+    from robosc import pipeline
+
+    worst = 0
+    for path in args.files:
+        try:
+            if path == "-" or Path(path).is_fifo():
+                before, text = pipeline.formatted(path)
+                changed = before != text
+                if not args.check:
+                    sys.stdout.buffer.write(text)
+                    continue
+            else:
+                changed = pipeline.format_file(path, check=args.check)
+        except ModelError as error:
+            tell(error.diagnostics)
+            worst = error.exit_code
+            continue
+        if changed:
+            print(f"{path}: {'would be changed' if args.check else 'changed'}")
+            worst = max(worst, int(args.check))
+    return worst
+
+
+def _simulate(args: Arguments) -> int:
+    from robosc import pipeline
+    from robosc.simulate.faults import InvalidLine
+    from robosc.simulate.junit import junit_text
+    from robosc.simulate.render import Style
+    from robosc.simulate.run import follow_documents, follow_script, follow_typing
+    from robosc.simulate.session import Session, read_lines
+    from robosc.simulate.start import machine_maker, parameters
+    from robosc.simulate.terminal import line_reader
+
+    if args.junit is not None and args.script is None:
+        raise UsageError("--junit tells what came of a script: give it with --script FILE")
+    loaded = pipeline.load(args.model, _options(args))
+    tell(loaded.diagnostics)
+    supervisor = pipeline.supervise(loaded.robot, args.progress)
+    args.progress.clear()
+    try:
+        given = parameters(args.parameter)
+        session = Session(machine_maker(supervisor, execute=args.execute), given)
+        lines = None if args.script is None else read_lines(args.script)
+    except InvalidLine as fault:
+        raise UsageError(str(fault)) from None
+    if lines is not None:
+        done = follow_script(session, lines, args.script, sys.stdout, sys.stderr, args.json)
+        if args.junit is not None:
+            text = junit_text(args.script, loaded.robot.name, done.cases)
+            pipeline.write_text(args.junit, text)
+        return done.exit_code
+    if args.json:
+        return follow_documents(session, sys.stdin, sys.stdout)
+    next_line = line_reader(session, sys.stdin)
+    return follow_typing(session, next_line, sys.stdout, Style(in_color(sys.stdout)))
+
+
+_MODELS = (".rscd", ".rsc")
+
+
+def _replay(args: Arguments) -> int:
+    from robosc import pipeline
+    from robosc.simulate.replay import replay, replay_document, replay_text
+
+    if Path(args.log).suffix in _MODELS and Path(args.model).suffix not in _MODELS:
+        args.model, args.log = args.log, args.model  # this order was the only one at first
+    loaded = pipeline.load(args.model, _options(args))
+    tell(loaded.diagnostics)
+    supervisor = pipeline.supervise(loaded.robot, args.progress)
+    found = replay(supervisor, args.log)
+    if args.json:
+        _print_json(replay_document(found))
+    else:
+        print(replay_text(found), end="")
+    return found.exit_code
+
+
+def _lsp(args: Arguments) -> int:
+    try:
+        import pygls.lsp.server  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise UsageError(
+            f"the language server needs pygls 2, and {sys.executable} has no module"
+            f" {error.name!r}: pip install 'pygls>=2,<3', or robosc with its extra, robosc[lsp]"
+        ) from error
+    from robosc.lsp.server import serve
+
+    serve(__version__, [str(folder) for folder in args.library_path], args.strict)
+    return 0
+
+
+def _view(args: Arguments) -> int:
+    from robosc.view.server import Where
+
+    where = Where(args.host, args.port)
+    if args.export is not None and args.log is None:
+        raise UsageError("--export writes a recording: give its log with --log FILE")
+    if args.ros is not None:
+        if args.model is not None:
+            raise UsageError("a running node tells its model itself: leave MODEL out")
+        from robosc.view.node import view_node
+
+        view_node(args.ros, where, os.environ)
+        return 0
+    if args.model is None:
+        raise UsageError("what is to be viewed? Give a MODEL, or a running node with --ros NODE")
+    from robosc import pipeline
+    from robosc.view.start import export_log, view_log, view_model
+
+    loaded = pipeline.load(args.model, _options(args))
+    tell(loaded.diagnostics)
+    supervisor = pipeline.supervise(loaded.robot, args.progress)
+    args.progress.clear()
+    if args.export is not None:
+        pipeline.write_text(args.export, export_log(supervisor, args.log))
+    elif args.log is not None:
+        view_log(supervisor, args.log, where)
+    else:
+        view_model(supervisor, where, execute=args.execute, given=args.parameter)
+    return 0
+
+
+def _options(args: Arguments) -> Options:
+    from robosc import pipeline
+
+    return pipeline.Options(tuple(args.library_path), args.strict, args.progress)
+
+
+def _print_json(document: object) -> None:
+    json.dump(document, sys.stdout, indent=2)
+    print()
+
+
+def _plural(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+VERBS = (
+    Verb(
+        "check",
+        "tell all that is wrong with a model",
+        "robosc check line_follower.rscd",
+        arguments.check,
+        _check,
+    ),
+    Verb(
+        "generate",
+        "write a ROS package with the controller",
+        "robosc generate line_follower.rscd --output ~/catkin_ws/src",
+        arguments.generate,
+        _generate,
+    ),
+    Verb(
+        "synthesize",
+        "compute the supervisor: guards, sizes, explanations",
+        "robosc synthesize line_follower.rscd --json",
+        arguments.synthesize,
+        _synthesize,
+    ),
+    Verb(
+        "explore",
+        "list the controlled (or uncontrolled) transition system",
+        "robosc explore line_follower.rscd --plant --limit 1000",
+        arguments.explore,
+        _explore,
+    ),
+    Verb(
+        "verify",
+        "prove a computed supervisor by independent means",
+        "robosc verify line_follower.rscd",
+        arguments.verify,
+        _verify,
+    ),
+    Verb(
+        "export",
+        "write the model for other tools: CIF, a picture, JSON",
+        "robosc export line_follower.rscd --format svg --output line_follower.svg",
+        arguments.export,
+        _export,
+    ),
+    Verb(
+        "format",
+        "give model files their canonical layout",
+        "robosc format --check *.rscd",
+        arguments.format,
+        _format,
+    ),
+    Verb(
+        "simulate",
+        "play the controlled system by hand, by script or at random",
+        "robosc simulate line_follower.rscd --execute",
+        arguments.simulate,
+        _simulate,
+    ),
+    Verb(
+        "view",
+        "show a robot live in a browser: a model, a running node, an event log",
+        "robosc view --ros /line_follower_controller",
+        arguments.view,
+        _view,
+    ),
+    Verb(
+        "replay",
+        "follow the event log of a controller's node through its model",
+        "robosc replay line_follower.rscd events.log",
+        arguments.replay,
+        _replay,
+    ),
+    Verb(
+        "lsp",
+        "serve an editor: the language server, on standard input and output",
+        "robosc lsp --library-path ~/models/libraries",
+        arguments.lsp,
+        _lsp,
+    ),
+)
