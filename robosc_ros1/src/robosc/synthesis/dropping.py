@@ -1,14 +1,18 @@
-"""Greedy elimination in few attempts."""
+"""What tells two sets apart: greedy elimination and greedy selection, in few attempts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from math import log2
 from typing import TypeVar
 
-__all__ = ["drop"]
+__all__ = ["drop", "select"]
 
 _Item = TypeVar("_Item")
 _Left = TypeVar("_Left")
+
+_FIRST = 4
+"""After so many items it shows whether a few more will do."""
 
 
 def drop(
@@ -29,3 +33,27 @@ def drop(
         return left
     half = len(items) // 2
     return drop(items[half:], drop(items[:half], left, without), without)
+
+
+def select(
+    count: int, total: int, most: int, confused: Callable[[Sequence[int]], Mapping[int, int]]
+) -> list[int] | None:
+    """Up to ``most`` of ``count`` items that leave none of ``total`` states confused.
+
+    ``confused`` gives, for some chosen items, how many states are still confused with each further
+    one. The best is chosen each time. None if it takes more items, or is bound to: at the rate of
+    the first ones.
+    """
+    chosen: list[int] = []
+    while len(chosen) < min(most, count):
+        left = confused(chosen)
+        best = min(left, key=lambda item: left[item])
+        chosen.append(best)
+        if not left[best]:
+            return chosen
+        steps = len(chosen)
+        if steps >= _FIRST:
+            rate = (log2(total) - log2(left[best])) / steps
+            if log2(left[best]) >= rate * (most - steps):
+                return None
+    return None

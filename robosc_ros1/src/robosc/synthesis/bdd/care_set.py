@@ -20,7 +20,7 @@ from robosc.ir.expr import conjunction, disjunction
 from robosc.model.expr import Expr
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
-from robosc.synthesis.dropping import drop
+from robosc.synthesis.dropping import drop, select
 from robosc.synthesis.minimise import (
     LARGEST_TABLE,
     Table,
@@ -53,15 +53,9 @@ class BddCareSet:
         return tuple((axis,) for axis in self.axes)
 
     def without(self, parts: Sequence[tuple[int, ...]]) -> BddCareSet | None:
-        manager = self.encoding.manager
-        forgotten = {axis for part in parts for axis in part}
-        cube = self.encoding.now(forgotten)
-        allowed = manager.exists(self.allowed, cube)
-        refused = manager.exists(self.refused, cube)
-        if allowed & refused != manager.false:
-            return None
-        left = tuple(axis for axis in self.axes if axis not in forgotten)
-        return BddCareSet(self.encoding, left, allowed, refused)
+        found = self._forgetting({axis for part in parts for axis in part})
+        overlap = found.allowed & found.refused
+        return found if overlap == self.encoding.manager.false else None
 
     def selected(self) -> BddCareSet | None:
         """Select the axis that leaves the fewest states confused, until none is."""
@@ -69,25 +63,38 @@ class BddCareSet:
         both = self.allowed | self.refused
         if manager.size(both) * len(self.axes) ** 2 > _MOST_WORK:
             return None
-        chosen: set[int] = set()
-        while len(chosen) < min(_MOST_SELECTED, len(self.axes)):
-            finer = {axis: self._onto(chosen | {axis}) for axis in self.axes if axis not in chosen}
-            confused = {
-                axis: self.encoding.count(both & found.allowed & found.refused)
-                for axis, found in finer.items()
-            }
-            best = min(confused, key=lambda axis: confused[axis])
-            chosen.add(best)
-            if not confused[best]:
-                return finer[best]
-        return None
 
-    def _onto(self, axes: Collection[int]) -> BddCareSet:
-        """The projection, in which the sets may overlap."""
-        cube = self.encoding.now([axis for axis in self.axes if axis not in axes])
+        def confused(chosen: Sequence[int]) -> dict[int, int]:
+            left = [axis for axis in self.axes if axis not in chosen]
+            return {
+                axis: self.encoding.count(both & found.allowed & found.refused)
+                for axis, found in self._with_each(left)
+            }
+
+        total = self.encoding.count(both)
+        chosen = select(len(self.axes), total, _MOST_SELECTED, confused)
+        return None if chosen is None else self._forgetting(set(self.axes).difference(chosen))
+
+    def _with_each(self, axes: Sequence[int]) -> Iterator[tuple[int, BddCareSet]]:
+        """Each of some axes, and the projection that forgets the others of them.
+
+        In it the sets may overlap. Half of the axes are forgotten at a time, so that projections
+        are made of what is left of the sets already.
+        """
+        if len(axes) == 1:
+            yield axes[0], self
+            return
+        first, second = axes[: len(axes) // 2], axes[len(axes) // 2 :]
+        yield from self._forgetting(second)._with_each(first)
+        yield from self._forgetting(first)._with_each(second)
+
+    def _forgetting(self, axes: Collection[int]) -> BddCareSet:
+        """The projection without some axes, in which the sets may overlap."""
         manager = self.encoding.manager
+        cube = self.encoding.now(axes)
+        left = tuple(axis for axis in self.axes if axis not in axes)
         allowed, refused = manager.exists(self.allowed, cube), manager.exists(self.refused, cube)
-        return BddCareSet(self.encoding, tuple(sorted(axes)), allowed, refused)
+        return BddCareSet(self.encoding, left, allowed, refused)
 
     def separates(self, condition: Expr) -> bool:
         false = self.encoding.manager.false

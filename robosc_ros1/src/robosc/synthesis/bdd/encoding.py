@@ -263,10 +263,10 @@ class Encoding:
             """Its values, if that is sooner told than put together."""
             if _is_costly(node) and (node, event) in self._known:
                 return self._known[node, event]
-            sources = {self._source(leaf, event) for leaf in _leaves(node)}
+            sources = self._sources(node, event, 2)
             if len(sources) <= 1:
                 return self._of_one_source(node, sources, event)
-            return self._comparison(node, sources, event)
+            return self._comparison(node, event)
 
         def operation(node: Operation, operands: tuple[Partition, ...]) -> Partition:
             found = combined(self.manager, node, operands)
@@ -279,9 +279,16 @@ class Encoding:
 
         return fold(expr, leaf, operation, known=known)
 
-    def _comparison(
-        self, node: Expr, sources: set[LeafSource], event: int | None
-    ) -> Partition | None:
+    def _sources(self, node: Expr, event: int | None, most: int | None = None) -> set[LeafSource]:
+        """What an expression reads, or the first ``most`` of it."""
+        found: set[LeafSource] = set()
+        for leaf in _leaves(node):
+            found.add(self._source(leaf, event))
+            if len(found) == most:
+                break
+        return found
+
+    def _comparison(self, node: Expr, event: int | None) -> Partition | None:
         """A comparison of linear integer expressions, by bits."""
         if not isinstance(node, Binary) or not node.operation.is_comparison:
             return None
@@ -289,7 +296,7 @@ class Encoding:
         if left is None or right is None:
             return None
         valid = self.manager.true
-        for source in sources:
+        for source in self._sources(node, event):
             valid = valid & self.all_values(source)
         holds = compared(self.manager, node.operator, left, right)
         found: Partition = [(True, valid & holds), (False, valid & ~holds)]

@@ -13,6 +13,7 @@ from robosc.ir.automaton import Plant
 from robosc.model.expr import Expr
 from robosc.synthesis.dense.bitset import Bitset
 from robosc.synthesis.dense.layout import Dim, Layout
+from robosc.synthesis.dropping import select
 from robosc.synthesis.minimise import (
     LARGEST_TABLE,
     Table,
@@ -68,17 +69,19 @@ class DenseCareSet:
         columns = self._columns(places)
         refused = self.refused[places]
         groups = np.zeros(len(places), np.int64)
-        chosen: list[int] = []
-        while len(chosen) < min(_MOST_SELECTED, len(self.dims)):
-            left = [number for number in range(len(self.dims)) if number not in chosen]
-            finer = {n: _numbered(groups * self.dims[n].size + columns[n]) for n in left}
-            confused = {n: _confused(finer[n], refused) for n in left}
-            best = min(left, key=lambda number: confused[number])
-            groups = finer[best]
-            chosen.append(best)
-            if not confused[best]:
-                return self._onto(sorted(chosen), places, columns)
-        return None
+
+        def confused(chosen: Sequence[int]) -> dict[int, int]:
+            nonlocal groups
+            for best in chosen[-1:]:
+                groups = _numbered(groups * self.dims[best].size + columns[best])
+            return {
+                number: _confused(_numbered(groups * dim.size + columns[number]), refused)
+                for number, dim in enumerate(self.dims)
+                if number not in chosen
+            }
+
+        chosen = select(len(self.dims), len(places), _MOST_SELECTED, confused)
+        return None if chosen is None else self._onto(sorted(chosen), places, columns)
 
     def _columns(self, places: Indexes) -> list[Indexes]:
         """The positions in each dimension of states at some places."""
