@@ -63,9 +63,10 @@ class DenseCareSet:
 
     def selected(self) -> DenseCareSet | None:
         """Select the dimension that leaves the fewest states confused, until none is."""
-        places = np.flatnonzero(self.allowed | self.refused)
-        if len(places) * len(self.dims) ** 2 > _MOST_WORK:
+        count = np.count_nonzero(self.allowed) + np.count_nonzero(self.refused)
+        if count * len(self.dims) ** 2 > _MOST_WORK:
             return None
+        places = np.flatnonzero(self.allowed | self.refused)
         columns = self._columns(places)
         refused = self.refused[places]
         groups = np.zeros(len(places), np.int64)
@@ -111,10 +112,8 @@ class DenseCareSet:
         if not set(axes) <= {axis for dim in self.dims for axis in dim.axes}:
             return False
         for states, expected in ((self.allowed, True), (self.refused, False)):
-            places = np.flatnonzero(states)
-            for start in range(0, len(places), _MOST_ROWS):
-                part = places[start : start + _MOST_ROWS]
-                values = self._values(part)
+            for start in range(0, len(states), _MOST_ROWS):
+                values = self._values(start + np.flatnonzero(states[start : start + _MOST_ROWS]))
                 found = evaluate_vectorised(self.plant, condition, {a: values[a] for a in axes})
                 if not (found.astype(np.bool_) == expected).all():
                     return False
@@ -148,9 +147,9 @@ class DenseCareSet:
         return condition_of_products(self.plant, axes, diagrams, *sets)
 
     def _rows(self, states: Bools, axes: Sequence[int]) -> Indexes:
-        places = np.flatnonzero(states)
-        if len(places) > _MOST_ROWS:
+        if np.count_nonzero(states) > _MOST_ROWS:
             raise TooLarge("a guard reads too many values")
+        places = np.flatnonzero(states)
         values = self._values(places)
         rows = np.empty((len(places), len(axes)), np.intp)
         for column, axis in enumerate(axes):

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robosc.ir.automaton import Event
+from robosc.ir.expr import junction
+from robosc.model.expr import Expr, Unary
 from robosc.synthesis.dense.bitset import Bitset, add, count, members
 from robosc.synthesis.dense.care_set import DenseCareSet
 from robosc.synthesis.dense.images import (
@@ -28,11 +30,11 @@ from robosc.synthesis.dense.images import (
     uncontrolled,
 )
 from robosc.synthesis.dense.layout import Layout
-from robosc.synthesis.dense.operations import Operation
+from robosc.synthesis.dense.operations import Operation, carrying_on
 from robosc.synthesis.dense.transitions import Compiler, Condition, EventRules
 from robosc.synthesis.vectorised import Bools, Indexes
 
-__all__ = ["DenseEngine", "DenseSolution", "Progress"]
+__all__ = ["DenseEngine", "DenseSolution", "EventOperations", "Progress"]
 
 Progress = Callable[[str, int, int], None]
 """Called now and then: what is being computed, how far it is, and the most it can be."""
@@ -42,7 +44,7 @@ _NOTHING_REFUSED: Mapping[int, Bitset] = {}
 
 
 @dataclass(frozen=True, eq=False)
-class _EventOperations:
+class EventOperations:
     """The operations of an event in the plant, and where its requirement also holds.
 
     Each is a sequence of stages; one stage is the rule. ``possible`` is where the plant allows the
@@ -96,20 +98,20 @@ class DenseEngine:
         self.plant_states = 0
         self.steps = tuple(self._compile(event) for event in rules)
 
-    def _compile(self, rules: EventRules) -> _EventOperations:
+    def _compile(self, rules: EventRules) -> EventOperations:
         plant = tuple(
-            tuple(op for rule in stage for op in self.layout.operations(rule))
+            carrying_on(op for rule in stage for op in self.layout.operations(rule))
             for stage in rules.stages
         )
         if rules.event.requirement is None:
-            return _EventOperations(rules, plant, plant)
-        first = tuple(
+            return EventOperations(rules, plant, plant)
+        first = carrying_on(
             op
             for rule in rules.stages[0]
             for condition in rules.required
             for op in self.layout.operations(rule, condition)
         )
-        return _EventOperations(rules, plant, (first, *plant[1:]))
+        return EventOperations(rules, plant, (first, *plant[1:]))
 
     # --- synthesis
 
@@ -215,7 +217,7 @@ class DenseEngine:
         def sweep() -> None:
             for stages in events:
                 if len(stages) == 1:
-                    for op in stages[0]:
+                    for op in reversed(stages[0]):
                         uncontrolled(op, good)
                 else:
                     lost = preimage(stages, np.bitwise_not(good))
@@ -242,7 +244,7 @@ class DenseEngine:
         def sweep() -> None:
             for number, stages in enumerate(events):
                 if len(stages) == 1 and number not in refused:
-                    for op in stages[0]:
+                    for op in reversed(stages[0]):
                         backward(op, back, within)
                 else:
                     found = preimage(stages, back)
@@ -282,13 +284,41 @@ class DenseEngine:
             measure(op, states) for condition in conditions for op in self.layout.regions(condition)
         )
 
-    def enabled(self, step: _EventOperations, states: Bitset) -> int:
+    def meeting(self, states: Bitset, expr: Expr, polarity: bool = True) -> Bitset:
+        """Those of ``states`` in which an expression is ``polarity``, as an array of its own.
+
+        Put together set by set: as conditions that exclude each other it may be very long.
+        """
+        if isinstance(expr, Unary):
+            return self.meeting(states, expr.operand, not polarity)
+        parts = junction(expr, polarity)
+        if parts is None or not (parts.conjunctive or self.compiler.is_wide(expr)):
+            return self._regions(states, self.compiler.condition(expr, polarity))
+        found = states if parts.conjunctive else self.layout.nothing()
+        for part, own in parts.parts:
+            if parts.conjunctive:
+                found = self.meeting(found, part, own)
+            else:
+                np.bitwise_or(found, self.meeting(states, part, own), out=found)
+        return found
+
+    def _regions(self, states: Bitset, conditions: Iterable[Condition]) -> Bitset:
+        """Those of ``states`` that meet one of the conditions."""
+        found = self.layout.nothing()
+        for condition in conditions:
+            for op in self.layout.regions(condition):
+                for source in op.sources:
+                    into = op.at(found, source.offset)
+                    np.bitwise_or(into, origins(op, source, states, None), out=into)
+        return found
+
+    def enabled(self, step: EventOperations, states: Bitset) -> int:
         """How many of ``states`` allow a controllable event that stays inside ``states``."""
         if step.branches:
             return count(self._allowed(step, states))
         return self._count_steps(step.required, states, states)
 
-    def _allowed(self, step: _EventOperations, states: Bitset) -> Bitset:
+    def _allowed(self, step: EventOperations, states: Bitset) -> Bitset:
         """Where a command is allowed that stays inside ``states``, whatever comes of it."""
         if not step.branches:
             return self._sources_of(step.required, states, states)
@@ -297,15 +327,15 @@ class DenseEngine:
         np.bitwise_and(found, np.bitwise_not(lost), out=found)
         return np.bitwise_and(found, states, out=found)
 
-    def required(self, step: _EventOperations, states: Bitset) -> int:
+    def required(self, step: EventOperations, states: Bitset) -> int:
         """How many of ``states`` allow a controllable event in the plant under requirements."""
         return self._count_sources(step, step.required, states)
 
-    def possible(self, step: _EventOperations, states: Bitset) -> int:
+    def possible(self, step: EventOperations, states: Bitset) -> int:
         """How many of ``states`` allow an event in the plant."""
         return self._count_sources(step, step.plant, states)
 
-    def _count_sources(self, step: _EventOperations, stages: Stages, states: Bitset) -> int:
+    def _count_sources(self, step: EventOperations, stages: Stages, states: Bitset) -> int:
         if step.branches:  # its operations may have sources in common
             return count(self._sources_of(stages, states, None))
         return self._count_steps(stages, states, None)
@@ -317,7 +347,7 @@ class DenseEngine:
             return int(count(np.bitwise_and(before, states, out=before)))
         return sum(measure(op, states, within) for op in stages[0])
 
-    def care_set(self, step: _EventOperations, states: Bitset, required: bool) -> DenseCareSet:
+    def care_set(self, step: EventOperations, states: Bitset, required: bool) -> DenseCareSet:
         """Where a controllable event is allowed, and where refused though the plant could."""
         allowed = self._allowed(step, states)
         refused = self._sources_of(step.required if required else step.plant, states, None)
@@ -337,7 +367,7 @@ class DenseEngine:
                 np.bitwise_or(into, origins(op, source, states, within), out=into)
         return found
 
-    def occurrences(self, step: _EventOperations, states: Bitset) -> int:
+    def occurrences(self, step: EventOperations, states: Bitset) -> int:
         """State-event-value triples of an uncontrollable event; only time is ever waited for."""
         phase = step.event.phase
         if step.event.kind.synchronised:

@@ -15,7 +15,9 @@ import numpy as np
 
 from robosc.synthesis.dense.bitset import WORD, Bitset
 
-__all__ = ["ShiftMask", "Operation", "Shape", "SourceSlice", "MaskView", "operations"]
+__all__ = [
+    "MaskView", "Operation", "Shape", "ShiftMask", "SourceSlice", "carrying_on", "operations",
+]  # fmt: skip
 
 _LARGEST_STEP = 2**16
 """Words at once, where intermediate results are made: they should stay in the cache."""
@@ -146,6 +148,20 @@ def operations(
         len(shift_masks) == 1 and not shift_masks[0].shift and int(shift_masks[0].mask) == every_bit
     )
     yield from _split(shape, sources, targets, tuple(shift_masks), whole)
+
+
+def carrying_on(found: Iterable[Operation]) -> tuple[Operation, ...]:
+    """The operations of an event in the order in which one carries on what another adds.
+
+    What counts up goes from low to high, what counts down from high to low: then one sweep takes a
+    counter all the way, instead of one step.
+    """
+
+    def place(operation: Operation) -> int:
+        source = operation.sources[0].offset
+        return source if max(operation.targets) >= source else -source
+
+    return tuple(sorted(found, key=place))
 
 
 def _split(

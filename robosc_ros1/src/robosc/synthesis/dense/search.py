@@ -7,7 +7,7 @@ by expanding each layer once more.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
 from robosc.synthesis.dense.bitset import WORD, Bitset, add, members, places
-from robosc.synthesis.dense.engine import DenseSolution
+from robosc.synthesis.dense.engine import DenseSolution, EventOperations
 from robosc.synthesis.dense.layout import Layout
-from robosc.synthesis.dense.transitions import Condition, TransitionRule
-from robosc.synthesis.vectorised import Bools, Indexes, evaluate_vectorised
+from robosc.synthesis.dense.transitions import Condition, TransitionRule, Writes
+from robosc.synthesis.vectorised import Bools, Indexes
 
 __all__ = ["DenseSystem"]
 
@@ -55,8 +55,7 @@ class DenseSystem:
             return None
         if self._plant is None:
             self._plant = self.solution.engine.plant_reach()
-        engine = self.solution.engine
-        return engine.count(self._plant, engine.compiler.condition(condition)) > 0
+        return bool(self.solution.engine.meeting(self._plant, condition).any())
 
     def longest_completion(self) -> int | None:
         return None
@@ -65,17 +64,13 @@ class DenseSystem:
         return None
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
-        engine = self.solution.engine
-        if not engine.count(self.solution.states, engine.compiler.condition(condition)):
+        wanted = self.solution.engine.meeting(self.solution.states, condition)
+        if not wanted.any():
             return None
         for number in range(self.layout.size):
             layer = self._layer(number)
             assert len(layer), "a controlled state is not reached"
-            hits = np.flatnonzero(
-                np.broadcast_to(
-                    evaluate_vectorised(self.plant, condition, self._columns(layer)), layer.shape
-                )
-            )
+            hits = np.flatnonzero(members(wanted, layer))
             if len(hits):
                 return self._path(number, int(layer[hits[0]]))
         raise AssertionError("a controlled state is not reached")
@@ -116,33 +111,47 @@ class DenseSystem:
         return tuple(self.layout.state(each) for each in reversed(found))
 
     def _predecessor(self, layer: Indexes, target: int) -> int:
-        for before, after in self._successors(layer):
-            hits = np.flatnonzero(after == target)
-            if len(hits):
-                return int(before[hits[0]])
+        """The first state of a layer, event by event, that an event leads to the target.
+
+        Only states are tried that differ from it in nothing but what the event writes.
+        """
+        columns, state = self._columns(layer), self.layout.state(target)
+        changed = [columns[axis] != state[axis] for axis in range(len(state))]
+        nothing = np.zeros(len(layer), np.int32)
+        differing = sum(changed, nothing)
+        for number, written in enumerate(self.plant.writes):
+            near = layer[sum((changed[axis] for axis in written), nothing) == differing]
+            if len(near):
+                start = _Batch(near, self._columns(near), frozenset())
+                for before, after in self._steps(self.solution.engine.steps[number], start):
+                    hits = np.flatnonzero(after == target)
+                    if len(hits):
+                        return int(before[hits[0]])
         raise AssertionError("a state without predecessor")
 
     # --- steps of many states at once
 
     def _successors(self, places: Indexes) -> Iterator[tuple[Indexes, Indexes]]:
         """Pairs of places before and after, event by event, under control."""
-        states = self.solution.states
         start = _Batch(places, self._columns(places), frozenset())
         for step in self.solution.engine.steps:
-            batches = [start]
-            if step.event.requirement is not None:
-                batches = [start.where(condition) for condition in step.rules.required]
-            for stage in step.rules.stages:
-                batches = [
-                    moved for batch in batches for rule in stage for moved in batch.moved(rule)
-                ]
-            moves = [(batch.places, self._after(batch)) for batch in batches if len(batch.places)]
-            leaving = [before[~members(states, after)] for before, after in moves]
-            for before, after in moves:
-                kept = members(states, after)
-                if step.branches:  # refused if any of its outcomes is outside
-                    kept &= ~np.isin(before, np.concatenate(leaving))
-                yield before[kept], after[kept]
+            yield from self._steps(step, start)
+
+    def _steps(self, step: EventOperations, start: _Batch) -> Iterator[tuple[Indexes, Indexes]]:
+        """The same for one event."""
+        states = self.solution.states
+        batches = [start]
+        if step.event.requirement is not None:
+            batches = [start.where(condition) for condition in step.rules.required]
+        for stage in step.rules.stages:
+            batches = [moved for batch in batches for rule in stage for moved in batch.moved(rule)]
+        moves = [(batch.places, self._after(batch)) for batch in batches if len(batch.places)]
+        leaving = [before[~members(states, after)] for before, after in moves]
+        for before, after in moves:
+            kept = members(states, after)
+            if step.branches:  # refused if any of its outcomes is outside
+                kept &= ~np.isin(before, np.concatenate(leaving))
+            yield before[kept], after[kept]
 
     def _columns(self, places: Indexes) -> dict[int, Indexes]:
         found: dict[int, Indexes] = {}
@@ -182,21 +191,38 @@ class _Batch:
     def moved(self, rule: TransitionRule) -> Iterator[_Batch]:
         """Where a rule leads those in which it holds, once per combination of new values."""
         batches = [self.where(rule.condition)]
-        for axis, rectangles in rule.writes.items():
+        for axis, writes in rule.writes.items():
             batches = [
                 written
                 for batch in batches
                 if len(batch.places)
-                for old, new in rectangles
-                for written in batch._written(axis, old, new)
+                for written in batch._written(axis, writes)
             ]
         yield from batches
 
-    def _written(self, axis: int, old: Sequence[int], new: Sequence[int]) -> Iterator[_Batch]:
-        batch = self._only(np.isin(self.columns[axis], old))
-        for value in new:
-            columns = {**batch.columns, axis: np.full(len(batch.places), value)}
-            yield _Batch(batch.places, columns, self.written | {axis})
+    def _written(self, axis: int, writes: Writes) -> Iterator[_Batch]:
+        """Old values with one new value each are looked up at once; there may be hundreds."""
+        most = 1 + max(max(old) for old, _ in writes)
+        single = np.full(most, -1)
+        for old, new in writes:
+            if len(new) == 1:
+                single[list(old)] = new[0]
+                continue
+            several = np.zeros(most, np.bool_)
+            several[list(old)] = True
+            for value in new:
+                yield self._changed(axis, np.where(several, value, -1))
+        yield self._changed(axis, single)
+
+    def _changed(self, axis: int, new: Indexes) -> _Batch:
+        """With a new value for each old one; without the states that have -1 or none there."""
+        values = self.columns[axis]
+        found = np.full(len(values), -1)
+        known = values < len(new)
+        found[known] = new[values[known]]
+        batch = self._only(found >= 0)
+        columns = {**batch.columns, axis: found[found >= 0]}
+        return _Batch(batch.places, columns, self.written | {axis})
 
     def _only(self, kept: Bools) -> _Batch:
         if kept.all():

@@ -131,6 +131,10 @@ class Compiler:
         """Conditions that exclude each other and together say that ``expr`` is ``polarity``."""
         return self._all_of([(expr, polarity)])
 
+    def is_wide(self, expr: Expr) -> bool:
+        """Whether an expression reads too many combinations of values to be one test."""
+        return self._size(support(self.plant, expr)) > _WIDE
+
     def event(self, event: Event) -> EventRules:
         entry = ALWAYS
         writes: dict[int, Writes] = {}
@@ -163,7 +167,7 @@ class Compiler:
         parts = junction(expr, polarity)
         if parts is not None and parts.conjunctive:
             return self._all_of(parts.parts)
-        if parts is not None and self._size(support(self.plant, expr)) > _WIDE:
+        if parts is not None and self.is_wide(expr):
             # A wide choice becomes cases that exclude each other: each reads fewer axes.
             return self._either(*parts.parts)
 
