@@ -65,11 +65,22 @@ class _Builder:
         self.rng.shuffle(sides)
         return f"{sides[0]} {self.pick(*operators)} {sides[1]}"
 
+    def band(self, *leaves: str) -> str:
+        """That a number or a string is converted to some value of the enum."""
+        return f"Band({self.pick(*leaves)}) {self.pick('=', '!=')} {self.pick('low', 'middle')}"
+
+    def enum(self) -> str:
+        rules = [f"{self.comparison('value')} -> {v}" for v in ("low", "middle", "low")]
+        joined = f"{self.comparison('value')} and !({self.comparison('value')}) -> middle"
+        return f"datatype enum Band from {self.type} to {{ {' '.join(rules)} {joined} default -> high }}"
+
     def condition(self, *leaves: str, others: tuple[str, ...] = ()) -> str:
         """A condition over data; ``others`` are booleans beside it."""
         kind = self.rng.random()
         if kind < 0.15 and others:
             return self.pick(*others)
+        if kind < 0.4 and self.extra == "enum":
+            return self.band(*leaves)
         if kind < 0.65:
             return self.comparison(*leaves)
         if kind < 0.75:
@@ -83,6 +94,8 @@ class _Builder:
             "w": self.data(incoming, "v", self.constant()),
             "flag": self.condition(incoming, "v", others=("flag",)),
         }
+        if self.extra == "enum":
+            given["band"] = f"Band({self.pick(incoming, 'v', 'w')})"
         taken = [name for name in given if self.rng.random() < 0.6] or ["v"]
         return "do " + ", ".join(f"{name} := {given[name]}" for name in taken)
 
@@ -108,7 +121,9 @@ class _Builder:
 
     def build(self) -> str:
         leaves = ("Sensor.v", "Sensor.w")
-        others = ("Sensor.flag", "Sensor.t", "Base.away")
+        others: tuple[str, ...] = ("Sensor.flag", "Sensor.t", "Base.away")
+        if self.extra == "enum":
+            others += ("Sensor.band = middle",)
         failure = self.extra == "failure"
         carried = f"request: none, response: {self.type}, feedback: none"
 
@@ -118,6 +133,7 @@ class _Builder:
         return f"""
 robot R {{
     {f"parameter p: {self.type} = {self.constant()}" if self.extra == "parameter" else ""}
+    {self.enum() if self.extra == "enum" else ""}
     interface link use Thing from some_robot_msgs
     component Sensor {{
         outgoing message sense with type: {self.type}
@@ -126,6 +142,7 @@ robot R {{
             variable v: {self.type}
             variable w: {self.type} = {self.constant()}
             variable flag: boolean
+            {"variable band: Band" if self.extra == "enum" else ""}
             initial marked state s {{
                 {self.reaction("response from sense", "value")}
             }}
@@ -167,8 +184,8 @@ robot R {{
 def data_model(rng: random.Random, computed: bool = False, extra: str = "") -> str:
     """The text of a robot without errors; ``computed``: with more than comparisons and copies.
 
-    ``extra`` may be "parameter": a parameter p, of the type of all data; or "failure": an action
-    whose errors may bring a result.
+    ``extra`` may be "parameter": a parameter p, of the type of all data; "failure": an action
+    whose errors may bring a result; or "enum": an enum as a function of them.
     """
     type_ = rng.choice(list(CONSTANTS))
     return _Builder(rng, type_, computed, rng.random() < 0.8, extra).build()

@@ -164,11 +164,14 @@ def test_data_become_enumerations() -> None:
     assert 'is_b: Battery.label = "b"' in text
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_random_data_become_enumerations(seed: int) -> None:
+@pytest.mark.parametrize(
+    ("seed", "extra"),
+    [*((seed, "") for seed in range(6)), (0, "enum"), (1, "enum"), (0, "failure")],
+)
+def test_random_data_become_enumerations(seed: int, extra: str) -> None:
     rng = random.Random(seed)
     while True:
-        text = data_model(rng, computed=seed % 2 == 1)
+        text = data_model(rng, seed % 2 == 1, extra)
         plant = lower(robot_of(text))
         tests = [v.test.name for v in plant.variables if v.test is not None]
         across = any("Sensor" in name and "Base" in name for name in tests)

@@ -154,7 +154,7 @@ def small_supervisor(rng: random.Random, computed: bool, extra: str) -> Supervis
 CASES = [(seed, computed, "") for seed in range(25) for computed in (False, True)]
 CASES += [
     (seed, computed, extra)
-    for extra, count in (("parameter", 8), ("failure", 4))
+    for extra, count in (("parameter", 8), ("failure", 4), ("enum", 4))
     for seed in range(count)
     for computed in (False, True)
 ]

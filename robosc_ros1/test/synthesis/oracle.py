@@ -29,6 +29,7 @@ from robosc.model.entities import (
 )
 from robosc.model.expr import (
     Binary,
+    Convert,
     Expr,
     Literal,
     ParameterRef,
@@ -119,7 +120,18 @@ def evaluate(expr: Expr, read: Any) -> Any:
             return not evaluate(left, read) or evaluate(right, read)
         case Binary(operator=operator, left=left, right=right):
             return apply(operator, evaluate(left, read), evaluate(right, read))
+        case Convert(argument=argument, type=enum):
+            return convert(enum, evaluate(argument, read))
     raise TypeError(expr)
+
+
+def convert(enum: EnumType, value: Any) -> str:
+    """The value of the first rule that holds, or the default."""
+    for rule in enum.rules:
+        with suppress(UndefinedValue):
+            if evaluate(rule.condition, lambda part: value):
+                return rule.value
+    return enum.default
 
 
 def apply(operator: str, left: Any, right: Any) -> Any:

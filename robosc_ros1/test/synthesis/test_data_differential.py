@@ -80,7 +80,8 @@ def differences(text: str, engine: str) -> list[Any]:
 
 
 CASES = [(seed, "") for seed in range(25)]
-CASES += [(seed, "parameter") for seed in range(8)] + [(seed, "failure") for seed in range(4)]
+CASES += [(seed, "parameter") for seed in range(8)]
+CASES += [(seed, extra) for extra in ("failure", "enum") for seed in range(4)]
 """Seeds of random models, and what they have besides."""
 
 FREE = [pytest.param(*case, marks=pytest.mark.slow) if case == (14, "") else case for case in CASES]

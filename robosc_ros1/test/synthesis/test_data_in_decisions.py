@@ -59,6 +59,38 @@ def test_the_class_between_two_constants_has_nan_in_it(engine: str) -> None:
     assert values == {"value > 0.2", "!(value > 0.2)", None}
 
 
+@ENGINES
+def test_an_enum_as_a_function_and_comparisons_share_their_classes(engine: str) -> None:
+    supervisor = supervisor_of(
+        """
+        datatype enum Level from double to { value > 0.5 -> high value < 0.2 -> low default -> some }
+        component Battery {
+            outgoing message battery with type: double
+            behaviour {
+                variable charge: double = 1.0
+                variable level: Level = high
+                initial marked state ok {
+                    on response from battery do charge := value, level := Level(value)
+                }
+            }
+        }
+        component Base {
+            incoming message drive with type: none
+            incoming message halt with type: none
+        }
+        requirement drive needs Battery.level = high and Battery.charge > 0.5
+        requirement halt needs Level(Battery.charge) = low and Battery.charge > 0.3
+        """,
+        engine,
+    )
+    assert supervisor.plant.view.free == ()
+    assert supervisor.controlled_states == 4  # 0.3 lies between the limits of the enum
+    assert guard_text(supervisor, "drive.request")[0] in (
+        "Battery.level = high", "Battery.charge > 0.5", "Battery.level = high and Battery.charge > 0.5"
+    )  # fmt: skip
+    assert guard_text(supervisor, "halt.request") == ("false", "never")
+
+
 DRAINING = """
 component Battery {
     outgoing message battery with type: double

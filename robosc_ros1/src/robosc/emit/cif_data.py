@@ -8,7 +8,7 @@ data it reads. So the exported plant has the same states and transitions as the 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -23,6 +23,7 @@ from robosc.ir.automaton import (
 )
 from robosc.ir.expr import Leaf, conjunction, disjunction, evaluate
 from robosc.model.entities import Component, Robot, Variable
+from robosc.model.evaluation import converted
 from robosc.model.expr import (
     Binary,
     Convert,
@@ -263,14 +264,20 @@ def _update(expr: Expr, leaves: Mapping[Expr, _Counterpart], target: StateVariab
         """The value of the enumeration whose class a number or a string is in."""
         return str(tuple(counterpart.values)[counterpart.classes.index(value)])
 
-    def outcome(value: Value) -> str:
+    def outcome(value: Value | None) -> str:
         """What the assigned expression comes to where the one leaf that it reads has a value."""
         return member(evaluate(expr, lambda leaf: value))
 
     read = [part for part in walk(expr) if not isinstance(part, Literal | Operation)]
     if not read:
-        return Literal(member(evaluate(expr, lambda leaf: None)), enum)
-    source = leaves.get(read[0]) or _integer(read[0])
+        return Literal(outcome(None), enum)
+    return _converting(leaves.get(read[0]) or _integer(read[0]), enum, outcome)
+
+
+def _converting(
+    source: _Counterpart, enum: EnumType, outcome: Callable[[Value | None], str]
+) -> Convert:
+    """What the value of an enumeration, or an integer, becomes in another enumeration."""
     # A rule reads the name of the value: what is of an enum would be converted once more.
     named: Type = StringType() if isinstance(source.leaf.type, EnumType) else source.leaf.type
     rules = tuple(
@@ -296,6 +303,8 @@ def _discrete(expr: Expr, leaves: Mapping[Expr, _Counterpart]) -> Expr:
     match expr:
         case Unary(operator="!", operand=operand):
             return replace(expr, operand=_discrete(operand, leaves))
+        case Convert(argument=argument, type=enum) if argument in leaves:
+            return _converting(leaves[argument], enum, lambda value: str(converted(enum, value)))
         case Binary(left=left, right=right) if isinstance(left.type, BooleanType):
             return replace(expr, left=_discrete(left, leaves), right=_discrete(right, leaves))
         case _ if isinstance(expr, Operation) and isinstance(expr.type, BooleanType):

@@ -119,7 +119,8 @@ def _apply(node: Operation, operands: tuple[NDArray[Any], ...]) -> NDArray[Any]:
     if isinstance(node, Convert):
         values, scalar = node.type.values, scalar_of(node)
         codes = np.frompyfunc(lambda value: values.index(str(scalar(value))), 1, 1)
-        return np.asarray(codes(operands[0].astype(object)), dtype=np.int64)
+        with np.errstate(all="ignore"):  # rules may compare NaN
+            return np.asarray(codes(operands[0].astype(object)), dtype=np.int64)
     if not _exact(operation, operands):
         function = np.frompyfunc(operation.scalar, len(operands), 1)
         with np.errstate(all="ignore"):

@@ -1,8 +1,8 @@
 """Which part of a condition decides over data, and the condition over finitely many outcomes.
 
 Data are numbers without bounds, strings, and all that is computed from them. A comparison of data
-with a constant stays as it is: its term is the variable or the part of ``value``. Any other becomes
-a :class:`~robosc.model.expr.TestRef` that is compared with a constant, or is a boolean itself; a
+with a constant stays as it is: its term is the variable or the part of ``value``. So does one that
+an enum converts whose rules are such comparisons. Any other becomes a :class:`~robosc.model.expr.TestRef` that is compared with a constant, or is a boolean itself; a
 parameter is such a test, too, whose outcome is not known at the start and never changes. So
 ``A.x > A.y`` asks whether the order of the two is above 0, as do ``A.y < A.x`` and, the other way
 round, ``A.x <= A.y``: what excludes each other in the data does so in the plant.
@@ -49,8 +49,8 @@ from robosc.model.types import (
 )
 
 __all__ = [
-    "Term", "Terms", "is_constant", "order", "reads_data", "reads_parameters",
-    "value_of",
+    "Term", "Terms", "compared_in_rules", "is_constant", "order", "reads_data",
+    "reads_parameters", "value_of",
 ]  # fmt: skip
 
 Term: TypeAlias = VariableRef | ValueRef | TestRef
@@ -77,6 +77,34 @@ def reads_data(expr: Expr) -> bool:
         else domain(part.type) is None and not isinstance(part, Literal | Operation)
         for part in walk(expr)
     )
+
+
+def compared_in_rules(expr: Convert) -> list[tuple[str, Expr]] | None:
+    """What the rules of an enum compare a number or a string with: operators and constants.
+
+    None if they ask anything else, or if what is converted is no variable and no part of ``value``.
+    """
+    if not isinstance(expr.argument, VariableRef | ValueRef) or not expr.type.rules:
+        return None
+    found: list[tuple[str, Expr]] = []
+    work: list[Expr] = [rule.condition for rule in expr.type.rules]
+    while work:
+        match work.pop():
+            case Unary(operator="!", operand=operand):
+                work.append(operand)
+            case Binary(left=left, right=right) as both if both.operation.is_lazy:
+                work += [left, right]
+            case Binary(operator=operator, left=ValueRef(path=()) as left, right=right) if (
+                operator in MIRRORED and domain(left.type) is None and is_constant(right)
+            ):
+                found.append((operator, right))
+            case Binary(operator=operator, left=left, right=ValueRef(path=()) as right) if (
+                operator in MIRRORED and domain(right.type) is None and is_constant(left)
+            ):
+                found.append((MIRRORED[operator], left))
+            case _:
+                return None
+    return found
 
 
 def order(left: Value, right: Value) -> Value:
@@ -113,6 +141,8 @@ class Terms:
                     return replace(expr, left=self.finite(left), right=self.finite(right))
                 return self._comparison(expr) if reads_data(expr) else self._whole(expr)
             case VariableRef() | ValueRef() | StateRef() | PhaseRef() | Literal():
+                return expr
+            case Convert() if compared_in_rules(expr) is not None:
                 return expr
         return self._seen(self.computed(expr)) if reads_data(expr) else self._whole(expr)
 

@@ -19,6 +19,7 @@ from robosc.ir.finite.classes import Classes, Comparison
 from robosc.ir.finite.terms import (
     Term,
     Terms,
+    compared_in_rules,
     is_constant,
     reads_parameters,
     value_of,
@@ -38,6 +39,7 @@ from robosc.model.expr import (
     Aggregate,
     Binary,
     ChoiceRef,
+    Convert,
     Expr,
     Holds,
     Literal,
@@ -249,6 +251,9 @@ class _Builder:
                         self._compare(scope, left, operator, right)
                     elif _is_term(right) and is_constant(left):
                         self._compare(scope, right, MIRRORED[operator], left)
+                case Convert(argument=argument):
+                    for operator, constant in compared_in_rules(part) or ():
+                        self._compare(scope, argument, operator, constant)
 
     def _compare(self, scope: Scope, term: Expr, operator: str, constant: Expr) -> None:
         assert isinstance(term, VariableRef | ValueRef | TestRef)
