@@ -1,8 +1,9 @@
 """Which part of a condition decides over data, and the condition over finitely many outcomes.
 
 Data are numbers without bounds, strings, and all that is computed from them. A comparison of data
-with a constant stays as it is: its term is the variable or the part of ``value``. So does one that
-an enum converts whose rules are such comparisons. Any other becomes a :class:`~robosc.model.expr.TestRef` that is compared with a constant, or is a boolean itself; a
+with a constant stays as it is: its term is the variable or the part of ``value``. So does what an
+enum makes of one, if its rules are such comparisons. Any other becomes a
+:class:`~robosc.model.expr.TestRef` that is compared with a constant, or is a boolean itself; a
 parameter is such a test, too, whose outcome is not known at the start and never changes. So
 ``A.x > A.y`` asks whether the order of the two is above 0, as do ``A.y < A.x`` and, the other way
 round, ``A.x <= A.y``: what excludes each other in the data does so in the plant.
