@@ -76,6 +76,12 @@ def automata_of(plant: Plant) -> Automata:
     controllable = {
         label: event.controllable for event in plant.events for label in labels[id(event)]
     }
+    # The plant has all events, also those of a component that is a specification; and there is one.
+    told = frozenset[str]().union(*(automaton.events for automaton in automata))
+    if unknown := [label for label in controllable if label not in told]:
+        automata.append(_free(unknown))
+    if not specification:
+        specification.append(_free(list(controllable)))
     return Automata(tuple(automata), tuple(specification), controllable)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import families
 import pytest
+import steep_families
 from bench.synthesis_bench import synthesize_with_faudes
 from synthesis.plants import plant_of
 
@@ -25,8 +26,21 @@ ENGINES = ["dense", "bdd"] if available() else ["dense"]
         families.transfer_line(4, 1),
         families.action_robot(2),
         families.philosophers(4),
+        steep_families.cluster_tool(2),
+        steep_families.elevator(3),
+        steep_families.road(3, 1),
     ],
-    ids=["hands", "services", "line", "short line", "actions", "philosophers"],
+    ids=[
+        "hands",
+        "services",
+        "line",
+        "short line",
+        "actions",
+        "philosophers",
+        "cluster tool",
+        "elevator",
+        "road",
+    ],
 )
 def test_counts(engine: str, text: str) -> None:
     plant = plant_of(text)
