@@ -98,7 +98,7 @@ def _table() -> Iterator[Keyword]:
     for word in dict.fromkeys((*events, *labels)):
         roles = ((Role.EVENT, events), (Role.LABEL, labels))
         yield Keyword(word, tuple(role for role, words in roles if word in words))
-    for word in ("string", "boolean", "integer", "double", "none", "array"):
+    for word in ("string", "boolean", "integer", "double", "none", "array", "duration"):
         yield Keyword(word, (Role.TYPE,))
     for word in symbols(words=True):
         yield Keyword(word, (Role.OPERATOR,))
@@ -170,6 +170,7 @@ _MEANINGS = {
     "integer": "A whole number; with a range, as in `integer(0..9)`, it can decide.",
     "double": "A floating-point number.",
     "none": "Nothing: the communication carries no data.",
+    "duration": "A time span, of a constant or a parameter: `500 ms`, `2 s`.",
     "array": "Several values of one type, in the properties of objects.",
     "and": "True if both sides are.",
     "or": "True if one of the sides is, or both.",
@@ -199,8 +200,11 @@ def starts_of(block: str) -> tuple[str, ...]:
     return tuple(word for word, keyword in KEYWORDS.items() if block in keyword.blocks)
 
 
-BASIC_TYPES = frozenset(words_of(Role.TYPE))
-"""Words that, unescaped, are always the built-in type where a type is expected."""
+BASIC_TYPES = frozenset(words_of(Role.TYPE)) - {"duration"}
+"""Words that, unescaped, are always the built-in type where a type is expected.
+
+A datatype may have the name `duration`, as some had before there were durations.
+"""
 
 
 def escape(name: str) -> str:

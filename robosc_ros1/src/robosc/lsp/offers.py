@@ -185,6 +185,8 @@ class Offers:
                 word == "array" and (none or variable)
             ):
                 continue
+            if word == "duration" and self._context.word(0) not in ("constant", "parameter"):
+                continue
             yield Candidate(word, "keyword", "built-in type")
         for contents in self._known:
             for name in contents.scope.datatypes:

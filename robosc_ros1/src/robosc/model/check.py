@@ -20,7 +20,6 @@ from robosc.model.entities import (
     data_expressions,
 )
 from robosc.model.expr import (
-    Aggregate,
     Binary,
     Convert,
     Expr,
@@ -37,7 +36,7 @@ from robosc.model.expr import (
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, ComponentTable
-from robosc.model.types import EnumType, domain
+from robosc.model.types import ArrayType, EnumType, ObjectType, domain
 from robosc.model.value_scope import ValueScope
 from robosc.model.values import describe
 from robosc.source import Span
@@ -136,21 +135,29 @@ def _check_finite(assignment: Assignment, report: Report) -> None:
     """What a finite variable of the state takes must be finite, unless it is only compared."""
     for part in _taken(assignment.value):
         reads = isinstance(part, VariableRef | ValueRef | ParameterRef | Part)
-        leaf = reads and domain(part.type) is None
-        if leaf and part.span is not None:
+        computed = _goes_through_data(part)
+        if (reads or computed) and domain(part.type) is None and part.span is not None:
             report.add(
                 "not-finite",
                 part.span,
                 f"'{assignment.variable}', which takes part in decisions, cannot take"
                 f" {describe(part.type)} without range: it can be anything",
-                "give it a range, integer(0..9), or convert it by an enum",
+                "compare it here, or convert it by an enum"
+                if computed
+                else "give it a range, integer(0..9), or convert it by an enum",
             )
+
+
+def _goes_through_data(expr: Expr) -> bool:
+    """Whether an expression computes something of an array or an object as a whole."""
+    operands = expr.operands if isinstance(expr, Operation) else ()
+    return any(isinstance(operand.type, ArrayType | ObjectType) for operand in operands)
 
 
 def _taken(expr: Expr) -> Iterator[Expr]:
     """The parts of an expression that do not merely stand in a comparison or a question."""
     yield expr
-    if isinstance(expr, Convert | Part) or (isinstance(expr, Aggregate) and domain(expr.type)):
+    if isinstance(expr, Convert | Part) or _goes_through_data(expr):
         return
     if isinstance(expr, Operation) and not expr.operation.is_comparison:
         for operand in expr.operands:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from pyparsing import Forward, ParserElement
+from pyparsing import Forward, ParserElement, ParseResults
 
 from robosc.language.keywords import UNITS
 from robosc.syntax.elements import (
@@ -36,7 +36,7 @@ from robosc.syntax.nodes import (
     StringNode,
 )
 from robosc.syntax.operands import make_leaf
-from robosc.syntax.reading import Reading
+from robosc.syntax.reading import Reading, Stop
 from robosc.syntax.values import make_access, make_integer, make_name, make_string
 
 __all__ = [
@@ -139,6 +139,8 @@ def type_(expected: str) -> ParserElement:
     bound = terminal("'-'? INTEGER", "a whole number", make_integer)
     bounds = symbol("(") - bound - symbol("..") - bound - symbol(")")
     integer = built(keyword(f"integer {_NO_COLON}") + maybe(built(bounds, _tuple)), _build_integer)
+    unbounded = terminal("(?: string | boolean | double | none ) '('", "a type")
+    unbounded.set_parse_action(_refuse_range)
     basic = terminal(f"(?: string | boolean | double | none ) {_NO_COLON}", "a type", _build_basic)
     array = built(
         keyword(f"array {_NO_COLON}")
@@ -150,8 +152,13 @@ def type_(expected: str) -> ParserElement:
     named = terminal(f"NAME (?: '.' WORD )? {_NO_COLON}", "a type", _build_named)
     deep = terminal(f"(?: array '(' ){{{MAX_NESTING}}}", "a type")
     too_deep = refused(deep, MAX_NESTING, "arrays are")
-    kind <<= either([too_deep, ros_type("a type"), basic, integer, array, named], expected)
+    kind <<= either([too_deep, ros_type("a type"), unbounded, basic, integer, array, named], expected)
     return kind
+
+
+def _refuse_range(kinds: str, loc: int, found: ParseResults) -> None:
+    hint = "write the type alone, and compare the value where it decides"
+    raise Stop(kinds, loc + 1, "only 'integer' has a range", hint=hint)
 
 
 def ros_type(expected: str) -> ParserElement:
