@@ -162,3 +162,44 @@ def test_long_data_are_cut_short_in_the_state() -> None:
     play(player, f'place x: 0.75, name: "{"x" * 90}"')
     (line,) = (t for t in session_text(player, Style()).splitlines() if "goal" in t)
     assert line.endswith("xxx…") and len(line) < 100
+
+
+FREE = """
+robot R {
+    component Gauge {
+        outgoing message level with type: double
+        incoming message fill with type: none
+        behaviour {
+            variable present: double
+            variable before: double
+            variable label: string
+            initial marked state watching {
+                on response from level if !isnan(value)
+                    do before := present, present := value, label := label + "x"
+            }
+        }
+    }
+    requirement fill needs Gauge.present < Gauge.before or Gauge.label = "b"
+}
+"""
+
+
+@pytest.mark.parametrize("model", [MODEL, FREE])
+def test_saved_runs_with_chosen_tests_can_be_played(model: str, tmp_path: Path) -> None:
+    player = session(supervisor_of(model))
+    play(player, "1 0.5" if model is FREE else "2", "random 20 3")
+    play(player, f"save {tmp_path / 'run.sim'}")
+    again = session(supervisor_of(model))
+    play(again, f"play {tmp_path / 'run.sim'}")  # its expectations hold
+    assert again.machine.state == player.machine.state
+    assert again.script() == player.script()
+
+
+def test_a_test_is_chosen_by_its_name() -> None:
+    player = session(supervisor_of(FREE))
+    play(player, 'level 2.5, "compare(value, Gauge.present)": -1, "isnan(value)": false')
+    play(player, "expect Gauge.present = 2.5", "expect enabled fill")
+    with pytest.raises(InvalidLine, match='does not ask for "x < 2"; its tests are "compare'):
+        play(player, 'level 2.5, "x < 2": true')
+    with pytest.raises(InvalidLine, match="is a boolean, not 3"):
+        play(player, 'level 2.5, "isnan(value)": 3')

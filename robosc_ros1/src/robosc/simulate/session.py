@@ -13,7 +13,7 @@ from typing import Any
 
 from robosc.ir.automaton import Event
 from robosc.ir.expr import to_dsl
-from robosc.model.types import ArrayType, EnumType, ObjectType
+from robosc.model.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.simulate.conditions import condition
 from robosc.simulate.expectations import expect
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
@@ -287,7 +287,9 @@ class Session:
             for variable in component.behaviour.variables if component.behaviour else ():
                 if variable.in_state and not isinstance(variable.type, ArrayType | ObjectType):
                     value = state.variables[variable.key]
-                    shown = value if isinstance(variable.type, EnumType) else literal_text(value)
+                    text = isinstance(variable.type, StringType)
+                    enum = isinstance(variable.type, EnumType)
+                    shown = value if enum else literal_text(value, quoted=text)
                     lines.append(f"expect {variable.key} = {shown}")
         return "\n".join(lines) + "\n"
 

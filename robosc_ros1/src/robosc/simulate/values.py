@@ -3,6 +3,7 @@
 A *raw* value is a literal, or for an object a dict of literals by path (``pose.x``, ``ranges[0]``).
 Where the model has an enum, both the enum's value and what it converts from may be written.
 A *given* value has every part that the model reads, by path; ``()`` is the path of a whole one.
+What the plant takes as free, a test of data, may be chosen beside it: ``0.4, "A.x < A.y": true``.
 """
 
 from __future__ import annotations
@@ -58,6 +59,7 @@ _LITERAL = re.compile(
     re.VERBOSE | re.ASCII,
 )
 _PATH = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*|\[\d{1,6}\])*", re.ASCII)
+_TEST = re.compile(r'"(?:[^"\\]|\\.)*"')
 _STEP = re.compile(r"([A-Za-z_]\w*)|\[(\d+)\]", re.ASCII)
 _ESCAPES = {"n": "\n", "t": "\t"}
 
@@ -80,8 +82,10 @@ def parse_raw(text: str) -> Raw:
         return _literal(match)
     fields: dict[str, Raw] = {}
     at = 0
+    if whole := re.match(rf"(?:{_LITERAL.pattern})\s*,\s*(?=\")", text, _LITERAL.flags):
+        fields[""], at = parse_raw(whole.group().rstrip(", \t")), whole.end()
     while at < len(text):
-        path = _PATH.match(text, at)
+        path = _TEST.match(text, at) or _PATH.match(text, at)
         sign = re.compile(r"\s*[:=]\s*").match(text, path.end()) if path else None
         found = _value_at(text, sign.end()) if sign else None
         if path is None or sign is None or found is None:
@@ -131,6 +135,11 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
     Raises:
         InvalidLine: a part is not what the model says it is.
     """
+    if isinstance(raw, dict) and any(name[:1] == '"' for name in raw):
+        tests = {name: raw[name] for name in raw if name[:1] == '"'}
+        others = {name: part for name, part in raw.items() if name not in tests}
+        left = others.get("", others or None)
+        return {**complete(robot, event, left, label), **dict(_chosen(event, tests, label))}
     type_ = value_type(robot, event)
     if isinstance(type_, NoneType):
         if raw is not None:
@@ -145,6 +154,29 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
             return {(): _default(type_)}
         return {(): _converted(type_, raw, label)}
     return _complete_object(event, type_, raw, label)
+
+
+def _chosen(
+    event: Event, tests: Mapping[str, Raw], label: str
+) -> Iterator[tuple[Path, Value | None]]:
+    """The outcomes of tests, by the paths that the plant gives them."""
+    known = {_test_text(p.path): p for p in event.parameters if p.test or _is_test(p.path)}
+    for name, raw in tests.items():
+        if name not in known:
+            names = listing(list(known), "or") if known else "none"
+            raise InvalidLine(f"{label} does not ask for {name}; its tests are {names}")
+        parameter = known[name]
+        missing = raw is None and None in parameter.values
+        yield parameter.path, None if missing else _converted(parameter.type, raw, name)
+
+
+def _is_test(path: Path) -> bool:
+    """Whether a path is the name of a test, or of a choice of the environment."""
+    return bool(path) and not _PATH.fullmatch(path_text(path))
+
+
+def _test_text(path: Path) -> str:
+    return literal_text(str(path[0]), quoted=True)
 
 
 def _has_nothing(raw: Raw) -> bool:
@@ -314,15 +346,15 @@ def _choices(type_: Type) -> str:
     return str(type_)
 
 
-def literal_text(value: Value | None) -> str:
-    """A value as it can be typed again; names of enum values stay bare."""
+def literal_text(value: Value | None, quoted: bool = False) -> str:
+    """A value as it can be typed again; names of enum values stay bare, unless ``quoted``."""
     match value:
         case None:
             return "missing"
         case bool():
             return "true" if value else "false"
         case str():
-            if _LITERAL.fullmatch(value) and value not in _WORDS:
+            if not quoted and _LITERAL.fullmatch(value) and value not in _WORDS:
                 return value
             escaped = value.replace("\\", "\\\\").replace('"', '\\"')
             return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
@@ -334,10 +366,14 @@ def literal_text(value: Value | None) -> str:
 
 def given_text(given: Given) -> str:
     """``free``; ``x: 1.0, kind: free``; empty for no value."""
+    tests = {path: value for path, value in given.items() if _is_test(path)}
+    chosen = [f"{_test_text(path)}: {literal_text(value)}" for path, value in tests.items()]
     if () in given and not _is_object(given[()]):
-        return literal_text(given[()])
-    flat = {leaf: v for path, value in given.items() for leaf, v in _leaves(path, value)}
-    return ", ".join(f"{path_text(path)}: {literal_text(v)}" for path, v in flat.items())
+        return ", ".join([literal_text(given[()]), *chosen])
+    parts = {path: value for path, value in given.items() if path not in tests}
+    flat = {leaf: v for path, value in parts.items() for leaf, v in _leaves(path, value)}
+    texts = [f"{path_text(path)}: {literal_text(v)}" for path, v in flat.items()]
+    return ", ".join([*texts, *chosen])
 
 
 def _is_object(value: Any) -> bool:

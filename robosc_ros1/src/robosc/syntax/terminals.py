@@ -152,7 +152,9 @@ def type_(expected: str) -> ParserElement:
     named = terminal(f"NAME (?: '.' WORD )? {_NO_COLON}", "a type", _build_named)
     deep = terminal(f"(?: array '(' ){{{MAX_NESTING}}}", "a type")
     too_deep = refused(deep, MAX_NESTING, "arrays are")
-    kind <<= either([too_deep, ros_type("a type"), unbounded, basic, integer, array, named], expected)
+    kind <<= either(
+        [too_deep, ros_type("a type"), unbounded, basic, integer, array, named], expected
+    )
     return kind
 
 
