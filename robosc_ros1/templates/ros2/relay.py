@@ -16,7 +16,8 @@ from rclpy.task import Future
 from std_msgs.msg import String
 
 from ._runtime.matching import command_patterns
-from .ros import Action, RosPort
+from .ros import RosPort
+from .ros_calls import Action
 from .ros_messages import fill, plain, sendable
 from .ros_parameters import qos_profile
 

@@ -10,15 +10,13 @@ no answer can come before its request is known.
 import functools
 import time
 
-from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient
 from rclpy.clock import ClockChange, JumpThreshold
 from rclpy.duration import Duration
 from std_msgs.msg import String
 
-from ._runtime.calls import Failure
 from ._runtime.port import BEFORE_TIME, Port
 from ._runtime.report import Outlet
+from .ros_calls import Action, Service
 from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import qos_profile
 
@@ -27,24 +25,13 @@ try:
 except ImportError:  # not part of the smallest installations
     DiagnosticArray = None
 
-FAILURES = {
-    GoalStatus.STATUS_ABORTED: "aborted",
-    GoalStatus.STATUS_CANCELED: "cancelled",
-    GoalStatus.STATUS_UNKNOWN: "unknown to the server",
-}
 EVERY_STEP = JumpThreshold(
     min_forward=Duration(nanoseconds=1),
     min_backward=Duration(nanoseconds=-1),
     on_clock_change=True,
 )
-WATCH = 0.25
-"""Seconds between two looks at the server of a goal that is under way."""
 BATCH = 50
 """The most messages of one topic that are taken before others have their turn."""
-FEEDBACK = 100
-"""Length of the queue of feedback."""
-KEPT_GOALS = 8
-"""So many goals of one action may be waited for to be cancelled."""
 
 
 class RosPort(Port):
@@ -66,7 +53,7 @@ class RosPort(Port):
             publisher = node.create_publisher(message_type, topic, profiles[keys[0]])
             self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
         self._services = {
-            key: _Service(node, self.executor_thread, name, type_) for name, type_, key in services
+            key: Service(node, self.executor_thread, name, type_) for name, type_, key in services
         }
         self._actions = {
             key: Action(node, self.executor_thread, name, type_) for name, type_, key in actions
@@ -186,223 +173,6 @@ def _plainly(post):
 
 def _report(engine, key, token, kind, payload=None):
     engine.report(key, token, kind, payload)
-
-
-class _Service:
-    """Calls of one service, at most one of them of interest to the engine."""
-
-    def __init__(self, node, executor_thread, name, type_):
-        self.report = None
-        self._executor_thread = executor_thread
-        self._type = type_
-        self._client = node.create_client(type_, name)
-        self._clock = node.get_clock()
-        # Touched by the executor's thread only.
-        self._token = None
-        self._future = None
-
-    def call(self, data, token):
-        request = compose(self._type.Request(), data, self._clock)
-        self._executor_thread.do(lambda: self._begin(request, token))
-
-    def abandon(self, token):
-        self._executor_thread.do(lambda: self._abandon(token))
-
-    def is_busy(self):
-        """Whether a server that is there has not answered yet."""
-        return self._future is not None
-
-    def _begin(self, request, token):
-        self._token = token
-        if not self._try(request, token):
-            self._executor_thread.poll(self, lambda: self._try(request, token))
-
-    def _try(self, request, token):
-        """Send the request if the server is there; whether there is nothing more to try."""
-        if self._token != token:
-            return True
-        if not self._client.service_is_ready():
-            return False
-        self._future = self._client.call_async(request)
-        self._future.add_done_callback(lambda future: self._done(future, token))
-        return True
-
-    def _done(self, future, token):
-        if self._token != token:
-            return
-        self._token = self._future = None
-        error = future.exception()
-        if error is None:
-            self.report(token, "response", plain(future.result()))
-        else:
-            self.report(token, "error", "%s: %s" % (type(error).__name__, error))
-
-    def _abandon(self, token):
-        if self._token == token:
-            if self._future is not None:
-                self._client.remove_pending_request(self._future)
-            self._token = self._future = None
-
-
-class Action:
-    """Goals of one action, at most one of them of interest to the engine."""
-
-    def __init__(self, node, executor_thread, name, type_):
-        self.report = None
-        self._node = node
-        self._executor_thread = executor_thread
-        self._type = type_
-        self._client = ActionClient(
-            node, type_, name, feedback_sub_qos_profile=qos_profile("reliable", FEEDBACK)
-        )
-        self._status = name + "/_action/status"
-        self._goals = {}  # by token; touched by the executor's thread only
-        self._heard = time.monotonic()
-
-    def start(self, data, token):
-        goal = Goal(token, compose(self._type.Goal(), data, self._node.get_clock()))
-        self._heard = time.monotonic()
-        self._executor_thread.do(lambda: self._begin(goal))
-
-    def cancel(self, token):
-        self._executor_thread.do(lambda: self._cancel(token))
-
-    def abandon(self, token):
-        self._executor_thread.do(lambda: self._abandon(token))
-
-    def silence(self):
-        return time.monotonic() - self._heard
-
-    def is_busy(self):
-        """Whether a goal is still to be cancelled."""
-        return any(goal.cancelled for goal in list(self._goals.values()))
-
-    def _begin(self, goal):
-        self._keep(goal)
-        self._send(goal)
-
-    def _keep(self, goal):
-        for token, old in list(self._goals.items()):
-            if old.abandoned and len(self._goals) >= KEPT_GOALS:
-                del self._goals[token]  # its server is not going to answer
-        self._goals[goal.token] = goal
-
-    def _send(self, goal):
-        if not self._try(goal):
-            self._executor_thread.poll((self, goal.token), lambda: self._try(goal))
-
-    def _try(self, goal):
-        """Send the goal if the server is there; whether there is nothing more to try."""
-        if goal.token not in self._goals:
-            return True
-        if not self._client.server_is_ready():
-            return False
-        goal.sent = True
-        future = self._client.send_goal_async(
-            goal.message, lambda message: self._feedback(goal, message), goal.uuid
-        )
-        future.add_done_callback(lambda future: self._answered(goal, future))
-        return True
-
-    def _feedback(self, goal, message):
-        if not goal.abandoned:
-            self.report(goal.token, "feedback", plain(message.feedback))
-
-    def _answered(self, goal, future):
-        goal.handle = future.result()
-        if not goal.handle.accepted:
-            self._finish(goal, "error", "rejected")
-            return
-        if not goal.abandoned:
-            self.report(goal.token, "accepted")
-        self._ask(goal)
-        if goal.cancelled:
-            self._send_cancel(goal)
-        goal.servers = self._servers()
-        self._heard = time.monotonic()
-        self._executor_thread.poll((self, goal.token), lambda: self._watch(goal), WATCH)
-
-    def _ask(self, goal):
-        future = goal.handle.get_result_async()
-        future.add_done_callback(lambda future: self._finished(goal, future))
-
-    def _finished(self, goal, future):
-        answer = future.result()
-        if answer.status == GoalStatus.STATUS_SUCCEEDED:
-            self._finish(goal, "response", plain(answer.result))
-        else:
-            reason = FAILURES.get(answer.status, "ended without result")
-            begun = answer.status in (GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
-            self._finish(goal, "error", Failure(reason, plain(answer.result) if begun else None))
-
-    def _finish(self, goal, kind, payload):
-        if self._goals.pop(goal.token, None) is not None and not goal.abandoned:
-            self.report(goal.token, kind, payload)
-
-    def _watch(self, goal):
-        """Look after the server of a goal that is under way; whether the goal has ended."""
-        if goal.token not in self._goals:
-            return True
-        if not self._client.server_is_ready():
-            return goal.abandoned
-        self._heard = time.monotonic()
-        servers = self._servers()
-        if servers - goal.servers:
-            # A server that was started anew does not know the goal, and says so if asked.
-            self._ask(goal)
-        goal.servers = servers
-        return False
-
-    def _servers(self):
-        ends = self._node.get_publishers_info_by_topic(self._status)
-        return {bytes(end.endpoint_gid) for end in ends}
-
-    def _cancel(self, token):
-        goal = self._goals.get(token)
-        if goal is None or goal.cancelled:
-            return
-        if not goal.sent:
-            self._finish(goal, "error", "cancelled before it was sent")
-            return
-        goal.cancelled = True
-        if goal.handle is not None:
-            self._send_cancel(goal)
-
-    def _send_cancel(self, goal):
-        future = goal.handle.cancel_goal_async()
-        future.add_done_callback(lambda future: self._cancel_answered(goal, future))
-
-    def _cancel_answered(self, goal, future):
-        goal.cancelled = False
-        if not future.result().goals_canceling and not goal.abandoned:
-            self._node.get_logger().warning("the server of %s refuses to cancel" % self._status)
-        if goal.abandoned:
-            self._goals.pop(goal.token, None)
-
-    def _abandon(self, token):
-        goal = self._goals.get(token)
-        if goal is None:
-            return
-        goal.abandoned = True
-        if not goal.sent:
-            del self._goals[token]
-        elif not goal.cancelled:
-            self._cancel(token)  # the server must not go on with what nobody waits for
-
-
-class Goal:
-    """A goal on its way: not sent, sent, accepted (it has a handle)."""
-
-    def __init__(self, token, message):
-        self.token = token
-        self.message = message
-        self.uuid = None  # a new one
-        self.handle = None
-        self.sent = False
-        self.cancelled = False
-        """It is to be cancelled, and the server has not answered to that."""
-        self.abandoned = False
-        self.servers = set()
 
 
 class RosOutlet(Outlet):

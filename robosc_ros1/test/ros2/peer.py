@@ -188,6 +188,9 @@ class Peer:
                 feedback = words.get("feedback", [])
                 for part in feedback if isinstance(feedback, list) else [feedback]:
                     goal.publish_feedback(fill(class_.Feedback(), part))
+            # Whoever asked for the cancel was told of it before rclpy takes note of it.
+            while words["end"] == "canceled" and not goal.is_cancel_requested:
+                time.sleep(0.001)
             getattr(goal, words["end"])()
             return fill(class_.Result(), words.get("result", {}))
 

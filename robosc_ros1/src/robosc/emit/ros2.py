@@ -36,7 +36,14 @@ ALWAYS_NEEDED = (
     "python3-yaml", "rcl_interfaces", "rclpy", "std_msgs",
 )  # fmt: skip
 
-WIRING = ("ros.py", "ros_executor.py", "ros_messages.py", "ros_parameters.py", "ros_watch.py")
+WIRING = (
+    "ros.py",
+    "ros_calls.py",
+    "ros_executor.py",
+    "ros_messages.py",
+    "ros_parameters.py",
+    "ros_watch.py",
+)
 """What is the same in every package."""
 
 _FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
