@@ -52,17 +52,20 @@ class SimulatedBase(Node):
         self.stop.publish(message)
 
     def drive(self, goal):
+        self.get_logger().info(f"driving to {goal.request.x:g}, {goal.request.y:g}")
         drive = Drive(self.base, goal.request.x, goal.request.y, self.failures > 0)
         self.failures -= 1
         ended = None
         while ended is None:
             time.sleep(STEP)
             if goal.is_cancel_requested:
+                self.get_logger().info(f"stopped at {self.base.x:.1f}, {self.base.y:.1f}")
                 goal.canceled()
                 return Navigate.Result()
             left, ended = drive.step(STEP * self.speed)
             self.pose.publish(Pose2D(x=self.base.x, y=self.base.y))
             goal.publish_feedback(Navigate.Feedback(distance=left))
+        self.get_logger().info(f"{ended} at {self.base.x:.1f}, {self.base.y:.1f}")
         if ended == "arrived":
             goal.succeed()
         else:

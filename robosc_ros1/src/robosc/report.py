@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robosc.errors import Diagnostic, sort_diagnostics
@@ -93,7 +94,7 @@ def _explanation_lines(explanation: Explanation) -> Iterator[str]:
 
 def generated_text(result: Generated) -> str:
     """What was written, sizes and times, and what to type next."""
-    files, output = result.files, result.output
+    files = result.files
     changes = [f"{len(files.written)} written", f"{len(files.unchanged)} unchanged"]
     if files.removed:
         changes.append(f"{len(files.removed)} removed")
@@ -106,14 +107,24 @@ def generated_text(result: Generated) -> str:
         lines.append("no part of the package any more, but changed by hand, and so kept:")
         lines += [f"    {path}" for path in files.kept]
     lines.append(f"done in {result.seconds:.2f} s; next:")
-    name = result.package
-    if output.target == "ros1":
-        lines.append("    catkin_make && source devel/setup.bash")
-        lines.append(f"    roslaunch {name} {name}.launch")
-    else:
-        lines.append("    colcon build && source install/setup.bash")
-        lines.append(f"    ros2 launch {name} {name}.launch.py")
+    lines += (f"    {command}" for command in _next_commands(result))
     return "\n".join(lines) + "\n"
+
+
+def _next_commands(result: Generated) -> Iterator[str]:
+    """What builds the package and starts it, from the folder in which robosc was called."""
+    source_space = result.files.folder.parent
+    if source_space.resolve().name == "src":
+        workspace = source_space.parent if source_space.name else Path("..")
+        if workspace.name:
+            yield f"cd {workspace}"
+    name = result.package
+    if result.output.target == "ros1":
+        yield "catkin_make && source devel/setup.bash"
+        yield f"roslaunch {name} {name}.launch"
+    else:
+        yield "colcon build && source install/setup.bash"
+        yield f"ros2 launch {name} {name}.launch.py"
 
 
 def verify_text(found: VerifyReport) -> str:

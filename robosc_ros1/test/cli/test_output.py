@@ -228,3 +228,31 @@ def test_characters_that_the_terminal_cannot_show_are_escaped(robosc: Robosc, fo
 def test_any_locale_will_do(locale: str, robosc: Robosc, folder: Path) -> None:
     (folder / "größer.rscd").write_text(models.GOOD, encoding="utf-8")
     assert robosc("check", "größer.rscd", LC_ALL=locale).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("called_in", "output", "first"),
+    [
+        ("ws/src", ".", "cd .."),
+        ("ws", "src", "catkin_make && source devel/setup.bash"),
+        ("", "ws/src", "cd ws"),
+        ("", "elsewhere", "catkin_make && source devel/setup.bash"),
+    ],
+)
+def test_next_commands_lead_to_the_workspace(
+    folder: Path, called_in: str, output: str, first: str
+) -> None:
+    (folder / "ws" / "src").mkdir(parents=True)
+    (folder / "elsewhere").mkdir()
+    done = subprocess.run(
+        [sys.executable, "-m", "robosc", "generate", str(folder / "good.rscd"), "--output", output],
+        cwd=folder / called_in,
+        env={**os.environ, "PYTHONPATH": str(SOURCES)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    _, _, commands = done.stdout.partition("next:\n")
+    lines = [line.strip() for line in commands.splitlines()]
+    assert lines[0] == first
+    assert lines[-1].startswith("roslaunch ")

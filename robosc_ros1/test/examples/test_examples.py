@@ -79,3 +79,13 @@ def test_the_remedy_that_is_told_helps(robosc: Robosc, tmp_path: Path) -> None:
     assert mended != text
     (tmp_path / "mended.rscd").write_text(mended, encoding="utf-8")
     assert "grab.request can never be allowed" not in robosc("check", "mended.rscd").stderr
+
+
+def test_the_door_of_the_readme_is_the_example() -> None:
+    """Which the page completes by a line, in the course of its story."""
+    readme = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    shown = readme[readme.index("robot Door {") :].partition("\n```")[0] + "\n"
+    door = (EXAMPLES / "door" / "door.rscd").read_text(encoding="utf-8")
+    missing = "                on error from turn goto resting\n"
+    assert missing in readme
+    assert shown == door.replace(missing, "")
