@@ -215,7 +215,8 @@ class Session:
         count = int(rest or 1)
         if count > len(self.history):
             steps = len(self.history)
-            raise Refused(f"there {'is' if steps == 1 else 'are'} {steps} to take back")
+            many = "is 1 step" if steps == 1 else f"are {steps or 'no'} steps"
+            raise Refused(f"there {many} to take back")
         self.machine.undo(count)
         del self.history[len(self.history) - count :]
         self.latest = ()
