@@ -14,8 +14,9 @@ test that does is skipped, saying why, where ROS is not installed::
             ...                               # node is a Popen; it is ended in the end
         workspace.run("rosservice", "list", master=roscore)
 
-``roscore`` is a master on a free port, one for each test. ``example_workspace`` is built once per
-session: robosc itself, robot_common, the line follower and its generated controller.
+``roscore`` is a master on a free port, one for each test. ``example_workspace`` is built once for all
+processes of a run, so nothing is to be changed in it: robosc itself, the examples and what is
+generated from their models.
 
 ``rostest`` starts its own master (and takes no ``master=``). ROS logs go to the folder ``log``.
 Nothing of the caller's ROS setup (sourced workspaces, ROS_MASTER_URI) leaks into a workspace.
@@ -51,6 +52,9 @@ EXAMPLES = REPOSITORY / "examples"
 PYTHON = Path("/usr/bin/python3") if Path("/usr/bin/python3").is_file() else Path(sys.executable)
 
 Completed = subprocess.CompletedProcess[str]
+
+UNUSED_LANGUAGES = "gencpp:geneus:genlisp:gennodejs"
+"""For which nobody here needs messages: to generate and compile them is most of a build."""
 
 _ROS_VARIABLES = ("ROS_", "CMAKE_PREFIX_PATH", "PYTHONPATH", "PYTHONHOME", "ROSLISP_")
 
@@ -200,8 +204,8 @@ class Workspace:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        (folder / "src").mkdir(parents=True)
-        (folder / "log").mkdir()
+        (folder / "src").mkdir(parents=True, exist_ok=True)
+        (folder / "log").mkdir(exist_ok=True)
         self._sourced: dict[Path, dict[str, str]] = {}
         self._started = 0
 
@@ -212,9 +216,14 @@ class Workspace:
     def build(self, *arguments: str) -> str:
         """catkin_make with arguments (``install``, ``run_tests`` …); its output."""
         command = ["catkin_make", "-C", str(self.folder), f"-DPYTHON_EXECUTABLE={PYTHON}"]
-        done = self._run([*command, *arguments], plain_environment(**self._places()), 600)
+        env = plain_environment(**self._places(), ROS_LANG_DISABLE=UNUSED_LANGUAGES)
+        done = self._run([*command, *arguments], env, 600)
         self._sourced.clear()
         assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+        # Nodes write no bytecode; what is compiled here they need not compile at each start. The
+        # source decides whether it is used, not its time: tests plant faults.
+        compiling = [PYTHON, "-m", "compileall", "-q", "--invalidation-mode", "checked-hash"]
+        subprocess.run([*compiling, self.folder / "src", self.folder / "devel"], check=True)
         return done.stdout
 
     def environment(self, space: str = "devel", master: Master | None = None) -> dict[str, str]:
@@ -257,7 +266,7 @@ class Workspace:
         What it prints is in ``process.log`` (a Path).
         """
         self._started += 1
-        log = self.folder / "log" / f"started-{self._started}.log"
+        log = self.folder / "log" / f"started-{os.getpid()}-{self._started}.log"
         with _process(list(command), self.environment(space, master), log) as process:
             process.log = log  # type: ignore[attr-defined]
             yield process

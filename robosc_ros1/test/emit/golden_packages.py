@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 from robosc import pipeline
@@ -36,9 +37,11 @@ PACKAGES += [("gauntlet", t, "supervisor") for t in TARGETS]
 """Model, target, mode."""
 
 
+@cache
 def package_of(
     model: str, target: str = "ros1", mode: str = "controller", name: str | None = None
 ) -> Package:
+    """Return the package of a model, generated once per process."""
     supervisor = pipeline.synthesize(pipeline.load(model_path(model)).robot)
     return EMITTERS[target, mode](supervisor, name or f"{model}_{mode}")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib.util
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,12 @@ def needs_definitions(model: str) -> None:
         pytest.skip("genmsg is not installed, so that message definitions cannot be read")
 
 
+@cache
+def parsed(content: str) -> ast.Module:
+    """Return the tree of a file; most files are in several packages."""
+    return ast.parse(content, feature_version=(3, 8))
+
+
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_the_package_is_the_golden_one(model: str, target: str, mode: str, kept: Kept) -> None:
     needs_definitions(model)
@@ -29,7 +36,8 @@ def test_the_package_is_the_golden_one(model: str, target: str, mode: str, kept:
 
 
 def test_generation_is_deterministic() -> None:
-    assert package_of("lantern").files == package_of("lantern").files
+    anew = package_of.__wrapped__
+    assert anew("lantern").files == anew("lantern").files
 
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
@@ -46,8 +54,7 @@ def test_all_python_parses_as_3_8_and_imports_nothing_of_robosc(
     needs_definitions(model)
     for path, file in package_of(model, target, mode).files.items():
         if path.endswith(".py") or path.startswith("scripts/"):
-            tree = ast.parse(file.content, path, feature_version=(3, 8))
-            for node in ast.walk(tree):
+            for node in ast.walk(parsed(file.content)):
                 names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
                 if isinstance(node, ast.ImportFrom):
                     names = [node.module or ""]
@@ -107,7 +114,7 @@ def test_nothing_is_imported_in_vain(model: str, target: str, mode: str) -> None
         if not path.endswith(".py"):
             continue
         imported, used = set(), set()
-        for node in ast.walk(ast.parse(file.content)):
+        for node in ast.walk(parsed(file.content)):
             if isinstance(node, ast.Import | ast.ImportFrom):
                 imported |= {(a.asname or a.name).split(".")[0] for a in node.names}
             elif isinstance(node, ast.Name):

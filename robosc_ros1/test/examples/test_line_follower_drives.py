@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,9 +11,9 @@ from ros_support import Master, Workspace
 
 
 @pytest.fixture
-def summary(example_workspace: Workspace, roscore: Master) -> Any:
+def summary(example_workspace: Workspace, roscore: Master, tmp_path: Path) -> Any:
     """What the observer saw of the first metres: a gap, an obstacle, a grab that fails first."""
-    report = example_workspace.folder / "summary.json"
+    report = tmp_path / "summary.json"
     arguments = {"speed": 2.0, "seed": 1, "metres": 3.5, "seconds": 60, "report": report}
     example_workspace.run(
         "roslaunch",

@@ -4,37 +4,24 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
-from ros_support import EXAMPLES, Master, Workspace, run_robosc
+from ros_support import Master, Workspace
 
 Drive = Callable[[bool], dict[str, Any]]
 
 
-@pytest.fixture(scope="module")
-def workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
-    """The example with the supervisor that is generated from its model."""
-    workspace = make_workspace()
-    workspace.add(EXAMPLES / "robot_common")
-    workspace.add(EXAMPLES / "line_follower")
-    model = str(EXAMPLES / "line_follower" / "line_follower.rscd")
-    where = ("--mode", "supervisor", "--output", str(workspace.folder / "src"))
-    done = run_robosc(("generate", model, *where), workspace.folder, {})
-    assert done.returncode == 0, done.stderr
-    workspace.build()
-    return workspace
-
-
 @pytest.fixture
-def drive(workspace: Workspace, roscore: Master) -> Drive:
+def drive(example_workspace: Workspace, roscore: Master, tmp_path: Path) -> Drive:
     """Runs the example; what the observer saw."""
 
     def run(guarded: bool) -> dict[str, Any]:
-        report = workspace.folder / f"summary-{guarded}.json"
+        report = tmp_path / "summary.json"
         arguments = {"guarded": str(guarded).lower(), "speed": 2.0, "seed": 1, "metres": 3.5}
         arguments |= {"seconds": 60 if guarded else 8, "report": report}
-        done = workspace.run(
+        done = example_workspace.run(
             "roslaunch",
             "line_follower",
             "guarded.launch",

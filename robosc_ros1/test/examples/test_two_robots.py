@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -65,14 +66,11 @@ def test_an_hour_on_a_virtual_clock(seed: int, monkeypatch: pytest.MonkeyPatch) 
     assert floor.longest_rest <= 4, "nobody works although somebody could"
 
 
-def test_an_hour_on_a_roscore(example_workspace: Workspace, roscore: Master) -> None:
+def test_an_hour_on_a_roscore(
+    example_workspace: Workspace, roscore: Master, tmp_path: Path
+) -> None:
     """About 10 s: 600 simulated seconds go by in each."""
-    workspace = example_workspace
-    workspace.add(FOLDER)
-    where = str(workspace.folder / "src")
-    workspace.run("rosrun", "robosc", "generate", str(MODEL), "--output", where)
-    workspace.build()
-    report = workspace.folder / "floor.json"
+    report = tmp_path / "floor.json"
     launch = ("roslaunch", "two_robots_example", "two_robots.launch")
-    workspace.run(*launch, "speed:=600", f"report:={report}", master=roscore, check=False)
+    example_workspace.run(*launch, "speed:=600", f"report:={report}", master=roscore, check=False)
     judged(json.loads(report.read_text(encoding="utf-8")))

@@ -83,9 +83,11 @@ def test_the_page_of_view_is_found(installed: Workspace, space: str) -> None:
     assert done.stdout.split() == sorted(file.name for file in PAGE.iterdir())
 
 
-def test_message_definitions_of_the_workspace_are_found(example_workspace: Workspace) -> None:
+def test_message_definitions_of_the_workspace_are_found(
+    example_workspace: Workspace, tmp_path: Path
+) -> None:
     """A model that sends a field that the service's request lacks is wrong."""
-    model = example_workspace.folder / "typo.rscd"
+    model = tmp_path / "typo.rscd"
     text = MODEL.read_text(encoding="utf-8")
     wrong = text.replace("{ state: LineDetector.no_line }", "{ stat: LineDetector.no_line }")
     assert wrong != text

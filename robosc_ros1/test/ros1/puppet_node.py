@@ -309,4 +309,5 @@ def main():
     rospy.signal_shutdown("end of input")
 
 
-main()
+if __name__ == "__main__":
+    main()

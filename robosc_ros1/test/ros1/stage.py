@@ -10,12 +10,14 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 from xmlrpc.client import Fault, ServerProxy
 
 from emit.golden_packages import GOLDEN
-from ros_support import PYTHON, Master, Workspace
+from fork_server import Forked, ForkServer
+from ros_support import PYTHON, Master, Workspace, plain_environment
 
 __all__ = ["Node", "Puppet", "Stage", "event", "master_pid", "stopped"]
 
@@ -55,7 +57,7 @@ def stopped(pid: int) -> Iterator[None]:
 class Puppet:
     """The test's side of ``puppet_node.py``."""
 
-    def __init__(self, process: subprocess.Popen[str]) -> None:
+    def __init__(self, process: Forked) -> None:
         self.process = process
         self.lines: list[Json] = []
         self._orders = 0
@@ -64,17 +66,15 @@ class Puppet:
         self._reader.start()
 
     def _read(self) -> None:
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            if not line.startswith("{"):
-                continue
-            with self._changed:
-                self.lines.append(json.loads(line))
-                self._changed.notify_all()
+        with self.process.stdout as lines:
+            for line in lines:
+                if line.startswith("{"):
+                    with self._changed:
+                        self.lines.append(json.loads(line))
+                        self._changed.notify_all()
 
     def begin(self, what: str, **arguments: Any) -> int:
         """Have the puppet do something; the number of the order."""
-        assert self.process.stdin is not None
         number = self._orders
         self._orders += 1
         self.process.stdin.write(json.dumps({"do": what, **arguments}) + "\n")
@@ -157,6 +157,12 @@ class Node:
         return self.shows(lambda s: s["components"][component] == state)
 
 
+@cache
+def puppets() -> ForkServer:
+    """What starts puppets, once per process of tests."""
+    return ForkServer(PYTHON, Path(__file__).with_name("puppet_node.py"), plain_environment())
+
+
 class Stage:
     """A built workspace and a master."""
 
@@ -167,24 +173,14 @@ class Stage:
 
     @contextlib.contextmanager
     def puppet(self) -> Iterator[Puppet]:
-        process = subprocess.Popen(
-            [str(PYTHON), str(Path(__file__).with_name("puppet_node.py"))],
-            env=self.workspace.environment(master=self.master),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=(self.workspace.folder / "log" / "puppet.log").open("a"),
-            text=True,
-            start_new_session=True,
-        )
+        environment = self.workspace.environment(master=self.master)
+        process = puppets().start(environment, self.workspace.folder / "log" / "puppet.log")
         try:
             yield Puppet(process)
         finally:
             process.kill()
             process.wait()
-            for pipe in (process.stdin, process.stdout):
-                if pipe is not None:
-                    with contextlib.suppress(BrokenPipeError):
-                        pipe.close()
+            process.close()
 
     @contextlib.contextmanager
     def simulated_time(self) -> Iterator[None]:
@@ -208,9 +204,9 @@ class Stage:
         ear.do("listen", topic=f"{name}/events", type="std_msgs/String")
         ear.do("listen", topic=f"{name}/state", type="std_msgs/String")
         arguments = [f"_{k.replace('__', '/')}:={v}" for k, v in parameters.items()]
-        with self.workspace.start(
-            "rosrun", package, package, *arguments, master=self.master
-        ) as process:
+        # As rosrun would, which would take as long for finding it as the node for starting.
+        executable = self.workspace.folder / "devel" / "lib" / package / package
+        with self.workspace.start(str(executable), *arguments, master=self.master) as process:
             node = Node(process, name, ear)
             ear.hears(f"{name}/state", since=mark)
             yield node

@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 from ros1.stage import Puppet, Stage
-from ros_support import EXAMPLES, Master, Workspace, run_robosc
+from ros_support import Master, Workspace
 
 NODE = "/navigation_controller"
 
 
-@pytest.fixture(scope="module")
-def workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
-    workspace = make_workspace()
-    workspace.add(EXAMPLES / "robot_common")
-    workspace.add(EXAMPLES / "navigation")
-    model = str(EXAMPLES / "navigation" / "navigation.rscd")
-    where = ("--output", str(workspace.folder / "src"))
-    done = run_robosc(("generate", model, *where), workspace.folder, {})
-    assert done.returncode == 0, done.stderr
-    workspace.build()
-    return workspace
-
-
 @pytest.fixture
-def person(workspace: Workspace, roscore: Master) -> Iterator[Puppet]:
+def person(example_workspace: Workspace, roscore: Master) -> Iterator[Puppet]:
     """Clicks, presses the stop, and watches; the first drive of the base gets stuck."""
-    stage = Stage(workspace, roscore)
+    stage = Stage(example_workspace, roscore)
     launch = ("roslaunch", "navigation_example", "navigation.launch", "speed:=10.0", "failures:=1")
     with stage.puppet() as puppet:
         puppet.do("listen", topic=f"{NODE}/state", type="std_msgs/String")
         puppet.do("listen", topic="/pose", type="geometry_msgs/Pose2D")
-        with workspace.start(*launch, master=roscore):
+        with example_workspace.start(*launch, master=roscore):
             puppet.hears(f"{NODE}/state")
             yield puppet
 
