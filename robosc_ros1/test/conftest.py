@@ -14,13 +14,15 @@ from kept import Kept
 from ros_support import EXAMPLES, REPOSITORY, Master, Workspace
 from view.browser import Browser, headless, missing_browser
 
-# Folders whose tests share what takes long to build.
-BUILT_ONCE = {"examples", "lsp", "ros1", "ros2", "view"}
+# Folders whose tests one process runs, since they share a browser, an editor or a ROS graph.
+TOGETHER = {"lsp", "ros2", "view"}
 
+# What takes long to build, and is built in each process that runs a test which asks for it.
+BUILT_ONCE = ("generated_workspace", "guarded_workspace")
 
-# What takes so long that ./dev test --quick leaves it out: ROS, browsers and editors. Other slow tests
-# are marked where they stand.
-SLOW = {"bed", "client", "extension", "ros", "shared_browser"}
+# What takes so long that ./dev test --quick leaves it out: ROS, browsers, editors and terminals. Other
+# slow tests are marked where they stand.
+SLOW = {"bed", "client", "extension", "ros", "shared_browser", "terminal"}
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -35,20 +37,28 @@ def pytest_configure() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep together, where tests run side by side, what shares a fixture: a folder or a file.
+    """Keep together, where tests run side by side, what shares a fixture: often that is a file.
 
     With ``--renew`` only the tests remain that compare with kept outputs.
     """
     if config.getoption("--renew", default=False):
         items[:] = [i for i in items if "kept" in getattr(i, "fixturenames", ())]
-    # What takes longest begins first, so that no process is left alone with it at the end.
-    items.sort(key=lambda item: item.path.parent.name not in BUILT_ONCE)
     for item in items:
         if SLOW.intersection(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.slow)
-        folder = item.path.parent.name
-        group = folder if folder in BUILT_ONCE else item.path.name
-        item.add_marker(pytest.mark.xdist_group(group))
+        item.add_marker(pytest.mark.xdist_group(group_of(item)))
+    # What takes longest begins first, so that no process is left alone with it at the end.
+    slow = {group_of(item) for item in items if item.get_closest_marker("slow")}
+    first = [*BUILT_ONCE, *sorted(TOGETHER), *sorted(slow)]
+    ranks = {group: rank for rank, group in reversed(list(enumerate(first)))}
+    items.sort(key=lambda item: ranks.get(group_of(item), len(first)))
+
+
+def group_of(item: pytest.Item) -> str:
+    """Return the name of the tests that run in one process with this one."""
+    folder = item.path.parent.name
+    built = [name for name in BUILT_ONCE if name in getattr(item, "fixturenames", ())]
+    return folder if folder in TOGETHER else built[0] if built else item.path.name
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

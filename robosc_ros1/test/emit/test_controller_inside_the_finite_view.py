@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from data_models import SAMPLES, data_model
 from emit.generated_code import controller_class
+from quick import quick_first
 
 from robosc.ir.automaton import Event, Parameter, PlantState, StateVariable, VariableKind
 from robosc.ir.expr import Leaf, Undefined
@@ -160,7 +161,7 @@ CASES += [
 ]
 
 
-@pytest.mark.parametrize(("seed", "computed", "extra"), CASES)
+@pytest.mark.parametrize(("seed", "computed", "extra"), quick_first(CASES, 12))
 def test_steps_on_exact_data_are_steps_of_the_plant(seed: int, computed: bool, extra: str) -> None:
     rng = random.Random(seed)
     supervisor = small_supervisor(rng, computed, extra)
@@ -249,7 +250,7 @@ def some_place(rng: random.Random) -> Any:
     return SimpleNamespace(x=x, route=route, levels=levels)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", quick_first(range(40), 8))
 def test_steps_on_objects_and_arrays_are_steps_of_the_plant(seed: int) -> None:
     rng = random.Random(seed)
     robot, diagnostics = load(Source("model.rscd", object_model(rng)))

@@ -133,6 +133,7 @@ def union_models(rng: random.Random) -> list[str]:
     return [UNION.format(declared=one, **parts) for one in declared]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_parameter_is_the_union_of_its_values(engine: str) -> None:
     seen = set()

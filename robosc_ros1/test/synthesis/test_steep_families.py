@@ -57,7 +57,8 @@ def test_engines_agree_with_the_oracle(family: str, engine: str) -> None:
         ("token", (18,), 20),  # !Place17.have, rather than all the other places
         ("budget", (5, 7), 80),  # the requirement's own words
         ("crew", (8,), 140),
-        ("tanks", (66,), 70),  # 4,356 combinations that the requirements' own words tell
+        # 4,356 combinations that the requirements' own words tell
+        pytest.param("tanks", (66,), 70, marks=pytest.mark.slow),
     ],
 )
 def test_guards_are_short(family: str, size: tuple[int, ...], longest: int, engine: str) -> None:

@@ -144,11 +144,14 @@ class Encoding:
             if depth == len(variables) or len(chosen) == 1 << len(variables) - depth:
                 return manager.true
             bit = 1 << len(variables) - depth - 1
-            high = build(depth + 1, [i for i in chosen if i & bit])
-            low = build(depth + 1, [i for i in chosen if not i & bit])
+            upper = [i for i in chosen if i & bit]
+            lower = [i for i in chosen if not i & bit]
+            variable = variables[depth]
+            if not lower or not upper:  # as for a single value, all the way down
+                return manager.literal(variable, bool(upper)) & build(depth + 1, chosen)
+            high, low = build(depth + 1, upper), build(depth + 1, lower)
             if high == low:
                 return high
-            variable = variables[depth]
             return (manager.literal(variable, True) & high) | (
                 manager.literal(variable, False) & low
             )
