@@ -100,9 +100,9 @@ class Ros1:
             yield
 
     def drive(
-        self, robot: str, seed: int, faults: bool, record: Path, seconds: float | None = None
+        self, robot: str, seed: int, faults: bool, record: Path, metres: float | None = None
     ) -> None:
-        """Run one world, for so many seconds of simulated time at most."""
+        """Run one world, or only until its robot has moved so far."""
         assert self._master is not None
         self.workspace.run("rosparam", "set", "/use_sim_time", "true", master=self._master)
         with contextlib.ExitStack() as nodes:
@@ -110,7 +110,7 @@ class Ros1:
                 nodes.enter_context(self.workspace.start(*command, master=self._master))
             env = self.workspace.environment("devel", self._master) | simulation_environment()
             env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES), env["PYTHONPATH"]))
-            bridge(sys.executable, 1, (robot, seed, faults, record, seconds), env)
+            bridge(sys.executable, 1, (robot, seed, faults, record, metres), env)
 
     def _nodes(self, robot: str) -> Iterator[tuple[str, ...]]:
         """Yield the commands that start the controller, or the supervisor and what it guards."""
@@ -145,9 +145,9 @@ class Ros2:
             yield
 
     def drive(
-        self, robot: str, seed: int, faults: bool, record: Path, seconds: float | None = None
+        self, robot: str, seed: int, faults: bool, record: Path, metres: float | None = None
     ) -> None:
-        """Run one world, for so many seconds of simulated time at most."""
+        """Run one world, or only until its robot has moved so far."""
         package = package_of(robot)
         prefix = self.folder / "install" / package
         (site,) = prefix.glob("lib/python3*/site-packages")
@@ -164,7 +164,7 @@ class Ros2:
             graph.start(*words, **path)
             env = graph.environment | simulation_environment()
             env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES), own))
-            bridge(self._bed.python, 2, (robot, seed, faults, record, seconds), env)
+            bridge(self._bed.python, 2, (robot, seed, faults, record, metres), env)
         finally:
             graph.close()
 
@@ -188,17 +188,17 @@ def generate(robot: str, folder: Path, target: str) -> None:
 
 
 Run = tuple[str, int, bool, Path, float | None]
-"""Robot, seed, whether faults are planted, the record to write, and the seconds at most."""
+"""Robot, seed, whether faults are planted, the record to write, and the metres after which it ends."""
 
 
 def bridge(python: str, version: int, run: Run, env: dict[str, str]) -> None:
     """Run the bridge to its end."""
-    robot, seed, faults, record, seconds = run
+    robot, seed, faults, record, metres = run
     command = [python, "-m", "physics.bridge", robot, "--controller", package_of(robot)]
     command += ["--ros", str(version), "--seed", str(seed), "--record", str(record)]
     command += ["--faults"] if faults else []
-    command += ["--seconds", str(seconds)] if seconds else []
-    subprocess.run(command, env=env, check=True, timeout=300)
+    command += ["--metres", str(metres)] if metres else []
+    subprocess.run(command, env=env, check=True, timeout=800)
 
 
 def main() -> int:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 import time
 from pathlib import Path
@@ -93,6 +94,7 @@ class Bridge:
     def __init__(self, world: World, faults: Faults, middleware: Any, controller: str) -> None:
         self._world, self._faults, self._ros = world, faults, middleware
         self._answers = self._taken = 0
+        self.moved = 0.0
         for topic, type_ in {**world.sensors, **world.buttons}.items():
             middleware.advertise(topic, type_)
         for topic, type_ in world.commands.items():
@@ -120,13 +122,21 @@ class Bridge:
     def _on_event(self, message: Any) -> None:
         self._taken += json.loads(message.data)["event"]["kind"] == "response"
 
-    def run(self, seconds: float) -> bool:
-        """Run until success or the end of the time; False if nobody connected."""
+    def run(self, metres: float) -> bool:
+        """Run until success, or the end of the time; False if nobody connected.
+
+        The robot need not go on when it has moved so far and all faults are over.
+        """
         self._ros.exchange(self._ros.connected, START)
         if not self._ros.connected():
             return False
-        while self._world.time < seconds and not self._world.succeeded():
+        world = self._world
+        while world.time < world.seconds and not world.succeeded():
+            if self.moved >= metres and world.time >= self._faults.over:
+                break
+            before = world.place()
             self._step()
+            self.moved += math.dist(before, world.place())
         return True
 
     def _step(self) -> None:
@@ -167,7 +177,7 @@ def main() -> int:
     bridge = Bridge(world, faults, middleware, args.controller)
     started = time.monotonic()
     try:
-        met = bridge.run(args.seconds or world.seconds)
+        met = bridge.run(args.metres)
     finally:
         middleware.close()
         world.close()
@@ -175,7 +185,8 @@ def main() -> int:
         print("bridge: the controller did not connect", file=sys.stderr)
         return 1
     summary = summary_of(world, faults, time.monotonic() - started)
-    record = {"world": args.world, "seed": args.seed, **summary, **bridge.recording}
+    record = {"world": args.world, "seed": args.seed, "moved": bridge.moved}
+    record |= {**summary, **bridge.recording}
     args.record.write_text(json.dumps(record), encoding="utf-8")
     return 0
 
@@ -185,7 +196,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("world", choices=sorted(WORLDS))
     parser.add_argument("--ros", type=int, choices=(1, 2), default=1)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--seconds", type=float, help="of simulated time; else as the world has it")
+    parser.add_argument("--metres", type=float, default=math.inf, help="end after so long a way")
     parser.add_argument("--faults", action="store_true", help="plant faults")
     parser.add_argument("--controller", required=True, help="the controller's node")
     parser.add_argument("--record", type=Path, required=True, help="the file to write")

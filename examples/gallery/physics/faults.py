@@ -43,6 +43,11 @@ class Faults:
         return any(action == a and begin <= now < end for a, begin, end in self.kills)
 
     @property
+    def over(self) -> float:
+        """When the last of them has passed."""
+        return max((end for _, _, end in (*self.silences, *self.kills)), default=0.0)
+
+    @property
     def texts(self) -> list[str]:
         """Say what is planted."""
         silent = [f"{t} silent {a:.1f}-{b:.1f} s" for t, a, b in self.silences]

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -14,9 +12,10 @@ import gallery
 
 pytestmark = pytest.mark.slow
 
-LONG = {"corridor": 2.4, "follow_wall": 3.0, "maze": 2.4, "pick_and_place": 0.3}
-"""What is not done within the 20 seconds of simulated time, and how many metres it has moved then at
-least: through the corridor once, the hand of the arm with a part to its box."""
+LONG = {"corridor": 2.4, "follow_wall": 3.0, "maze": 2.4, "pick_and_place": 0.8}
+"""What is not driven to its end, but so many metres: through the corridor once, the hand of the arm
+with a part to its box. In how much simulated time depends on the machine, for a lost server is noticed
+after seconds of real time."""
 
 
 @pytest.fixture(scope="module")
@@ -35,17 +34,12 @@ def ros1(ros: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[galler
 def test_robot_does_its_task_and_violates_nothing(
     robot: str, ros1: gallery.Ros1, tmp_path: Path
 ) -> None:
-    ros1.drive(robot, 1, True, tmp_path / "run.json", seconds=20.0)
+    ros1.drive(robot, 1, True, tmp_path / "run.json", LONG.get(robot))
     run = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
     assert run["faults"]
     assert run["violations"] == {}
     if robot in LONG:
-        assert length(run["path"]) > LONG[robot], run["path"][-1]
+        assert run["moved"] >= LONG[robot], run["path"][-1]
     else:
         assert run["succeeded"], run["path"][-1]
     assert run["judgements"] > 20
-
-
-def length(path: list[list[float]]) -> float:
-    """Return the length of a path in metres."""
-    return sum(math.dist(here, there) for here, there in pairwise(path))

@@ -18,7 +18,7 @@ def test_robot_follows_a_person_and_violates_nothing(bed: Bed, tmp_path: Path) -
     ros2 = gallery.Ros2(tmp_path / "workspace")
     ros2.build(["follow_person"])
     with ros2.running():
-        ros2.drive("follow_person", 1, True, tmp_path / "run.json", seconds=20.0)
+        ros2.drive("follow_person", 1, True, tmp_path / "run.json")
     run = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
     assert run["violations"] == {}
     assert run["succeeded"], run["path"][-1]
