@@ -188,7 +188,7 @@ def generate(robot: str, folder: Path, target: str) -> None:
 
 
 Run = tuple[str, int, bool, Path, float | None]
-"""Robot, seed, whether faults are planted, the record to write, and the metres after which it ends."""
+"""Robot, seed, whether faults are planted, the record to write, and after which way it ends."""
 
 
 def bridge(python: str, version: int, run: Run, env: dict[str, str]) -> None:
