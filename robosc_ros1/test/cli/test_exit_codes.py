@@ -234,7 +234,7 @@ def test_interrupt_ends_quietly(tmp_path: Path) -> None:
     )
     with pipe.open("wb"):  # returns when the command has opened its end
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=600)
     assert process.returncode == 130
     assert "Traceback" not in errors
 
@@ -273,7 +273,7 @@ def test_reader_that_has_seen_enough_is_no_error(
     process.stdout.close()
     assert process.stderr.read() == b""
     process.stderr.close()
-    assert process.wait(timeout=60) == 0
+    assert process.wait(timeout=600) == 0
 
 
 def in_shell(script: str, folder: Path, *arguments: str) -> Completed:
@@ -286,7 +286,7 @@ def in_shell(script: str, folder: Path, *arguments: str) -> Completed:
         capture_output=True,
         text=True,
         check=False,
-        timeout=60,
+        timeout=600,
     )
 
 

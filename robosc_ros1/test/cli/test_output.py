@@ -201,7 +201,7 @@ def test_color_only_on_terminals_that_want_it(
             env=env,
             stderr=theirs,
             stdout=subprocess.DEVNULL,
-            timeout=60,
+            timeout=600,
         )
         shown = os.read(ours, 100_000).decode()
     finally:

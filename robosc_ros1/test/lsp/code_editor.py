@@ -74,7 +74,7 @@ def code_server() -> list[str]:
 def _install(folder: Path) -> None:
     command = ["sh", "-e", "-c", _INSTALL]
     try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=240)
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=600)
     except subprocess.TimeoutExpired:
         raise Unavailable("installing code-server takes too long") from None
     if done.returncode:
@@ -182,7 +182,7 @@ def running_code(
     with (home / "log").open("wb") as log:
         subprocess.run(
             [*command, "--install-extension", str(extension)],
-            env=environment, stdout=log, stderr=log, check=True, timeout=120,
+            env=environment, stdout=log, stderr=log, check=True, timeout=600,
         )  # fmt: skip
         address = f"127.0.0.1:{free_port()}"
         server = subprocess.Popen(
@@ -199,7 +199,7 @@ def running_code(
 
 
 def _is_up(address: str) -> bool:
-    connection = HTTPConnection(address, timeout=10)
+    connection = HTTPConnection(address, timeout=600)
     try:
         connection.request("GET", "/healthz")
         return connection.getresponse().status == 200

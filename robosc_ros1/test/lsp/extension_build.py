@@ -59,7 +59,7 @@ def _digest(files: Sequence[Path]) -> str:
 
 def npm(folder: Path, *arguments: str) -> str:
     done = subprocess.run(
-        ["npm", *arguments], cwd=folder, capture_output=True, text=True, timeout=200
+        ["npm", *arguments], cwd=folder, capture_output=True, text=True, timeout=600
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -67,7 +67,7 @@ def npm(folder: Path, *arguments: str) -> str:
 
 def _install(build: Path) -> None:
     command = ["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund"]
-    done = subprocess.run(command, cwd=build, capture_output=True, text=True, timeout=280)
+    done = subprocess.run(command, cwd=build, capture_output=True, text=True, timeout=600)
     if done.returncode and any(sign in done.stderr for sign in _NOT_TO_BE_HAD):
         raise Unavailable("the packages cannot be had: " + done.stderr.strip().splitlines()[0])
     assert done.returncode == 0, done.stdout + done.stderr

@@ -75,7 +75,7 @@ def _make(folder: Path, packages: Sequence[str]) -> None:
         raise Unavailable(f"no virtual environment (apt install python3-venv): {error}") from error
     pip = [str(folder / "bin" / "python"), "-m", "pip", "install", "--quiet", "--ignore-installed"]
     pip += ["--disable-pip-version-check", "--no-deps", "--only-binary=:all:", *packages]
-    done = subprocess.run(pip, capture_output=True, text=True, timeout=280)
+    done = subprocess.run(pip, capture_output=True, text=True, timeout=600)
     if done.returncode:
         if any(sign in done.stderr for sign in _NOT_TO_BE_HAD):
             errors = [line for line in done.stderr.splitlines() if "ERROR" in line]

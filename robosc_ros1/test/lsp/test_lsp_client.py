@@ -28,7 +28,7 @@ def test_through_a_client(client: str, file: Path, tmp_path: Path) -> None:
     command += ["--basetemp", str(tmp_path / "tests")]
     done = subprocess.run(
         [*command, str(file)],
-        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=250,
+        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=600,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
 

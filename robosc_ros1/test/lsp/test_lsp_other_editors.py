@@ -62,7 +62,7 @@ def home(robosc_program: Path, tmp_path: Path) -> Path:
 def shown(command: list[str], home: Path) -> str:
     done = subprocess.run(
         [*command], cwd=home, env=os.environ | {"HOME": str(home)},
-        capture_output=True, text=True, timeout=120, stdin=subprocess.DEVNULL,
+        capture_output=True, text=True, timeout=600, stdin=subprocess.DEVNULL,
     )  # fmt: skip
     return " ".join((done.stdout + done.stderr).split())
 

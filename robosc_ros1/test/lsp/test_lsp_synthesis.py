@@ -23,7 +23,7 @@ TEXT = MODEL.read_text(encoding="utf-8")
 
 def asked(source: Source) -> Derived:
     done = subprocess.run(
-        command(), input=request_for(source, [], {}), capture_output=True, timeout=60
+        command(), input=request_for(source, [], {}), capture_output=True, timeout=600
     )
     found = derived_from(source, done.stdout)
     assert found is not None, done.stderr.decode()
@@ -107,6 +107,6 @@ def test_diagnostics_move_with_the_text() -> None:
 
 def test_command_finds_robosc_by_itself(tmp_path: Path) -> None:
     done = subprocess.run(
-        command(), input=b"", capture_output=True, cwd=tmp_path, env={}, timeout=60
+        command(), input=b"", capture_output=True, cwd=tmp_path, env={}, timeout=600
     )
     assert b"No module named 'robosc'" not in done.stderr

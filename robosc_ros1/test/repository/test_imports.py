@@ -164,7 +164,7 @@ def libraries_after(program: str) -> set[str]:
         f"print(sorted({{*sys.modules}} & {{*{[*THIRD_PARTY]!r}}}))"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=600
     )
     return set(ast.literal_eval(done.stdout.splitlines()[-1]))
 

@@ -20,6 +20,7 @@ from genpy.message import fill_message_args
 from rosgraph_msgs.msg import Clock
 
 PRINTING = threading.Lock()
+PATIENCE = 60.0
 
 
 def tell(**document):
@@ -138,7 +139,7 @@ class Puppet:
         self.subscribers = []
         self.clients = {}
 
-    def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, wait=20.0, md5=None,
+    def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, wait=PATIENCE, md5=None,
                 other=None):  # fmt: skip
         if topic not in self.publishers:
             message_class = roslib.message.get_message_class(type)
@@ -203,7 +204,7 @@ class Puppet:
     def shout(self, name, count):
         """Somebody else's goals."""
         client = actionlib.ActionClient(name, self.servers[name].type)
-        client.wait_for_server(rospy.Duration(5))
+        client.wait_for_server(rospy.Duration(PATIENCE))
         goal = type(self.servers[name].type().action_goal.goal)()
         self.foreign = [client.send_goal(goal) for _ in range(count)]
 
@@ -213,7 +214,7 @@ class Puppet:
 
     def call(self, name, type, fields):
         """Call a service; what comes of it is printed."""
-        rospy.wait_for_service(name, 20)
+        rospy.wait_for_service(name, PATIENCE)
         proxy = rospy.ServiceProxy(name, roslib.message.get_service_class(type))
 
         def work():
@@ -230,7 +231,7 @@ class Puppet:
             client = actionlib.ActionClient(name, roslib.message.get_message_class(type))
             self.clients[name] = client
         client = self.clients[name]
-        if not client.wait_for_server(rospy.Duration(20)):
+        if not client.wait_for_server(rospy.Duration(PATIENCE)):
             raise RuntimeError("there is no action " + name)
 
         def moved(handle):
@@ -247,7 +248,7 @@ class Puppet:
         client = self.clients[name] = actionlib.ActionClient(
             name, roslib.message.get_message_class(type)
         )
-        if not client.wait_for_server(rospy.Duration(20)):
+        if not client.wait_for_server(rospy.Duration(PATIENCE)):
             raise RuntimeError("there is no action " + name)
         done = queue.SimpleQueue()
 

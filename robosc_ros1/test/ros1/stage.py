@@ -19,10 +19,10 @@ from emit.golden_packages import GOLDEN
 from fork_server import Forked, ForkServer
 from ros_support import PYTHON, Master, Workspace, plain_environment
 
-__all__ = ["Node", "Puppet", "Stage", "event", "master_pid", "stopped"]
+__all__ = ["PATIENCE", "Node", "Puppet", "Stage", "event", "master_pid", "stopped"]
 
-PATIENCE = 20.0
-"""Seconds after which something that must come has not come."""
+PATIENCE = 60.0
+"""Seconds after which something that must come has not come, even on a machine that is busy."""
 
 Json = dict[str, Any]
 
@@ -84,7 +84,7 @@ class Puppet:
     def do(self, what: str, **arguments: Any) -> None:
         """Have the puppet do something, and wait until it has."""
         number = self.begin(what, **arguments)
-        done = self.wait(lambda line: line.get("done") == number, f"the end of {what}", 30.0)
+        done = self.wait(lambda line: line.get("done") == number, f"the end of {what}")
         assert "failed" not in done, done["failed"]
 
     def publish(self, topic: str, type_: str, data: Any = None, **more: Any) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -13,7 +12,7 @@ from pathlib import Path
 import pytest
 import ros_support
 from ros1.stage import Puppet, Stage, event, master_pid, stopped
-from ros_support import Workspace, await_condition, slowdown
+from ros_support import Workspace, await_condition, processor_clock
 
 RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
 ASK = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}
@@ -25,11 +24,10 @@ BUDGET = 2.0
 
 @contextmanager
 def ends_in_time() -> Iterator[None]:
-    """What is done here takes no longer than a node may take to end, in proportion."""
-    before, start = slowdown(), time.monotonic()
-    yield
-    spent = time.monotonic() - start
-    assert spent < 2 * BUDGET * max(before, slowdown())
+    """What is done here takes no longer than a node may take to end."""
+    with processor_clock() as clock:
+        yield
+        assert clock() < 2 * BUDGET
 
 
 def end(stage: Stage, how: str, pid: int) -> None:
@@ -54,7 +52,7 @@ def test_shutdown_cancels_goals_and_sends_the_stop_command(
         # The tool of the third way takes its own time.
         with ends_in_time() if how != "rosnode kill" else nullcontext():
             end(stage, how, node.process.pid)
-            assert node.process.wait(20) in (0, -signal.SIGTERM, -signal.SIGINT)
+            assert node.process.wait(60) in (0, -signal.SIGTERM, -signal.SIGINT)
         puppet.wait(lambda line: line.get("cancelled") == "/run", "the cancel", since=mark)
         puppet.hears("/halt", since=mark)
         assert "Traceback" not in node.log
@@ -77,7 +75,7 @@ def test_the_end_waits_for_nobody_who_stands_still(
         with stopped(still.process.pid), stopped(master_pid(stage.master)):
             with ends_in_time():
                 node.process.send_signal(signal.SIGINT)
-                assert node.process.wait(20) == 0
+                assert node.process.wait(60) == 0
             puppet.hears("/halt", since=mark)
         still.wait(lambda line: line.get("cancelled") == "/run", "the cancel")
         assert "Traceback" not in node.log
@@ -91,7 +89,7 @@ def test_it_may_end_before_there_is_a_master(generated_workspace: Workspace) -> 
         await_condition(lambda: "master may not be running yet" in log.read_text(), "the wait")
         with ends_in_time():
             process.send_signal(signal.SIGINT)
-            assert process.wait(20) == 0
+            assert process.wait(60) == 0
         assert "Traceback" not in log.read_text()
 
 
@@ -115,14 +113,14 @@ def test_the_stop_command_may_be_a_service(stage: Stage, puppet: Puppet, ear: Pu
     with stage.controller(ear, stop_command="ask") as node:
         node.process.send_signal(signal.SIGINT)
         puppet.wait(lambda line: line.get("asked") == "/ask", "the stop command")
-        assert node.process.wait(20) == 0
+        assert node.process.wait(60) == 0
 
 
 def test_a_second_node_of_the_same_name_takes_over(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:
     with stage.controller(ear) as first, stage.controller(ear) as second:
-        first.process.wait(20)
+        first.process.wait(60)
         puppet.publish("/level", "std_msgs/Int16", 9)
         second.tells(event("request", "blow"))
         assert second.process.poll() is None
@@ -182,7 +180,7 @@ def test_the_master_is_killed_and_restarted(
                     after.do("listen", topic="/blow", type="std_msgs/Int16")
                     after.hears("/blow")
                 node.process.send_signal(signal.SIGINT)
-                assert node.process.wait(10) == 0
+                assert node.process.wait(60) == 0
 
 
 def end_master(running: ros_support.Master) -> None:
@@ -218,4 +216,4 @@ def test_it_ends_when_the_master_is_gone(
             end_master(running)
             with ends_in_time():
                 node.process.send_signal(signal.SIGINT)
-                node.process.wait(20)
+                node.process.wait(60)

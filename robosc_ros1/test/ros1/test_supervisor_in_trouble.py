@@ -156,4 +156,4 @@ def test_a_call_under_way_fails_when_the_supervisor_ends(
         robot.wait(lambda line: line.get("asked") == "/set_light_state", "the call")
         node.process.send_signal(signal.SIGINT)
         assert other.wait(lambda line: line.get("failure"), "the failure")
-        assert node.process.wait(20) == 0
+        assert node.process.wait(60) == 0

@@ -49,7 +49,7 @@ def test_the_policy_stop_makes_a_safe_stop(stage: Stage, puppet: Puppet, ear: Pu
 def test_a_safe_stop_may_end_the_node(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     with stage.controller(ear, on_mismatch="stop", exit_on_stop="true") as node:
         puppet.publish("/level", INT, 12)
-        assert node.process.wait(20) == 1
+        assert node.process.wait(60) == 1
 
 
 @pytest.mark.parametrize(
@@ -195,4 +195,4 @@ def test_simulated_time_stops_starts_and_jumps(stage: Stage, puppet: Puppet, ear
         assert node.tells(event("error", "ask"))["detail"] == "no answer in time"
         # And so does the end.
         node.process.send_signal(signal.SIGINT)
-        assert node.process.wait(20) == 0
+        assert node.process.wait(60) == 0

@@ -92,7 +92,7 @@ def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
     for mode in ("controller", "supervisor"):
         name = ("--package", f"guarded_arm_managed_{mode}")
         generate(folder, arm, "--mode", mode, *name, "--config", str(folder / "managed.yaml"))
-    bed.run("colcon", "build", folder=folder, timeout=280)
+    bed.run("colcon", "build", folder=folder, timeout=600)
     return Built(bed, folder)
 
 

@@ -27,6 +27,8 @@ from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
+PATIENCE = 60.0
+
 
 def load(name: str) -> Any:
     package, kind, type_ = name.split("/")
@@ -114,7 +116,7 @@ class Peer:
         if name not in self.publishers:
             self.publishers[name] = self.node.create_publisher(class_, name, profile(**qos))
         publisher = self.publishers[name]
-        end = time.monotonic() + 15.0
+        end = time.monotonic() + PATIENCE
         while publisher.get_subscription_count() < matched:
             if time.monotonic() > end:
                 raise TimeoutError(f"nobody listens to {name}")
@@ -152,7 +154,7 @@ class Peer:
     def call(self, name: str, type: str, data: Any) -> Any:
         class_ = load(type)
         client = self.node.create_client(class_, name, callback_group=self.group)
-        if not client.wait_for_service(15.0):
+        if not client.wait_for_service(PATIENCE):
             raise TimeoutError(f"there is no service {name}")
         return plain(client.call(fill(class_.Request(), data)))
 
@@ -216,7 +218,7 @@ class Peer:
         class_ = load(type)
         client = ActionClient(self.node, class_, name, callback_group=self.group)
         self.kept.append(client)
-        if not client.wait_for_server(15.0):
+        if not client.wait_for_server(PATIENCE):
             raise TimeoutError(f"there is no action {name}")
         number = self.number()
 
@@ -252,7 +254,7 @@ class Peer:
         from rclpy.parameter_client import AsyncParameterClient
 
         client = AsyncParameterClient(self.node, node)
-        client.wait_for_services(15.0)
+        client.wait_for_services(PATIENCE)
         future = client.set_parameters([Parameter(name, value=value)])
         while not future.done():
             time.sleep(0.01)

@@ -41,6 +41,9 @@ from typing import IO, Any
 
 __all__ = ["Bed", "Graph", "Peer", "Process", "Unavailable", "free_domain", "test_bed"]
 
+PATIENCE = 60.0
+"""Seconds after which something that must come has not come, even on a machine that is busy."""
+
 HERE = Path(__file__).resolve().parent
 REPOSITORY = HERE.parents[2]
 CACHE = REPOSITORY / ".cache" / "ros2"
@@ -162,7 +165,7 @@ def _make_venv(bed: Bed) -> None:
     # Without its variable the wheels' hook may restart this pip, which then finds itself replaced.
     env = os.environ | {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
     env.pop("PYTHONPATH", None)
-    done = subprocess.run(pip, env=env, capture_output=True, text=True, timeout=280)
+    done = subprocess.run(pip, env=env, capture_output=True, text=True, timeout=600)
     if done.returncode:
         errors = [line for line in done.stderr.splitlines() if "ERROR" in line] or [done.stderr]
         if any(sign in done.stderr for sign in _NOT_TO_BE_HAD):
@@ -221,7 +224,7 @@ def _build_interface(bed: Bed, package: Path, scratch: Path, stubs: Path) -> Non
         "-DPython3_FIND_VIRTUALENV=ONLY", "-DBUILD_TESTING=OFF",
     ]  # fmt: skip
     for command in (configure, ["cmake", "--build", build, "-j2", "--target", "install"]):
-        done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=280)
+        done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=600)
         assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
 
 
@@ -258,7 +261,7 @@ class Process:
     def signal(self, number: int) -> None:
         self.popen.send_signal(number)
 
-    def wait(self, seconds: float = 20.0) -> int:
+    def wait(self, seconds: float = PATIENCE) -> int:
         """Its exit code, once it has ended by itself."""
         try:
             return self.popen.wait(seconds)
@@ -333,7 +336,7 @@ class Peer:
                 self._events.append(json.loads(line))
                 self._news.notify_all()
 
-    def order(self, do: str, seconds: float = 20.0, **arguments: Any) -> Any:
+    def order(self, do: str, seconds: float = PATIENCE, **arguments: Any) -> Any:
         """Have something done; what the peer answers to it."""
         self._count += 1
         text = json.dumps({"do": do, "order": self._count, **arguments})
@@ -346,7 +349,7 @@ class Peer:
     def expect(
         self,
         event: str,
-        seconds: float = 20.0,
+        seconds: float = PATIENCE,
         where: Callable[[Any], object] = lambda data: True,
         **fields: Any,
     ) -> dict[str, Any]:
@@ -384,7 +387,7 @@ class Peer:
         self.subscribe(f"{node}/state", "std_msgs/msg/String", durability="transient_local")
 
     def expect_state(
-        self, node: str, where: Callable[[dict[str, Any]], object], seconds: float = 20.0
+        self, node: str, where: Callable[[dict[str, Any]], object], seconds: float = PATIENCE
     ) -> dict[str, Any]:
         """Wait for a state of a watched controller."""
         documents: list[dict[str, Any]] = []

@@ -296,5 +296,5 @@ def test_another_program_gets_each_answer_at_once() -> None:
         process.stdin.flush()
         assert json.loads(process.stdout.readline())["line"] == number
     process.stdin.close()
-    assert process.wait(timeout=60) == 0
+    assert process.wait(timeout=600) == 0
     process.stdout.close()

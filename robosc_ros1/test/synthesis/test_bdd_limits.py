@@ -65,7 +65,7 @@ def test_memory_stays_within_the_limit() -> None:
         capture_output=True,
         text=True,
         check=True,
-        timeout=120,
+        timeout=600,
     )
     kilobytes = int(run.stdout)
     assert 32 * 2**10 < kilobytes < 192 * 2**10

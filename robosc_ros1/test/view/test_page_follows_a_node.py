@@ -201,6 +201,6 @@ def test_the_viewer_leaves_the_master_when_it_is_interrupted(stage: Stage, rosco
         address(process)
         await_condition(lambda: "robosc_view" in " ".join(nodes(stage)), "the viewer")
         process.send_signal(signal.SIGINT)
-        assert process.wait(10) == 130
+        assert process.wait(60) == 130
     assert "robosc_view" not in " ".join(nodes(stage))
     assert "Traceback" not in process.log.read_text(encoding="utf-8")  # type: ignore[attr-defined]

@@ -36,7 +36,7 @@ def axe() -> str:
         folder.mkdir(parents=True, exist_ok=True)
         done = subprocess.run(
             ["npm", "pack", "--silent", f"axe-core@{AXE}"],
-            cwd=folder, capture_output=True, text=True, timeout=120,
+            cwd=folder, capture_output=True, text=True, timeout=600,
         )  # fmt: skip
         if done.returncode:
             pytest.skip(f"axe-core cannot be had: {done.stderr.strip()[-200:]}")

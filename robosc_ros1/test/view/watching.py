@@ -87,7 +87,7 @@ def ask(
     server: PageServer, path: str, body: Any = None, **headers: str
 ) -> tuple[int, dict[str, str], bytes]:
     """Get a path, or post a document to it: code, headers, body."""
-    connection = HTTPConnection(*server.server_address[:2], timeout=20)  # type: ignore[misc]
+    connection = HTTPConnection(*server.server_address[:2], timeout=600)  # type: ignore[misc]
     try:
         text = None if body is None else json.dumps(body)
         sent = {name.replace("_", "-"): value for name, value in headers.items()}
@@ -104,7 +104,7 @@ class Watcher:
     """Follows the stream of a server on this machine; ``seen`` has the latest of each document."""
 
     def __init__(self, port: int) -> None:
-        self._connection = HTTPConnection("127.0.0.1", port, timeout=20)
+        self._connection = HTTPConnection("127.0.0.1", port, timeout=600)
         self._connection.request("GET", "/stream")
         self._answer: HTTPResponse = self._connection.getresponse()
         self.seen: Json = {}
