@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -203,3 +204,43 @@ def test_a_test_is_chosen_by_its_name() -> None:
         play(player, 'level 2.5, "x < 2": true')
     with pytest.raises(InvalidLine, match="is a boolean, not 3"):
         play(player, 'level 2.5, "isnan(value)": 3')
+
+
+def test_replay_names_the_classes_of_exact_values(supervisor: Supervisor, tmp_path: Path) -> None:
+    def reason(*events: dict[str, object]) -> str:
+        lines = [
+            json.dumps({"version": 1, "number": n, "event": event, "outcome": "applied"})
+            for n, event in enumerate(events, 1)
+        ]
+        (tmp_path / "run.log").write_text("\n".join(lines), encoding="utf-8")
+        (departure,) = replay(supervisor, str(tmp_path / "run.log")).departures
+        return f"{departure.event}: {departure.reason}"
+
+    heard: dict[str, object] = {"kind": "response", "name": "battery", "value": 0.15}
+    drive: dict[str, object] = {"kind": "request", "name": "drive", "value": {"data": 0.15}}
+    found = reason(heard, drive)
+    assert found.startswith("drive.request: requirement drive needs Battery.charge > 0.2")
+    assert found.endswith("; Battery.charge = 0.15: !(Battery.charge > 0.2)")
+    assert reason({**heard, "value": "none"}) == (
+        'battery.response: its value cannot be "none": it carries a double'
+    )
+
+
+def test_replay_names_the_class_of_what_cannot_have_come(tmp_path: Path) -> None:
+    text = """
+    robot R {
+        interface link use Measure from some_msgs
+        datatype object Depth { depth: double }
+        component Probe {
+            service measure with request: none, response: Depth links link
+            behaviour {
+                initial marked state s { on response from measure if value.depth > 0.5 goto t }
+                marked state t {}
+            }
+        }
+    }"""
+    event = {"kind": "response", "name": "measure", "value": {"depth": 0.15}}
+    line = {"version": 1, "number": 1, "event": event, "outcome": "applied"}
+    (tmp_path / "run.log").write_text(json.dumps(line), encoding="utf-8")
+    (departure,) = replay(supervisor_of(text), str(tmp_path / "run.log")).departures
+    assert departure.event == "measure.response(depth = 0.15: !(depth > 0.5))"

@@ -36,6 +36,7 @@ from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.report import blocked_by
 from robosc.runtime.values import Mismatch, Undefined, jsonable
+from robosc.simulate.exact_values import data_behind, value_with_classes
 from robosc.simulate.generated import make_controller
 from robosc.supervisor import Supervisor
 
@@ -129,6 +130,8 @@ class Follower:
         self._taus = {(t.component, t.number): t for t in self._fresh.TAUS}
         self._afters = {(a.component, a.number): a for a in self._fresh.AFTERS}
         self._carried = _carried(supervisor)
+        self._plant = supervisor.plant
+        self._events = {(e.name, e.kind.value): e for e in self._plant.events}
         self._controller: Controller | None = None
         self._stopped = False
         self._next = 1
@@ -177,9 +180,21 @@ class Follower:
             return
         reason = self._leaves(self._controller, entry)
         if reason is not None:
-            departure = Departure(entry.file, entry.line, entry.number, entry.text, reason)
+            event = self._told(entry)
+            departure = Departure(entry.file, entry.line, entry.number, event, reason)
             self.departures.append(departure)
             self._controller = None  # what follows is not known any more
+
+    def _told(self, entry: LogEntry) -> str:
+        """An event with the value that it brings, and the classes that this is in."""
+        event = self._events.get((entry.name, entry.kind))
+        parts = {} if event is None else self._carried.get((event.key, event.kind.value), {})
+        if event is None or not parts:
+            return entry.text
+        try:
+            return f"{entry.text}({value_with_classes(event, _restored(entry.value, parts))})"
+        except ValueError:
+            return entry.text  # the reason tells of it
 
     def _leaves(self, controller: Controller, entry: LogEntry) -> str | None:
         """Apply an event; why it cannot be, if so."""
@@ -202,7 +217,11 @@ class Follower:
             stopping = entry.document.get("detail") == STOP_COMMAND
             if self._stopped and not stopping:
                 return "the controller had made a safe stop"
-            return _perform(controller, command, entry.value, stopping)
+            reason = _perform(controller, command, entry.value, stopping)
+            if reason is None:
+                return None
+            event = self._events[entry.name, entry.kind]
+            return "; ".join([reason, *data_behind(self._plant, event, controller.variables())])
         return f"the model has no {entry.text}"
 
 
