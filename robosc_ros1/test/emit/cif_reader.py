@@ -11,17 +11,18 @@ import re
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
 State = tuple[tuple[str, Any], ...]
 Expression = Callable[[dict[str, Any]], Any]
 
 _TOKEN = re.compile(
-    r"\s+|//[^\n]*|(\$?[A-Za-z_]\w*(?:\.\$?[A-Za-z_]\w*)*|\d+|:=|=>|!=|<=|>=|\.\.|[=<>+\-*:;,()\[\]])"
+    r"\s+|//[^\n]*|(\$?[A-Za-z_]\w*(?:\.\$?[A-Za-z_]\w*)*|\d+|:=|=>|!=|<=|>=|\.\.|[=<>+\-*:;,(){}\[\]])"
 )
 _WORDS = (
     "alphabet and automaton bool controllable disables disc do edge elif else end enum false goto if"
-    " initial int invariant location marked needs not or plant requirement supervisor true uncontrollable"
+    " in initial int invariant location marked needs not or plant requirement supervisor true uncontrollable"
     " when"
 )
 _KEYWORDS = set(_WORDS.split())
@@ -56,14 +57,23 @@ class Automaton:
 class Specification:
     controllable: dict[str, bool] = field(default_factory=dict)
     automata: list[Automaton] = field(default_factory=list)
-    variables: dict[str, tuple[Any, Callable[[Any], bool]]] = field(default_factory=dict)
+    variables: dict[str, tuple[list[Any], Callable[[Any], bool]]] = field(default_factory=dict)
     state_invariants: list[Expression] = field(default_factory=list)
     event_invariants: list[tuple[str, Expression]] = field(default_factory=list)
 
     @property
-    def initial(self) -> State:
+    def initials(self) -> list[State]:
+        """All initial states, that of the values that stand first at the beginning."""
         places = {a.name: a.initial for a in self.automata}
-        return tuple((places | {name: v[0] for name, v in self.variables.items()}).items())
+        starts = product(*(values for values, _ in self.variables.values()))
+        return [
+            tuple((places | dict(zip(self.variables, values, strict=True))).items())
+            for values in starts
+        ]
+
+    @property
+    def initial(self) -> State:
+        return self.initials[0]
 
     def steps(self, state: State, supervised: bool) -> dict[str, State]:
         """What can happen in the plant automata, or with the supervisor's."""
@@ -111,7 +121,7 @@ class Specification:
 
     def graph(self, supervised: bool = False) -> dict[State, dict[str, State]]:
         """Everything reachable."""
-        found = {self.initial: self.steps(self.initial, supervised)}
+        found = {initial: self.steps(initial, supervised) for initial in self.initials}
         queue = deque(found)
         while queue:
             for target in found[queue.popleft()].values():
@@ -142,10 +152,10 @@ class Specification:
             if reaching == keep:
                 break
             keep = reaching
-        if self.initial not in keep:
+        if not keep.issuperset(self.initials):
             return {}
         found: dict[State, dict[str, State]] = {}
-        queue = deque([self.initial])
+        queue = deque(self.initials)
         while queue:
             state = queue.popleft()
             if state not in found:
@@ -275,12 +285,17 @@ class Reader:
             case enum:
                 values = list(self.enums[enum.replace("$", "")])
         name = self.declare(f"{automaton.name}.{self.name()}")
-        self.take("=")
-        initial = self.expression()({})
+        several = self.found("in")
+        self.take("{" if several else "=")
+        starts = [self.expression()({})]
+        while several and self.found(","):
+            starts.append(self.expression()({}))
+        if several:
+            self.take("}")
         self.take(";")
-        if initial not in values:
+        if not set(starts) <= set(values):
             raise CifError(f"{name} starts outside its range")
-        self.specification.variables[name] = (initial, values.__contains__)
+        self.specification.variables[name] = (starts, values.__contains__)
 
     def location(self, automaton: Automaton) -> None:
         place = "" if self.next == ":" else self.name()

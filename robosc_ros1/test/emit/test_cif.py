@@ -164,10 +164,11 @@ def test_data_become_enumerations() -> None:
     assert 'is_b: Battery.label = "b"' in text
 
 
-@pytest.mark.parametrize(
-    ("seed", "extra"),
-    [*((seed, "") for seed in range(6)), (0, "enum"), (1, "enum"), (0, "failure")],
-)
+RANDOM = [(seed, "") for seed in range(6)] + [(seed, "parameter") for seed in range(4)]
+RANDOM += [(0, "enum"), (1, "enum"), (0, "failure")]
+
+
+@pytest.mark.parametrize(("seed", "extra"), RANDOM)
 def test_random_data_become_enumerations(seed: int, extra: str) -> None:
     rng = random.Random(seed)
     while True:
@@ -180,6 +181,38 @@ def test_random_data_become_enumerations(seed: int, extra: str) -> None:
             return
 
 
+PARAMETERS = """
+robot R {
+    parameter careful: boolean = true
+    parameter limit: double = 0.5
+    parameter gear: integer(1..3) = 2
+    component Parameters {
+        outgoing message battery with type: double
+        incoming message drive with type: none
+        incoming message halt with type: none
+        behaviour {
+            variable charge: double = 1.0
+            variable chosen: integer(1..3) = 1
+            initial marked state ok {
+                on response from battery do charge := value
+                on request to halt do chosen := gear goto ok
+            }
+        }
+    }
+    requirement drive needs (careful => Parameters.charge > limit) and limit > 0.2
+    requirement halt needs Parameters.chosen != gear
+}
+"""
+
+
+def test_parameters_are_variables_with_any_value_at_the_start() -> None:
+    check_data(PARAMETERS)
+    text = cif_plant(lower(robot_of(PARAMETERS)))
+    assert "plant automaton Parameters_:" in text
+    assert "  disc bool careful in {true, false};" in text
+    assert "  disc int[1..3] gear in {2, 1, 3};" in text
+
+
 def test_data_that_cif_has_no_place_for() -> None:
     two = """robot R {{
         component A {{ outgoing message m with type: double
@@ -188,18 +221,10 @@ def test_data_that_cif_has_no_place_for() -> None:
             behaviour {{ variable y: double initial marked state s {{ on response from k do y := value }} }} }}
         {more}
     }}"""
-    for more, reason in (
-        (
-            "requirement go needs A.x < B.y",
-            "'compare(A.x, B.y)' compares data of several components",
-        ),
-        (
-            "parameter p: double = 1.0 requirement go needs A.x < p",
-            "at the start depends on a parameter",
-        ),
-    ):
-        with pytest.raises(UsageError, match=re.escape(reason)):
-            cif_plant(lower(robot_of(two.format(more=more))))
+    more = "requirement go needs A.x < B.y"
+    reason = "'compare(A.x, B.y)' compares data of several components"
+    with pytest.raises(UsageError, match=re.escape(reason)):
+        cif_plant(lower(robot_of(two.format(more=more))))
 
 
 def test_names_that_are_words_of_cif() -> None:

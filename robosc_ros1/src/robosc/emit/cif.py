@@ -140,10 +140,14 @@ class _Writer:
                 variable = self.context.variables[state.name]
                 shift = offset(variable.type)
                 note = f" // minus {shift}" if shift else ""
-                start = initial(self.context, variable.type, state.values[state.initial])
+                starts = [
+                    initial(self.context, variable.type, state.values[number])
+                    for number in state.start_indexes
+                ]
+                start = f"= {starts[0]}" if len(starts) == 1 else f"in {{{', '.join(starts)}}}"
                 type_ = self.context.type(variable.type)
                 name = self.context.own_variable(state.name)
-                yield f"disc {type_} {name} = {start};{note}"
+                yield f"disc {type_} {name} {start};{note}"
 
     def _edges(
         self, occurrence: _Occurrence, automaton: LocalAutomaton, location: int

@@ -22,7 +22,7 @@ from robosc.ir.automaton import (
     VariableKind,
 )
 from robosc.ir.expr import Leaf, conjunction, disjunction, evaluate
-from robosc.model.entities import Component, Robot, Variable
+from robosc.model.entities import Behaviour, Component, Robot, State, Variable
 from robosc.model.evaluation import converted
 from robosc.model.expr import (
     Binary,
@@ -86,27 +86,29 @@ class DiscretePlant:
 def discrete_plant(plant: Plant) -> DiscretePlant:
     """The plant with enumerations in the place of data.
 
+    What parameters of the node come to are variables of a component of their own, which nothing
+    changes.
+
     Raises:
-        UsageError: a test reads data of several components, or a parameter of the node.
+        UsageError: a test reads data of several components.
     """
     notes: dict[str, str] = {}
     taken = set(plant.robot.variables)
     states: dict[Expr, _Counterpart] = {}
     variables: list[StateVariable] = []
+    parameters = _parameters_component(plant)
     for variable in plant.variables:
-        if len(variable.start_indexes) > 1:
-            raise UsageError(
-                f"what '{variable.name}' is at the start depends on a parameter, which CIF does not"
-                " know: make it a constant, or export as JSON"
-            )
-        found = _state(variable, notes, taken)
+        found = _state(variable, notes, taken, parameters)
         if found is not None:
             original, counterpart = found
             states[original] = counterpart
             variable = _renamed(variable, counterpart)
         variables.append(variable)
     events = tuple(_event(event, states, variables, notes) for event in plant.events)
-    robot = _robot(plant, states, variables)
+    if any(name.startswith(f"{parameters}.") for name in (v.name for v in variables)):
+        known = VariableKind.LOCATION, parameters, (_KNOWN,), 0, frozenset((0,))
+        variables.append(StateVariable(*known))
+    robot = _robot(plant, states, variables, parameters)
     invariants = tuple((_discrete(e, states), number) for e, number in plant.invariants)
     made = Plant(robot, tuple(variables), events, invariants, plant.view)
     return DiscretePlant(made, notes, states)
@@ -116,12 +118,12 @@ def discrete_plant(plant: Plant) -> DiscretePlant:
 
 
 def _state(
-    variable: StateVariable, notes: dict[str, str], taken: set[str]
+    variable: StateVariable, notes: dict[str, str], taken: set[str], parameters: str
 ) -> tuple[VariableRef | TestRef, _Counterpart] | None:
     """What the plant's expressions say for data of the state, and what stands in its place."""
     test = variable.test
     if test is not None:
-        component, name = _owner(test), _identifier(test.name)
+        component, name = _owner(test, parameters), _identifier(test.name)
         while f"{component}.{name}" in taken:
             name += "_"
         taken.add(f"{component}.{name}")
@@ -140,16 +142,28 @@ def _state(
     return original, _Counterpart(VariableRef(component, name, enum), values, variable.values)
 
 
-def _owner(test: TestRef) -> str:
-    """The component whose data a test reads."""
+_KNOWN = "known"
+"""The state of the component of the parameters."""
+
+
+def _parameters_component(plant: Plant) -> str:
+    """A name for the component that has what is asked of parameters."""
+    name = "Parameters"
+    while any(component.name == name for component in plant.robot.components):
+        name += "_"
+    return name
+
+
+def _owner(test: TestRef, parameters: str) -> str:
+    """The component whose data a test reads; ``parameters`` if it reads nothing but these."""
     parts = [*walk(test.subject), *(() if test.other is None else walk(test.other))]
     found = {part.component for part in parts if isinstance(part, VariableRef)}
-    if len(found) != 1:
+    if len(found) > 1:
         raise UsageError(
             f"CIF has no numbers without bounds, and '{test.name}' compares data of several"
             " components: convert what comes in by an enum, or export as JSON"
         )
-    return found.pop()
+    return found.pop() if found else parameters
 
 
 def _renamed(variable: StateVariable, counterpart: _Counterpart) -> StateVariable:
@@ -160,6 +174,7 @@ def _renamed(variable: StateVariable, counterpart: _Counterpart) -> StateVariabl
         f"{leaf.component}.{leaf.variable}",
         tuple(counterpart.values),
         variable.initial,
+        starts=variable.starts,
     )
 
 
@@ -337,7 +352,10 @@ def _written_out(expr: Expr, read: Sequence[tuple[Expr, _Counterpart]]) -> Expr:
 
 
 def _robot(
-    plant: Plant, states: Mapping[Expr, _Counterpart], variables: Sequence[StateVariable]
+    plant: Plant,
+    states: Mapping[Expr, _Counterpart],
+    variables: Sequence[StateVariable],
+    parameters: str,
 ) -> Robot:
     robot = plant.robot
     initial = {variable.name: variable.values[variable.initial] for variable in variables}
@@ -345,7 +363,12 @@ def _robot(
         replace(r, condition=_discrete(plant.view.expression(r.condition), states))
         for r in robot.requirements
     )
-    components = tuple(_component(c, states, initial) for c in robot.components)
+    own = robot.components
+    if any(variable.name == parameters for variable in variables):
+        state = State(_KNOWN, True, True, (), (), span=robot.span)
+        behaviour = Behaviour((), (state,), (), (), span=robot.span)
+        own += (Component(parameters, (), behaviour, None, span=robot.span),)
+    components = tuple(_component(c, states, initial) for c in own)
     return replace(robot, components=components, requirements=requirements)
 
 
