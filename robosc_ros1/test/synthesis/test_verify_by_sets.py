@@ -67,6 +67,51 @@ def test_what_is_too_large_to_visit_each_state() -> None:
     assert verify_document(report, str)["method"] == "symbolic"
 
 
+def stop_for_all(n: int) -> str:
+    """A stop to which n components react, each in its own states: 3^n combinations."""
+    parts = [
+        f"""component M{i} {{
+            incoming message go{i} with type: none
+            outgoing message end{i} with type: none
+            behaviour {{
+                initial marked state rests {{
+                    on request to go{i} goto works
+                    on response from stop if value goto halted
+                }}
+                state works {{
+                    on response from end{i} goto rests
+                    on response from stop if value goto halted
+                }}
+                state halted {{ on response from stop if !value goto rests }}
+            }}
+        }}
+        requirement go{i} needs !Stop.on
+        """
+        for i in range(n)
+    ]
+    stop = """component Stop {
+        outgoing message stop with type: boolean
+        behaviour {
+            variable on: boolean
+            initial marked state s { on response from stop do on := value }
+        }
+    }"""
+    return " ".join([stop, *parts])
+
+
+def test_an_event_of_many_components_needs_no_table_of_all() -> None:
+    report = verify(supervisor_of(stop_for_all(21), "bdd"))
+    assert report.verified
+    assert report.method == "symbolic"
+    assert report.states == 2**21 + 1  # halted all at once, or none
+
+
+def test_a_sum_of_many_variables_needs_no_table_of_all() -> None:
+    report = verify(supervisor_of(steep_families.budget(13, 20), "bdd"))
+    assert report.verified
+    assert report.method == "symbolic"
+
+
 def test_what_reads_too_many_values_is_refused() -> None:
     with pytest.raises(StateSpaceError, match=r"values of Gauge0\.level, Gauge1\.level"):
         verify(supervisor_of(steep_families.gauges(1100), "bdd"))

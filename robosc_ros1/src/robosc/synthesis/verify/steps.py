@@ -39,6 +39,8 @@ __all__ = [
     "axes_of",
     "axes_read",
     "condition",
+    "value_in",
+    "values_read",
 ]
 
 T = TypeVar("T")
@@ -312,6 +314,22 @@ def axes_of(plant: Plant, expr: Expr) -> set[int]:
         for part in walk(expr)
         if isinstance(part, VariableRef | TestRef | StateRef | PhaseRef)
     }
+
+
+def value_in(plant: Plant, expr: Expr, state: PlantState) -> Value:
+    """The value of an expression; a condition that reads what is not there does not hold."""
+    try:
+        return evaluate(expr, _lookup(plant, state, {}))
+    except Undefined:
+        return False
+
+
+def values_read(event: Event) -> set[tuple[str | int, ...]]:
+    """What an event's automata read of its value."""
+    edges = [edge for automaton in event.automata for edge in automaton.edges]
+    read = [edge.guard for edge in edges if edge.guard is not None]
+    read += [expr for edge in edges for _, expr in edge.updates]
+    return {part.path for expr in read for part in walk(expr) if isinstance(part, ValueRef)}
 
 
 def axes_read(plant: Plant, event: Event) -> set[int]:

@@ -1,0 +1,290 @@
+"""Sets of states and transition relations of the independent checker, as decision diagrams.
+
+Variables stand in model order. The transition relation of an event is the conjunction of a table
+for each automaton that takes part, of what :class:`EventSteps` works out state by state. Conditions
+are taken apart at their operators and looked up value by value.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import prod
+from typing import Final, TypeAlias
+
+from robosc.errors import StateSpaceError
+from robosc.ir.automaton import Event, Plant, PlantState
+from robosc.model.expr import Binary, Expr, Unary
+from robosc.model.types import Value
+from robosc.synthesis.bdd.manager import Bdd, Manager, Renaming
+from robosc.synthesis.verify.steps import (
+    Coding,
+    EventSteps,
+    axes_of,
+    axes_read,
+    value_in,
+    values_read,
+)
+
+__all__ = ["Relation", "StateSets"]
+
+_MOST_ROWS: Final = 1 << 18  # some seconds each
+_FEW_ROWS: Final = 1 << 10  # beyond, operators are put together: sums have few values
+
+_Values: TypeAlias = tuple[Value | None, ...]
+_Row: TypeAlias = tuple[int, ...]
+"""Values of some axes."""
+_Effect: TypeAlias = tuple[int | None, ...]
+"""What becomes of the axes that an event writes; None: one stays as it is."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Relation:
+    """An event: its steps as pairs of states before and after, over what it reads and writes.
+
+    ``possible`` is where it can happen at all, ``escapes`` where it may leave a range, ``weights``
+    in how many ways it can happen.
+    """
+
+    event: Event
+    steps: Bdd
+    now: Bdd
+    after: Bdd
+    forward: Renaming
+    backward: Renaming
+    possible: Bdd
+    escapes: Bdd
+    weights: tuple[tuple[int, Bdd], ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Table:
+    """What an automaton does with some values of an event: ``inside`` and ``escapes`` are where it
+    takes part and keeps to the ranges or may not, ``steps`` are pairs of states before and after,
+    over what it reads and writes."""
+
+    inside: Bdd
+    escapes: Bdd
+    steps: Bdd
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Local:
+    """An automaton's part in an event: the axes ``written``, the places in the event's values that
+    it ``reads``, and a table for each combination of these."""
+
+    written: list[int]
+    reads: list[int]
+    tables: dict[_Values, _Table]
+
+    def read(self, values: _Values) -> _Values:
+        """Those of the event's values that the automaton reads."""
+        return tuple(values[place] for place in self.reads)
+
+
+def _parts(event: Event) -> Iterator[Event]:
+    """The event as it is for its communication, and for each automaton alone."""
+    yield replace(event, automata=())
+    for automaton in event.automata:
+        yield replace(event, automata=(automaton,), phase=None)
+
+
+class StateSets:
+    """Sets of states of a plant; ``describe`` names an event in a sentence."""
+
+    def __init__(self, plant: Plant, describe: Callable[[Event], str]) -> None:
+        self.plant = plant
+        self.describe = describe
+        self._bits: list[tuple[int, ...]] = []
+        first = 0
+        for variable in plant.variables:
+            bits = (variable.size - 1).bit_length()
+            self._bits.append(tuple(range(first, first + 2 * bits, 2)))
+            first += 2 * bits
+        self.manager = Manager(first)
+        self.false = self.manager.false
+        coding = Coding(plant)
+        self.relations = [self._relation(coding, n) for n in range(len(plant.events))]
+
+    @property
+    def initial(self) -> Bdd:
+        found = self.manager.true
+        for axis, variable in enumerate(self.plant.variables):
+            found = found & self._rows([axis], [(index,) for index in variable.start_indexes])
+        return found
+
+    def holds(self, expr: Expr) -> Bdd:
+        """The states in which a condition holds."""
+        match expr:
+            case Unary(operator="!", operand=operand):
+                return ~self.holds(operand)
+            case Binary(operator="and" | "or" | "=>" as operator, left=left, right=right):
+                first, second = self.holds(left), self.holds(right)
+                if operator == "and":
+                    return first & second
+                return (first if operator == "or" else ~first) | second
+        return self._valued(expr).get(True, self.false)
+
+    def _valued(self, expr: Expr) -> dict[Value, Bdd]:
+        """The values of an expression, each with the states in which it has it.
+
+        What reads few combinations of values is looked up; a wider one is put together.
+        """
+        axes = sorted(axes_of(self.plant, expr))
+        if self._size(axes) <= _FEW_ROWS or not isinstance(expr, Binary):
+            rows: dict[Value, list[_Row]] = {}
+            for row in self._combinations(axes):
+                rows.setdefault(value_in(self.plant, expr, self._at(axes, row)), []).append(row)
+            return {value: self._rows(axes, having) for value, having in rows.items()}
+        left, right = self._valued(expr.left), self._valued(expr.right)
+        if len(left) * len(right) > _MOST_ROWS:
+            raise self._too_many(axes)
+        found: dict[Value, list[Bdd]] = {}
+        for (first, some), (second, others) in product(left.items(), right.items()):
+            found.setdefault(expr.operation.scalar(first, second), []).append(some & others)
+        return {value: self.manager.union(sets) for value, sets in found.items()}
+
+    def _relation(self, coding: Coding, number: int) -> Relation:
+        event = self.plant.events[number]
+        if prod(len(parameter.values) for parameter in event.parameters) > _MOST_ROWS:
+            raise StateSpaceError(
+                f"verification stops at {_MOST_ROWS} values; the {self.describe(event)} has more"
+            )
+        parts = [self._local(coding, part) for part in _parts(event)]
+        valuations = EventSteps(self.plant, coding, event).valuations
+        alike = Counter(tuple(part.read(values) for part in parts) for values in valuations)
+        steps: list[Bdd] = []
+        escapes: list[Bdd] = []
+        weights: Counter[Bdd] = Counter()
+        for read, times in alike.items():
+            taken = [part.tables[values] for part, values in zip(parts, read, strict=True)]
+            inside = possible = relation = self.manager.true
+            for table in taken:
+                inside = inside & table.inside
+                possible = possible & (table.inside | table.escapes)
+                relation = relation & table.steps
+            steps.append(relation)
+            escapes.append(possible & ~inside)
+            weights[inside] += times
+        pairs = [(bit, bit + 1) for part in parts for a in part.written for bit in self._bits[a]]
+        return Relation(
+            event=event,
+            steps=self.manager.union(steps),
+            now=self.manager.cube(now for now, _ in pairs),
+            after=self.manager.cube(after for _, after in pairs),
+            forward=self.manager.renaming([(after, now) for now, after in pairs]),
+            backward=self.manager.renaming(pairs),
+            possible=self.manager.union(weights),
+            escapes=self.manager.union(escapes),
+            weights=tuple((weight, states) for states, weight in weights.items()),
+        )
+
+    def _local(self, coding: Coding, event: Event) -> _Local:
+        """What one automaton does in an event, given as an event of its own."""
+        steps = EventSteps(self.plant, coding, event)
+        (written,) = replace(self.plant, events=(event,)).writes
+        axes = sorted(axes_read(self.plant, event))
+        paths = values_read(event)
+        reads = [n for n, parameter in enumerate(event.parameters) if parameter.path in paths]
+        found = _Local(sorted(written), reads, {})
+        for values in steps.valuations:
+            if (read := found.read(values)) not in found.tables:
+                if self._size(axes) * (len(found.tables) + 1) > _MOST_ROWS:
+                    raise self._too_many(axes)
+                found.tables[read] = self._table(steps, axes, found.written, values)
+        return found
+
+    def _table(
+        self, steps: EventSteps, axes: Sequence[int], written: Sequence[int], values: _Values
+    ) -> _Table:
+        """An axis that is not read either stays or gets the same value whatever it was: two states
+        that differ in it tell which."""
+        escapes: list[_Row] = []
+        effects: dict[_Effect, list[_Row]] = {}
+        for row in self._combinations(axes):
+            state, other = self._at(axes, row, 0), self._at(axes, row, 1)
+            after = steps.after(state, values)
+            if isinstance(after, list):
+                again = steps.after(other, values)
+                effect = tuple(
+                    None if state[axis] != other[axis] and after[axis] != again[axis]
+                    else after[axis]
+                    for axis in written
+                )  # fmt: skip
+                effects.setdefault(effect, []).append(row)
+            elif after == "escapes" and not steps.event.controllable:
+                escapes.append(row)
+        return _Table(
+            inside=self._rows(axes, (row for rows in effects.values() for row in rows)),
+            escapes=self._rows(axes, escapes),
+            steps=self.manager.union(
+                self._rows(axes, rows) & self._after(written, effect)
+                for effect, rows in effects.items()
+            ),
+        )
+
+    def _size(self, axes: Iterable[int]) -> int:
+        return prod(self.plant.variables[axis].size for axis in axes)
+
+    def _combinations(self, axes: Sequence[int]) -> Iterator[_Row]:
+        if self._size(axes) > _MOST_ROWS:
+            raise self._too_many(axes)
+        return product(*(range(self.plant.variables[axis].size) for axis in axes))
+
+    def _too_many(self, axes: Sequence[int]) -> StateSpaceError:
+        names = ", ".join(self.plant.variables[axis].name for axis in axes[:5])
+        return StateSpaceError(
+            f"verification stops at {_MOST_ROWS} combinations of values of {names}"
+        )
+
+    def _at(self, axes: Sequence[int], row: _Row, rest: int = 0) -> PlantState:
+        """The state with some values; all others are ``rest`` where they can be."""
+        state = [min(rest, variable.size - 1) for variable in self.plant.variables]
+        for axis, value in zip(axes, row, strict=True):
+            state[axis] = value
+        return tuple(state)
+
+    def _rows(self, axes: Sequence[int], rows: Iterable[_Row]) -> Bdd:
+        """The states in which some axes, in ascending order, have the values of one of the rows."""
+        if not axes:
+            return self.manager.true if any(True for _ in rows) else self.false
+        by_value: dict[int, list[_Row]] = {}
+        for row in rows:
+            by_value.setdefault(row[0], []).append(row[1:])
+        same: dict[Bdd, list[int]] = {}
+        for value, below in by_value.items():
+            same.setdefault(self._rows(axes[1:], below), []).append(value)
+        return self.manager.union(
+            below & self.manager.union(self._value(self._bits[axes[0]], v) for v in values)
+            for below, values in same.items()
+        )
+
+    def _value(self, bits: Sequence[int], value: int) -> Bdd:
+        found = self.manager.true
+        for place, bit in enumerate(reversed(bits)):
+            found = self.manager.literal(bit, bool(value >> place & 1)) & found
+        return found
+
+    def _after(self, written: Sequence[int], effect: _Effect) -> Bdd:
+        found = self.manager.true
+        for axis, value in zip(reversed(written), reversed(effect), strict=True):
+            if value is not None:
+                found = self._value([bit + 1 for bit in self._bits[axis]], value) & found
+                continue
+            for bit in reversed(self._bits[axis]):
+                now, after = (self.manager.literal(b, True) for b in (bit, bit + 1))
+                found = ~(now ^ after) & found
+        return found
+
+    @property
+    def marked(self) -> Bdd:
+        found = self.manager.true
+        for axis, variable in enumerate(self.plant.variables):
+            if variable.marked is not None:
+                found = found & self._rows([axis], [(value,) for value in variable.marked])
+        return found
+
+    def count(self, states: Bdd) -> int:
+        return self.manager.count(states, self.manager.variables // 2)
