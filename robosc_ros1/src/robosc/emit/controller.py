@@ -12,6 +12,7 @@ from dataclasses import replace
 from math import prod
 
 from robosc.emit.config import declared_communications, declared_parameters
+from robosc.emit.copies import with_copies
 from robosc.emit.guards import GuardTexts, comment_lines, holds_where
 from robosc.emit.messages import converting_enums, provide_view, reading
 from robosc.emit.naming import PythonNames, place
@@ -53,38 +54,42 @@ __all__ = ["ControllerContext", "controller_context"]
 STEP_LIMIT = 10_000
 """No run to completion takes more steps, whatever the product of the components' states is."""
 
+_CALLED = re.compile(r"\bself\.(\w+)\(\)")
 _PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
 
 # What the module imports or defines, and what the base class has.
 _RESERVED = """
     After Command Communication Controller Input Mismatch Parameter Requirement Tau Undefined
-    annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS REQUIREMENTS PARAMETERS
+    Rows annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS REQUIREMENTS PARAMETERS
     STEP_BOUND assigned components configure copied copy count_undefined given holds in_range kept
-    message now only_field optional parameters self undefined value variables
+    i message now only_field optional parameters rows self state undefined value variables
 """
 
 
 def controller_context(supervisor: Supervisor, robot_file: str) -> ControllerContext:
-    context = _Builder(supervisor).build(robot_file)
+    builder = _Builder(supervisor)
+    context = builder.build(robot_file)
+    context = with_copies(context, builder.robot, builder.attributes, builder.names)
     return replace(context, imports=_imports(context))
 
 
 def _tables(context: ControllerContext) -> tuple[str, ...]:
     used = {
-        "Command": context.commands,
-        "Communication": context.communications,
-        "Input": context.inputs,
-        "Requirement": context.requirements,
-        "After": context.afters,
+        "Command": context.tables["commands"],
+        "Communication": context.tables["communications"],
+        "Input": context.tables["inputs"],
+        "Requirement": context.tables["requirements"],
+        "After": context.tables["afters"],
         "Parameter": context.parameters,
-        "Tau": context.taus,
+        "Rows": context.copies,
+        "Tau": context.tables["taus"],
     }
     return tuple(sorted(["Controller", *(name for name, entries in used.items() if entries)]))
 
 
 def _imports(context: ControllerContext) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What is used of each module of the runtime: all expressions are text in the context."""
-    text = repr(context).replace("\\n", " ")
+    called = set(re.findall(r"(?<!\w)\w+(?=\()", repr(context).replace("\\n", " ")))
     modules = {
         "functions": [],
         "values": ["copied", "given", "in_range", "now", "only_field", "optional"],
@@ -92,11 +97,11 @@ def _imports(context: ControllerContext) -> tuple[tuple[str, tuple[str, ...]], .
     for name, function in HELPERS.items():
         modules[function.__module__.rpartition(".")[2]].append(name)
     used = {
-        module: [name for name in sorted(names) if re.search(rf"(?<!\w){name}\(", text)]
+        module: [name for name in sorted(names) if name in called]
         for module, names in modules.items()
     }
     reactions = [i.reaction for i in context.inputs] + [c.reaction for c in context.commands]
-    if any(reaction.busy for reaction in reactions):
+    if "Mismatch" in called or any(reaction.busy for reaction in reactions):
         used["values"].insert(0, "Mismatch")
     used["model"] = list(_tables(context))
     return tuple((module, tuple(names)) for module, names in sorted(used.items()) if names)
@@ -141,6 +146,7 @@ class _Builder:
         self.reactions = Reactions(self.plant, self.spelling)
         self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
         methods = {number: r.method for number, r in enumerate(self.requirements)}
+        self.conditions = {r.method: r.condition for r in self.requirements}
         self.guards = GuardTexts(supervisor, self.spelling, methods)
 
     def _word(self, key: str) -> str:
@@ -334,11 +340,8 @@ class _Builder:
 
     def _reads(self, *texts: str) -> tuple[str, ...]:
         """The attributes that conditions read, also through the requirements that they call."""
-        called = [
-            requirement.condition
-            for requirement in self.requirements
-            if any(f"self.{requirement.method}()" in text for text in texts)
-        ]
+        methods = {method for text in texts for method in _CALLED.findall(text)}
+        called = [self.conditions[method] for method in methods if method in self.conditions]
         return tuple(sorted(attributes_read([*texts, *called])))
 
     def _with_preferences(self, commands: list[CommandView]) -> tuple[CommandView, ...]:

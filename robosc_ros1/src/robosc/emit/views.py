@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from robosc.emit.python import literal
 
 __all__ = [
-    "AttributeView", "CommandView", "ComponentView", "ControllerContext", "EnumView",
-    "InputView", "ProvideView", "ReactionView", "RequirementView", "TauView",
+    "AttributeView", "CommandView", "ComponentView", "ControllerContext", "CopiedRows",
+    "CopiesView", "CopyView", "EnumView", "InputView", "ProvideView", "ReactionView",
+    "RequirementView", "TauView",
 ]  # fmt: skip
 
 
@@ -161,6 +163,46 @@ class RequirementView:
 
 
 @dataclass(frozen=True)
+class CopyView:
+    """What one of several components adds to a controller; or one of several requirements."""
+
+    components: tuple[ComponentView, ...] = ()
+    phases: tuple[AttributeView, ...] = ()
+    locations: tuple[tuple[str, str], ...] = ()
+    variables: tuple[tuple[str, str], ...] = ()
+    communications: tuple[str, ...] = ()
+    inputs: tuple[InputView, ...] = ()
+    commands: tuple[CommandView, ...] = ()
+    taus: tuple[TauView, ...] = ()
+    afters: tuple[AfterView, ...] = ()
+    requirements: tuple[RequirementView, ...] = ()
+
+
+@dataclass(frozen=True)
+class CopiesView:
+    """A function of ``i`` that gives what each of several copies adds, and the list of that.
+
+    ``names`` are its constants with their values, ``body`` what follows them.
+    """
+
+    title: str
+    function: str
+    copies: str
+    first: int
+    last: int
+    names: tuple[tuple[str, str], ...]
+    body: str
+    has_attributes: bool
+
+
+@dataclass(frozen=True)
+class CopiedRows:
+    """Stands for the rows of copies in a table."""
+
+    copies: str
+
+
+@dataclass(frozen=True)
 class ControllerContext:
     """All that ``common/controller.py.jinja`` sees."""
 
@@ -184,3 +226,7 @@ class ControllerContext:
     """The entries of the table of parameters, as arguments."""
     imports: tuple[tuple[str, tuple[str, ...]], ...] = ()
     """What the module imports of the modules of ``_runtime``."""
+    copies: tuple[CopiesView, ...] = ()
+    tables: Mapping[str, tuple[object, ...]] = field(default_factory=dict)
+    """By the name of a field: its entries, or :class:`CopiedRows` for those of copies. The fields
+    with methods have only what stands alone."""

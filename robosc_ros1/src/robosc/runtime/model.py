@@ -22,6 +22,7 @@ __all__ = [
     "Input",
     "Parameter",
     "Requirement",
+    "Rows",
     "Tau",
 ]
 
@@ -138,6 +139,24 @@ class Requirement(NamedTuple):
     text: str
     place: str
     holds: Callable[[Any], bool]
+
+
+class Rows(NamedTuple):
+    """What one of several components, or one of several requirements, adds to a controller.
+
+    ``initial`` are pairs of an attribute and its value, ``components`` and ``variables`` pairs of
+    a name and the attribute that has the value; the others are rows of the tables.
+    """
+
+    initial: Tuple[Tuple[str, Any], ...] = ()
+    components: Tuple[Tuple[str, str], ...] = ()
+    variables: Tuple[Tuple[str, str], ...] = ()
+    communications: Tuple[Communication, ...] = ()
+    inputs: Tuple[Input, ...] = ()
+    commands: Tuple[Command, ...] = ()
+    taus: Tuple[Tau, ...] = ()
+    afters: Tuple[After, ...] = ()
+    requirements: Tuple[Requirement, ...] = ()
 
 
 class Controller:
