@@ -20,7 +20,7 @@ control of a class of discrete event processes", SIAM J. Control Optim. 25(1), 1
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
@@ -86,34 +86,55 @@ def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
         StateSpaceError: it is too large for that, too.
     """
     large = supervisor.plant_states > limit or supervisor.controlled_transitions > _MOST_STEPS
-    if large and available():
-        return _report_by_sets(supervisor)
-    return _Verifier(supervisor, limit).report()
-
-
-def _report_by_sets(supervisor: Supervisor) -> VerifyReport:
-    from robosc.synthesis.verify.symbolic import answers  # loaded when it is needed
-
-    controllable = _check_controllable(supervisor)
-    found = answers(supervisor, _text)
+    found = _by_sets(supervisor) if large and available() else _Verifier(supervisor, limit).found()
+    name, controllable = supervisor.plant.robot.name, _check_controllable(supervisor)
     if supervisor.empty:
         empty = _check_empty(found.keeps_initial)
-        checks = [controllable, empty, *_check_counts(supervisor, 0, 0, found.plant_states)]
-        return VerifyReport(supervisor.plant.robot.name, tuple(checks), 0, 0, method="symbolic")
-    checks = [Check("safe", found.unsafe is None, found.unsafe), controllable]
-    if found.unsafe is None:
-        checks += [
-            Check("nonblocking", found.blocking is None, found.blocking),
-            Check("maximally permissive", found.needless is None, found.needless),
-            *_check_counts(supervisor, found.states, found.transitions, found.plant_states),
-        ]
+        checks = [controllable, empty, *_check_counts(supervisor, 0, 0, found.plant_states())]
+        return VerifyReport(name, tuple(checks), 0, 0, method=found.method)
+    checks = [found.safe, controllable]
+    if found.safe.holds:
+        figures = found.states, found.transitions, found.plant_states()
+        checks += [*found.others(), *_check_counts(supervisor, *figures)]
+    properties = supervisor.properties if found.safe.holds else ()
     return VerifyReport(
-        supervisor.plant.robot.name,
-        tuple(checks),
+        name, tuple(checks), found.states, found.transitions, properties, found.method
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """What a search found under the guards of a supervisor.
+
+    ``others`` are the checks of a supervisor that is safe. ``keeps_initial`` tells whether the
+    initial states can be kept safe and nonblocking.
+    """
+
+    method: Literal["explicit", "symbolic"]
+    keeps_initial: bool
+    safe: Check
+    others: Callable[[], Iterable[Check]]
+    states: int
+    transitions: int
+    plant_states: Callable[[], int | None]
+
+
+def _by_sets(supervisor: Supervisor) -> _Found:
+    from robosc.synthesis.verify.symbolic import answers  # loaded when it is needed
+
+    found = answers(supervisor, _text)
+    others = [
+        Check("nonblocking", found.blocking is None, found.blocking),
+        Check("maximally permissive", found.needless is None, found.needless),
+    ]
+    return _Found(
+        "symbolic",
+        found.keeps_initial,
+        Check("safe", found.unsafe is None, found.unsafe),
+        lambda: others,
         found.states,
         found.transitions,
-        supervisor.properties if found.unsafe is None else (),
-        "symbolic",
+        lambda: found.plant_states,
     )
 
 
@@ -200,30 +221,24 @@ class _Verifier:
                 axes |= axes_of(self._plant, expr)
         return axes
 
-    def report(self) -> VerifyReport:
+    def found(self) -> _Found:
         self._refuse()
-        name = self._plant.robot.name
-        controllable = _check_controllable(self._supervisor)
         graph = self._search()
         backward = Backward.of(graph)
         keepable = self._keepable(graph, backward)
-        if self._supervisor.empty:
-            empty = _check_empty(all(keepable[: graph.starts]))
-            return VerifyReport(name, (controllable, empty, *self._counts(0, 0)), 0, 0)
         reached = Reached.of(graph)
-        states = len(reached.order)
-        transitions = sum(graph.allowed[state] for state in reached.order)
-        safe = self._check_safe(graph, reached)
-        if not safe.holds:
-            return VerifyReport(name, (safe, controllable), states, transitions)
-        checks = [
-            safe,
-            controllable,
-            self._check_nonblocking(graph, backward, reached),
-            self._check_permissive(graph, reached, keepable),
-            *self._counts(states, transitions),
-        ]
-        return VerifyReport(name, tuple(checks), states, transitions, self._supervisor.properties)
+        return _Found(
+            "explicit",
+            all(keepable[: graph.starts]),
+            self._check_safe(graph, reached),
+            lambda: (
+                self._check_nonblocking(graph, backward, reached),
+                self._check_permissive(graph, reached, keepable),
+            ),
+            len(reached.order),
+            sum(graph.allowed[state] for state in reached.order),
+            self._plant_states,
+        )
 
     def _search(self) -> CodedGraph:
         """Everything that the requirements permit; unsafe states are not left."""
@@ -370,13 +385,10 @@ class _Verifier:
                     return Check("maximally permissive", False, detail, trace)
         return Check("maximally permissive", True)
 
-    def _counts(self, states: int, transitions: int) -> Iterator[Check]:
-        told = self._supervisor
-        plant = self._count_plant() if told.plant_states <= self._limit else None
-        return _check_counts(told, states, transitions, plant)
-
-    def _count_plant(self) -> int:
-        """The states that can be reached without any requirement."""
+    def _plant_states(self) -> int | None:
+        """The states that can be reached without any requirement; None if they are too many."""
+        if self._supervisor.plant_states > self._limit:
+            return None
         changes = Grouped(
             self._plant,
             ((event, self._moves[event].axes) for event in range(len(self._moves))),
