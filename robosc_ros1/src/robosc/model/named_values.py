@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import cast
 
+from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
-from robosc.model.durations import duration_fields
+from robosc.model.entities import Data, DataArray, DataObject
 from robosc.model.evaluation import constant
-from robosc.model.expected import BOOLEAN, expected_type
+from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr, Literal, ParameterRef, RosParameter
 from robosc.model.expressions import Typer, no_value
 from robosc.model.report import Report
-from robosc.model.ros.types import DURATIONS
 from robosc.model.tables import SymbolTable
 from robosc.model.types import (
     ArrayType,
@@ -23,14 +23,13 @@ from robosc.model.types import (
     Type,
     Value,
 )
-from robosc.model.values import check_range, coerce, describe, is_basic
+from robosc.model.values import coerce, describe, is_basic
+from robosc.runtime.values import NOW
+from robosc.source import Span
 from robosc.syntax.nodes import (
-    ArrayNode,
     ConditionNode,
     ConstantNode,
     DataNode,
-    DataObjectNode,
-    DurationNode,
     ParameterNode,
     ValueNode,
 )
@@ -113,52 +112,30 @@ def _constant(
 
     That of an object is a dict, that of an array a tuple, as provided data have them.
     """
-    match node, type_:
-        case DataObjectNode(), ObjectType():
-            return _object(node, type_, what, types, report)
-        case ArrayNode(elements=elements), ArrayType(element=element):
-            parts = [
-                _constant(e, element, f"an element of {what}", types, report) for e in elements
-            ]
-            return None if None in parts else cast(Value, tuple(parts))
-        case DurationNode(), ObjectType(name=name) if name in DURATIONS:
-            return cast(Value, duration_fields(node, name))
-    if isinstance(node, DataObjectNode):
-        message = f"{what} needs {describe(type_)}, this is an object"
-        report.add("type-mismatch", node.span, message)
-        return None
     word = what.partition(" ")[0]
     typer = Typer(report, types, None, no_value(f"a {word} cannot depend on what comes in"))
-    expr = typer.check(node, expected_type(type_), what)
-    if expr is None:
-        return None
-    value = constant(expr)
-    if value is None:
+    data = DataTyper(typer, types, report).typed(node, type_, what)
+    return None if data is None else _value(data, type_, what, node.span, report)
+
+
+def _value(data: Data, type_: Type, what: str, span: Span, report: Report) -> Value | None:
+    match data, type_:
+        case DataObject(fields=fields), ObjectType():
+            found: dict[str, Value | None] = {}
+            for name, part in fields:
+                inner = type_.property(name)
+                assert inner is not None
+                found[name] = _value(part, inner, what, span, report)
+            return None if None in found.values() else cast(Value, found)
+        case DataArray(elements=elements), ArrayType(element=element):
+            parts = [_value(part, element, what, span, report) for part in elements]
+            return None if None in parts else cast(Value, tuple(parts))
+    assert not isinstance(data, DataObject | DataArray)
+    value = constant(data)
+    if value is None or value is NOW:
         message = f"the value of {what} must be a finite constant"
-        report.add("initial-not-constant", node.span, message)
+        report.add("initial-not-constant", data.span or span, message)
         return None
-    check_range(expr, type_, what, report)
-    literal = coerce(Literal(value, type_, node.span), type_)
+    literal = coerce(Literal(value, type_), type_)
     assert isinstance(literal, Literal)
     return literal.value
-
-
-def _object(
-    node: DataObjectNode, type_: ObjectType, what: str, types: TypeTable, report: Report
-) -> Value | None:
-    """The values of the properties that are named, the others keep their defaults."""
-    found: dict[str, Value | None] = {}
-    for given in node.fields:
-        name = given.name.text
-        inner = type_.property(name)
-        types.record_property(given.name, type_)
-        if name in found or inner is None:
-            code, words = ("duplicate-name", "is given twice") if name in found else (
-                "unknown-property", f"is no property of {type_.name}"
-            )  # fmt: skip
-            known = [n for n, _ in type_.properties]
-            hint = None if name in found else report.suggest(name, known, "its properties")
-            report.add(code, given.name.span, f"'{name}' {words}", hint)
-            return None
-        found[name] = _constant(given.value, inner, f"property '{name}'", types, report)
-    return None if None in found.values() else cast(Value, found)

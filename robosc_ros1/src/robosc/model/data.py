@@ -1,0 +1,172 @@
+"""Data as they are written out: objects, arrays, and the expressions in them."""
+
+from __future__ import annotations
+
+from robosc.model.datatypes import TypeTable
+from robosc.model.durations import duration_fields
+from robosc.model.entities import Data, DataArray, DataObject
+from robosc.model.expected import ExpectedType, expected_type
+from robosc.model.expr import Binary, Call, Literal
+from robosc.model.expressions import Typer
+from robosc.model.report import Report
+from robosc.model.ros.types import DURATIONS, TIMES
+from robosc.model.scope import report_duplicate
+from robosc.model.types import (
+    ArrayType,
+    DoubleType,
+    DurationType,
+    IntegerType,
+    ObjectType,
+    Type,
+)
+from robosc.model.values import check_range, coerce, describe
+from robosc.runtime.values import NOW
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    Access,
+    ArrayNode,
+    CallNode,
+    DataNode,
+    DataObjectNode,
+    DurationNode,
+    LiteralNode,
+)
+
+__all__ = ["DataTyper"]
+
+
+class DataTyper:
+    """Types the data of provide statements and constants; ``typer`` does their expressions."""
+
+    def __init__(self, typer: Typer, types: TypeTable, report: Report) -> None:
+        self._typer = typer
+        self._types = types
+        self._report = report
+
+    def typed(self, node: DataNode, type_: Type, place: str) -> Data | None:
+        """The data at a place (in words, for messages), for a type; None after a reported error."""
+        if isinstance(node, DataObjectNode):
+            if isinstance(type_, ObjectType):
+                return self._object(node, type_)
+            self._report.add(
+                "type-mismatch",
+                _opening(node.span),
+                f"{place} needs {describe(type_)}, this is an object",
+            )
+            return None
+        if isinstance(node, ArrayNode):
+            if isinstance(type_, ArrayType):
+                return self._array(node, type_, place)
+            self._report.add(
+                "type-mismatch",
+                _opening(node.span),
+                f"{place} needs {describe(type_)}, this is an array",
+            )
+            return None
+        if isinstance(type_, ObjectType) and isinstance(node, DurationNode):
+            return self._duration(node, type_, place)
+        if isinstance(type_, ObjectType) and type_.name in TIMES and _is_now(node):
+            return Literal(NOW, type_, node.span)
+        if isinstance(type_, ObjectType) and type_.name in DURATIONS and isinstance(node, Access):
+            return self._named_duration(node, type_, place)
+        if isinstance(type_, ArrayType | ObjectType) and not isinstance(node, LiteralNode):
+            return self._typer.check(node, expected_type(type_), place)
+        if isinstance(type_, ObjectType):
+            names = ", ".join(f"{name}: …" for name, _ in type_.properties)
+            self._report.add(
+                "type-mismatch",
+                node.span,
+                f"{place} needs {describe(type_)}",
+                f"write {{ {names} }}",
+            )
+            return None
+        if isinstance(type_, ArrayType):
+            self._report.add(
+                "type-mismatch", node.span, f"{place} needs {describe(type_)}", "write [ … ]"
+            )
+            return None
+        expr = self._typer.check(node, expected_type(type_), place)
+        if expr is None:
+            return None
+        check_range(expr, type_, place, self._report)
+        return coerce(expr, type_)
+
+    def _array(self, node: ArrayNode, type_: ArrayType, place: str) -> DataArray | None:
+        elements = [self.typed(e, type_.element, f"an element of {place}") for e in node.elements]
+        found = tuple(e for e in elements if e is not None)
+        return DataArray(found, span=node.span) if len(found) == len(elements) else None
+
+    def _duration(self, node: DurationNode, type_: ObjectType, place: str) -> DataObject | None:
+        """A duration as the message that ROS has for it: whole seconds and nanoseconds."""
+        if type_.name not in DURATIONS:
+            self._report.add(
+                "type-mismatch", node.span, f"{place} needs {describe(type_)}, this is a duration"
+            )
+            return None
+        fields = duration_fields(node, type_.name).items()
+        return DataObject(
+            tuple((name, Literal(part, IntegerType(), node.span)) for name, part in fields)
+        )
+
+    def _named_duration(self, node: Access, type_: ObjectType, place: str) -> Data | None:
+        """A constant, a parameter or a variable as the message that ROS has for durations."""
+
+        def accepted(given: Type) -> bool:
+            return given == type_ or isinstance(given, DurationType)
+
+        found = self._typer.check(node, ExpectedType(describe(type_), accepted), place)
+        if found is None or not isinstance(found.type, DurationType):
+            return found
+        integer = IntegerType()
+        second = Literal(10**9, integer)
+        exact = Binary("*", found, Literal(1e9, DoubleType()), DoubleType())
+        nanoseconds = Call("round", (exact,), integer, node.span)
+        whole = Binary("/", nanoseconds, second, DoubleType())
+        rest = Binary("%", nanoseconds, second, integer, node.span)
+        parts = Call("floor", (whole,), integer, node.span), rest
+        return DataObject(tuple(zip(DURATIONS[type_.name], parts, strict=True)))
+
+    def _object(self, node: DataObjectNode, type_: ObjectType) -> DataObject | None:
+        fields: list[tuple[str, Data]] = []
+        seen: dict[str, Span] = {}
+        whole = True
+        for item in node.fields:
+            name = item.name.text
+            if name in seen:
+                report_duplicate("value", item.name, seen[name], self._report)
+                whole = False
+                continue
+            seen[name] = item.name.span
+            inner = type_.property(name)
+            self._types.record_property(item.name, type_)
+            if inner is None:
+                self._unknown_property(item.name.text, item.name.span, type_)
+                whole = False
+                continue
+            data = self.typed(item.value, inner, f"property '{name}'")
+            if data is None:
+                whole = False
+            else:
+                fields.append((name, data))
+        return DataObject(tuple(fields)) if whole else None
+
+    def _unknown_property(self, name: str, span: Span, type_: ObjectType) -> None:
+        declarations = self._types.type_declarations
+        if declarations.may_have(type_, name) or self._types.scope.is_unresolved(name):
+            return
+        told = self._report.add(
+            "unknown-property",
+            span,
+            f"{type_.name} has no property '{name}'",
+            self._report.suggest(name, [n for n, _ in type_.properties], "its properties"),
+        )
+        declarations.miss(type_, name, told)
+
+
+def _is_now(node: DataNode) -> bool:
+    """Whether this is ``now()``."""
+    return isinstance(node, CallNode) and node.span.text.replace(" ", "") == "now()"
+
+
+def _opening(span: Span) -> Span:
+    return Span(span.source, span.start, span.start + 1)
