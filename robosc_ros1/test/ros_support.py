@@ -36,6 +36,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from xmlrpc.client import ServerProxy
 
 from robosc.cli import main
@@ -160,6 +161,29 @@ class Master:
     @property
     def environment(self) -> dict[str, str]:
         return {"ROS_MASTER_URI": self.uri, "ROS_HOSTNAME": "localhost"}
+
+    def forget(self, node: str) -> None:
+        """Drop the registrations of a killed node, whose name begins so.
+
+        Others would go on to call its ports. Some day a new node gets one of them for its messages,
+        and takes no connection while it waits for the rest of a call that is none of its own.
+        """
+        proxy: Any = ServerProxy(self.uri)
+        with contextlib.suppress(OSError):  # the master may have been killed, too
+            publishers, subscribers, services = proxy.getSystemState("/ros_support")[2]
+            for registrations, drop in (
+                (publishers, proxy.unregisterPublisher),
+                (subscribers, proxy.unregisterSubscriber),
+            ):
+                for topic, names in registrations:
+                    for name in names:
+                        if name.startswith(node):
+                            drop(name, topic, proxy.lookupNode("/ros_support", name)[2])
+            for service, names in services:
+                for name in names:
+                    if name.startswith(node):
+                        api = proxy.lookupService("/ros_support", service)[2]
+                        proxy.unregisterService(name, service, api)
 
     def answers(self) -> bool:
         try:

@@ -181,6 +181,7 @@ class Stage:
             process.kill()
             process.wait()
             process.close()
+            self.master.forget(f"/puppet_{process.pid}_")
 
     @contextlib.contextmanager
     def simulated_time(self) -> Iterator[None]:
