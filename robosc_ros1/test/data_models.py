@@ -74,9 +74,25 @@ class _Builder:
         joined = f"{self.comparison('value')} and !({self.comparison('value')}) -> middle"
         return f"datatype enum Band from {self.type} to {{ {' '.join(rules)} {joined} default -> high }}"
 
+    def items(self) -> str:
+        """A number of an array that came in, or its only string."""
+        if self.type == "string":
+            return "value.items[0]"
+        kept = self.pick("", f" if {self.comparison('e')}")
+        return f"{self.pick('min', 'max', 'sum')}(e for e in value.items{kept})"
+
+    def quantified(self) -> str:
+        kind = self.pick("any", "all", "count", "length")
+        if kind == "length":
+            return f"length(value.items) {self.pick('=', '<', '>')} {self.pick('0', '1')}"
+        found = f"{kind}({self.comparison('e')} for e in value.items)"
+        return f"{found} {self.pick('<', '>')} 1" if kind == "count" else found
+
     def condition(self, *leaves: str, others: tuple[str, ...] = ()) -> str:
         """A condition over data; ``others`` are booleans beside it."""
         kind = self.rng.random()
+        if kind < 0.5 and "value.items" in leaves[0] and self.type != "string":
+            return self.quantified()
         if kind < 0.15 and others:
             return self.pick(*others)
         if kind < 0.4 and self.extra == "enum":
@@ -124,7 +140,7 @@ class _Builder:
         others: tuple[str, ...] = ("Sensor.flag", "Sensor.t", "Base.away")
         if self.extra == "enum":
             others += ("Sensor.band = middle",)
-        failure = self.extra == "failure"
+        failure, array = self.extra == "failure", self.extra == "array"
         carried = f"request: none, response: {self.type}, feedback: none"
 
         def state_condition() -> str:
@@ -134,10 +150,12 @@ class _Builder:
 robot R {{
     {f"parameter p: {self.type} = {self.constant()}" if self.extra == "parameter" else ""}
     {self.enum() if self.extra == "enum" else ""}
+    {f"datatype object Items {{ items: array({self.type}) }}" if array else ""}
+    {"interface items use Items from some_robot_msgs" if array else ""}
     interface link use Thing from some_robot_msgs
     component Sensor {{
         outgoing message sense with type: {self.type}
-        outgoing message probe with type: {self.type}
+        outgoing message probe with type: {"Items links items" if array else self.type}
         behaviour {{
             variable v: {self.type}
             variable w: {self.type} = {self.constant()}
@@ -148,7 +166,7 @@ robot R {{
             }}
             {self.pick("marked", "")} state t {{
                 {self.reaction("response from sense", "value")}
-                {self.reaction("response from probe", "value")}
+                {self.reaction("response from probe", self.items() if array else "value")}
                 transition if {self.condition("v", "w", others=("flag",))} goto s
             }}
         }}
@@ -185,7 +203,8 @@ def data_model(rng: random.Random, computed: bool = False, extra: str = "") -> s
     """The text of a robot without errors; ``computed``: with more than comparisons and copies.
 
     ``extra`` may be "parameter": a parameter p, of the type of all data; "failure": an action
-    whose errors may bring a result; or "enum": an enum as a function of them.
+    whose errors may bring a result; "enum": an enum as a function of them; or "array": an array of
+    them that comes in.
     """
     type_ = rng.choice(list(CONSTANTS))
     return _Builder(rng, type_, computed, rng.random() < 0.8, extra).build()

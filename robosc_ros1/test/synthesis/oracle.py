@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 from typing import Any
 
@@ -28,8 +28,11 @@ from robosc.model.entities import (
     Variable,
 )
 from robosc.model.expr import (
+    Aggregate,
     Binary,
+    Call,
     Convert,
+    ElementRef,
     Expr,
     Literal,
     ParameterRef,
@@ -106,7 +109,7 @@ def evaluate(expr: Expr, read: Any) -> Any:
     match expr:
         case Literal(value=value):
             return value
-        case VariableRef() | StateRef() | PhaseRef() | ParameterRef() | ValueRef():
+        case VariableRef() | StateRef() | PhaseRef() | ParameterRef() | ValueRef() | ElementRef():
             return read(expr)
         case Unary(operator="!", operand=operand):
             return not evaluate(operand, read)
@@ -122,7 +125,43 @@ def evaluate(expr: Expr, read: Any) -> Any:
             return apply(operator, evaluate(left, read), evaluate(right, read))
         case Convert(argument=argument, type=enum):
             return convert(enum, evaluate(argument, read))
+        case Call(operator="length", operands=(array,)):
+            return len(evaluate(array, read))
+        case Aggregate():
+            return aggregate(expr, read)
     raise TypeError(expr)
+
+
+def aggregate(expr: Aggregate, read: Any) -> Any:
+    """What goes through an array: of elements for which something is undefined, nothing counts."""
+    found = []
+    for item in evaluate(expr.array, read):
+        inside = partial(_element, expr.variable, item, read)
+        with suppress(UndefinedValue):
+            if expr.condition is None or evaluate(expr.condition, inside):
+                found.append(evaluate(expr.element, inside))
+    match expr.operator:
+        case "any":
+            return any(found)
+        case "all":
+            return all(found)
+        case "count":
+            return sum(1 for result in found if result)
+        case "sum":
+            return sum(found)
+    if not found:
+        raise UndefinedValue
+    if any(number != number for number in found):
+        return math.nan
+    return min(found) if expr.operator == "min" else max(found)
+
+
+def _element(variable: str, item: Any, read: Any, part: Expr) -> Any:
+    """A reference inside of an aggregate over plain numbers."""
+    if isinstance(part, ElementRef) and part.variable == variable:
+        assert part.path == ()
+        return item
+    return read(part)
 
 
 def convert(enum: EnumType, value: Any) -> str:

@@ -6,6 +6,7 @@ the supervisor by exhaustive search. What only compares with constants must come
 
 from __future__ import annotations
 
+import math
 import random
 from typing import Any
 
@@ -21,7 +22,7 @@ from robosc.ir.lower import lower
 from robosc.ir.step import holds
 from robosc.model.entities import Robot
 from robosc.model.resolve import load
-from robosc.model.types import DoubleType, IntegerType, StringType
+from robosc.model.types import ArrayType, DoubleType, IntegerType, StringType
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import explore, synthesize
@@ -92,6 +93,40 @@ def test_comparisons_with_constants_are_exact(seed: int, extra: str) -> None:
     text = data_model(random.Random(seed), extra=extra)
     for engine in ("dense", "bdd"):
         assert not differences(text, engine), text
+
+
+ARRAYS = {
+    "double": [(), (0.3,), (math.nan,), (0.1, 1e308), (-2.5, 0.5, 0.0)],
+    "integer": [(), (0,), (2, 3), (-1, 2**53 + 1, 3)],
+    "string": [(), ("a",), ("b", "")],
+}
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_what_goes_through_arrays_keeps_the_requirements(seed: int) -> None:
+    """The plant takes it as free: that is more than can happen, and never less."""
+    rng = random.Random(seed)
+    robot = robot_of(data_model(rng, extra="array"))
+    supervisor = pipeline.synthesize(robot)
+    if supervisor.empty:
+        return
+    name = str(robot.communications["Sensor.sense"].response)
+    samples = {TYPES[name]: SAMPLES[name], ArrayType(TYPES[name]): ARRAYS[name]}
+    oracle = Oracle(robot, samples)
+    guards = {
+        Event(g.event.kind, g.event.key, g.event.index): exact(g.expr) for g in supervisor.guards
+    }
+    for _ in range(20):
+        state = rng.choice(oracle.initials)
+        for _ in range(20):
+            assert not oracle.unsafe(state)
+            allowed = [
+                (occurrence, target)
+                for occurrence, target in oracle.successors(state)
+                if occurrence.event not in guards or oracle.holds(guards[occurrence.event], state)
+            ]
+            assert all(oracle.required(state, occurrence.event) for occurrence, _ in allowed)
+            _, state = rng.choice(allowed)
 
 
 # --- the same model with an enum written by hand -------------------------------------------------
