@@ -169,8 +169,13 @@ def test_diagrams_are_zoomed_and_panels_resized(supervisor: Supervisor, browser:
         assert browser.run(f"return {side}") == before + 50
         browser.press("\ue014")  # right, on the bar that has the focus
         assert browser.run(f"return {side}") == before + 26
-        browser.sees(f"location.hash.includes('side={before + 26}')")
+        browser.run(f"{zoom}[1].click(); {zoom}[1].click()")
+        closer = browser.run(f"return {box}")
+        browser.sees(
+            f"location.hash.includes('side={before + 26}') && location.hash.includes('zoom')"
+        )
         link = browser.run("return location.href")
         browser.open("about:blank")
         browser.open(link)
         browser.sees(f"{side} === {before + 26}")
+        browser.sees(f"{box} === arguments[0]", closer)

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from robosc.emit.naming import place
+from robosc.emit.thresholds import thresholds
 from robosc.ir.automaton import Plant
 from robosc.ir.expr import to_dsl
 from robosc.language.events import EventKind
@@ -111,6 +112,7 @@ def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
             }
             for guard in supervisor.guards
         ],
+        "thresholds": dict(thresholds(robot)),
     }
 
 

@@ -76,7 +76,7 @@ class Folded {
     const title = make("h2", {}, general.name, make("small", {}, `${count} · ${general.place}`));
     const drawing = make("div", { className: "drawing" }, this.diagram.element);
     this.element = make("article", { className: "card folded", id: `component-${number}`, tabIndex: -1 }, title,
-      new Zoom(drawing).buttons, drawing, this.chips, this.opened);
+      new Zoom(drawing, general.name).buttons, drawing, this.chips, this.opened);
     this.element.dataset.component = general.name;
     this.copies = components.map((component, i) => new Copy(component, this, `${number}-${i}`, fire));
     this.chips.append(...this.copies.map((copy) => copy.chip));

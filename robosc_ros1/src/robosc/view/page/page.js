@@ -9,7 +9,7 @@ const PACE = 100; // milliseconds between two changes of what is read, not watch
 const BROKEN = 7000; // milliseconds of silence; the server says something every two seconds
 
 const page = {
-  hello: null, model: null, source: null, state: null, status: null,
+  hello: null, model: null, source: null, thresholds: {}, state: null, status: null,
   cards: new Map(), rows: new Map(),
   followed: new Map(), // component to the state that the events led to so far
   events: [], fresh: [], number: 0, time: 0, run: 0, later: null,
@@ -166,6 +166,8 @@ function build(model, text) {
   if (text === page.model) return; // the stream was opened again
   const drawn = model.components.filter((c) => c.states.length);
   past.owners = new Map(model.communications.map((c) => [c.name, c.component]));
+  page.thresholds = model.thresholds ?? {};
+  zooms.clear();
   const cards = componentCards(drawn, fireByName);
   const rest = model.components.filter((c) => !c.states.length).map((c) => c.name);
   const note = rest.length ? [make("p", { className: "others" }, `Without behaviour: ${rest.join(", ")}`)] : [];

@@ -12,7 +12,7 @@ class Card {
     const title = make("h2", {}, component.name, make("small", {}, component.place));
     const drawing = make("div", { className: "drawing" }, this.diagram.element);
     this.element = make("article", { className: "card", id: `component-${number}`, tabIndex: -1 }, title, this.now,
-      new Zoom(drawing).buttons, drawing);
+      new Zoom(drawing, component.name).buttons, drawing);
     this.element.dataset.component = component.name;
     toggle(this.element, "wide", this.diagram.element.width.baseVal.value > 1.5 * WIDE);
     this.addEverywhere(component);
@@ -42,7 +42,7 @@ class Card {
       const kind = make("small", { className: "class" });
       this.values.set(name, { value, kind, variable });
       this.addRow([`${variable.name} `, make("small", {}, variable.type)], [kind, value]);
-      if (isNumeric(variable.type)) this.addPlot(name, variable.comparisons);
+      if (isNumeric(variable.type)) this.addPlot(name);
     }
     this.element.append(make("table", { className: "variables" }, this.rows));
     for (const name of past.dataOf(component.name)) this.addData(name);
@@ -52,8 +52,8 @@ class Card {
     this.rows.append(make("tr", {}, make("td", {}, ...left), make("td", {}, ...right)));
   }
 
-  addPlot(name, comparisons) {
-    const plot = new Plot(name, this.component.name, comparisons);
+  addPlot(name) {
+    const plot = new Plot(name, this.component.name);
     this.rows.append(make("tr", { className: "plotted" }, make("td", { colSpan: 2 }, plot.element)));
   }
 

@@ -94,9 +94,9 @@ function numbersIn(value, path = "") {
 
 /** One number over the last minute, with the states of its component and what it is compared with. */
 class Plot {
-  constructor(name, component, comparisons = []) {
+  constructor(name, component) {
     Object.assign(this, { name, component, visible: true });
-    this.thresholds = [...new Set(comparisons.map(([, constant]) => constant))];
+    this.thresholds = own(page.thresholds, name) ?? [];
     this.element = make("canvas", { className: "plot" });
     this.element.setAttribute("role", "img");
     this.element.setAttribute("aria-label", `${name} in the last minute`);

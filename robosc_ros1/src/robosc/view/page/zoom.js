@@ -2,10 +2,11 @@
 "use strict";
 
 const CLOSEST = 8;
+const zooms = new Map(); // by component
 
 /** Makes the drawing in an element zoom by its buttons or the wheel (with Ctrl), and pan by dragging. */
 class Zoom {
-  constructor(pane) {
+  constructor(pane, name) {
     this.pane = pane;
     this.picture = pane.firstElementChild;
     const { width, height } = this.picture.viewBox.baseVal;
@@ -22,6 +23,8 @@ class Zoom {
     });
     pane.addEventListener("pointermove", (event) => this.onMove(event));
     for (const end of ["pointerup", "pointercancel"]) pane.addEventListener(end, () => (this.from = null));
+    zooms.set(name, this);
+    if (restored.zoom.has(name)) this.restore(...restored.zoom.get(name));
   }
 
   onWheel(event) {
@@ -55,7 +58,14 @@ class Zoom {
     this.show();
   }
 
+  /** What a link has shown. */
+  restore(scale, x, y) {
+    Object.assign(this, { scale: Math.min(CLOSEST, Math.max(1, scale)), x, y });
+    this.show();
+  }
+
   show() {
+    remember();
     const [width, height] = [this.width / this.scale, this.height / this.scale];
     this.x = Math.max(0, Math.min(this.width - width, this.x));
     this.y = Math.max(0, Math.min(this.height - height, this.y));

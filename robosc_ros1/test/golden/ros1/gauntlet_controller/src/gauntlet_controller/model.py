@@ -306,4 +306,7 @@ MODEL = {'version': 1,
                'status': 'as required'},
               {'event': {'kind': 'request', 'name': 'Right.turn'},
                'guard': '!Right.slipping',
-               'status': 'as required'}]}
+               'status': 'as required'}],
+ 'thresholds': {'Count.items': [0.0, 2.0, 4.0],
+                'down.response': [4.0],
+                'reach.response quality': [100.0]}}

@@ -88,4 +88,5 @@ MODEL = {'version': 1,
                'status': 'as required'},
               {'event': {'kind': 'tau', 'name': 'Flame', 'index': 2},
                'guard': 'true',
-               'status': 'as required'}]}
+               'status': 'as required'}],
+ 'thresholds': {'brightness.response': [20.0]}}

@@ -151,4 +151,5 @@ MODEL = {'version': 1,
                'status': 'as required'},
               {'event': {'kind': 'request', 'name': 'say'},
                'guard': 'steps > 1',
-               'status': 'as required'}]}
+               'status': 'as required'}],
+ 'thresholds': {}}
