@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,7 +21,7 @@ from robosc.model.ros.definitions import Definition, MessageDefinitions
 from robosc.source import Source
 from robosc.syntax.parser import read_source
 
-__all__ = ["Analysis", "Desk"]
+__all__ = ["READING", "Analysis", "Desk"]
 
 _LONG = 30_000
 """Characters from which on reading a text takes longer than the pause between two keys."""
@@ -30,6 +31,10 @@ _MOST_FILES = 500
 _MOST_FOLDERS = 3000
 """A search for references looks at no more model files, in no more folders, than these: an editor
 may be open on a whole home."""
+
+
+READING = threading.Lock()
+"""Held while a text is parsed: pyparsing works on one at a time."""
 
 
 @dataclass(frozen=True)
@@ -68,12 +73,14 @@ class Analysis:
 class Desk:
     """The open documents by path, and what was read for them.
 
-    ``folders`` are the roots of the editor's workspace.
+    ``folders`` are the roots of the editor's workspace. ``revision`` grows with each change outside
+    of a text that may change what is known of it.
     """
 
     library_path: Sequence[str] = ()
     strict: bool = False
     folders: list[str] = field(default_factory=list)
+    revision: int = 0
     _open: dict[str, Source] = field(default_factory=dict)
     _analyses: dict[str, Analysis] = field(default_factory=dict)
     _earlier: dict[str, Analysis] = field(default_factory=dict)
@@ -103,6 +110,7 @@ class Desk:
 
     def refresh(self) -> None:
         """Files have changed: libraries and message definitions are looked up anew."""
+        self.revision += 1
         self._definitions.clear()
         self._analyses.clear()
 
@@ -112,6 +120,7 @@ class Desk:
         if outdated is not None:
             self._earlier[path] = outdated
         if any(source is not None and "library" in source.text for source in texts):
+            self.revision += 1
             for other, analysis in list(self._analyses.items()):
                 if analysis.reading.libraries or _wants_library(analysis):
                     del self._analyses[other]
@@ -143,15 +152,23 @@ class Desk:
             source = self.source(path)
             if source is None:
                 return None
-            self._analyses[path] = found = self.analyse(source)
-            if found.contents is not None and not found.contents.scope.faults:
-                self._whole[path] = found
+            self._remember(self.analyse(source))
         return self._analyses[path]
 
+    def _remember(self, found: Analysis) -> None:
+        self._analyses[found.path] = found
+        if found.contents is not None and not found.contents.scope.faults:
+            self._whole[found.path] = found
+
+    def adopt(self, found: Analysis, revision: int) -> None:
+        """Take an analysis that was begun at a revision, unless something has changed since."""
+        if self._open.get(found.path) is found.source and self.revision == revision:
+            self._remember(found)
+
     def recent(self, path: str) -> Analysis | None:
-        """As :meth:`analysis`; of a long text perhaps what was known of it some keys ago."""
-        if path not in self._analyses and path in self._earlier and self.is_long(path):
-            return self._earlier[path]
+        """As :meth:`analysis`; of a long text what is known of it now, if anything."""
+        if path not in self._analyses and self.is_long(path):
+            return self._earlier.get(path)
         return self.analysis(path)
 
     def is_long(self, path: str) -> bool:
@@ -160,9 +177,10 @@ class Desk:
 
     def analyse(self, source: Source) -> Analysis:
         definitions = self.definitions(source.path)
-        reading = read(
-            source, self.library_path, definitions, strict=self.strict, reader=self._reader
-        )
+        with READING:
+            reading = read(
+                source, self.library_path, definitions, strict=self.strict, reader=self._reader
+            )
         return Analysis(source, reading, definitions)
 
     def whole(self, path: str) -> Analysis | None:

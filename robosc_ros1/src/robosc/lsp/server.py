@@ -1,9 +1,9 @@
 """The server: requests of the protocol to what the other modules know.
 
-Everything happens in one thread, between requests: reading a model takes some ten milliseconds,
-a long one up to a second. So a text is read when no key comes for a moment, the longer it is the
-longer; completion answers at once, from what is known so far, and other requests about a long text
-wait until it is read. Only synthesis is computed elsewhere (:mod:`robosc.lsp.derived`).
+Requests are answered in one thread. Reading a model takes some ten milliseconds, a long one up to
+a second. So a text is read when no key comes for a moment, the longer it is the longer, a long one
+in a thread of its own: completion answers meanwhile, from what is known so far, and other requests
+about it wait until it is read. Synthesis is computed in a process (:mod:`robosc.lsp.derived`).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from pygls.lsp.server import LanguageServer
 from robosc.errors import Diagnostic, ModelError, sort_diagnostics
 from robosc.lsp import tokens, wire
 from robosc.lsp.actions import Edit, actions_for
-from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.analysis import READING, Analysis, Desk
 from robosc.lsp.completion import complete
 from robosc.lsp.definition import definition_of
 from robosc.lsp.derived import Derived, command, derived_from, moved, request_for
@@ -80,6 +81,8 @@ class _Session:
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self._awaited: dict[str, asyncio.Future[None]] = {}
         self._runs: dict[str, asyncio.Task[None]] = {}
+        self._reads: set[asyncio.Task[None]] = set()  # the loop itself keeps no task alive
+        self._reader = ThreadPoolExecutor(1)
         self._handled_at = 0.0
         page = diagnostics_page()
         self._page = page.as_uri() if page is not None else None
@@ -292,8 +295,39 @@ class _Session:
         rest = self._handled_at + _QUIET - loop.time()
         if rest > 0:
             self._timers[path] = loop.call_later(rest, self._read_when_quiet, path)
+        elif self._desk.is_long(path) and not self._desk.is_known(path):
+            read = loop.create_task(self._read_aside(path))
+            self._reads.add(read)
+            read.add_done_callback(self._reads.discard)
         else:
             self._tell(path)
+
+    async def _read_aside(self, path: str) -> None:
+        """Read a long text while requests are answered; what comes too late is forgotten.
+
+        Whatever changes meanwhile has set a timer, after which the text is read again.
+        """
+        desk = self._desk
+        source, revision = desk.source(path), desk.revision
+        assert source is not None
+        loop = asyncio.get_running_loop()
+        try:
+            found = await loop.run_in_executor(self._reader, self._analysed, source)
+        except Exception:
+            self._release(path)
+            raise
+        if found is not None:
+            desk.adopt(found, revision)
+        if desk.is_known(path):
+            self._tell(path)
+            desk.context(path, len(source.text))  # so that the first key need not find its way
+
+    def _analysed(self, source: Source) -> Analysis | None:
+        """What is known of a text; None if it was changed or read before its turn came."""
+        if self._desk.source(source.path) is not source or self._desk.is_known(source.path):
+            return None
+        with collector_at_rest():
+            return self._desk.analyse(source)
 
     def _release(self, path: str) -> None:
         """Requests that wait for a text go on."""
@@ -336,6 +370,7 @@ class _Session:
     async def _derive(self, path: str, rest: float) -> None:
         """Ask a process of its own for what synthesis finds; cancelled when the text changes."""
         await asyncio.sleep(rest)
+        await self._read(path)
         analysis = self._desk.analysis(path)
         if analysis is None or analysis.reading.robot is None:
             return
@@ -408,7 +443,8 @@ class _Session:
         """The text in canonical layout; its tree may be there already. Raises ModelError."""
         analysis = self._desk.analysis(path) if self._desk.is_known(path) else None
         if analysis is None or analysis.contents is None or analysis.contents.scope.faults:
-            return format_text(source)
+            with READING:
+                return format_text(source)
         node = analysis.contents.scope.node
         return format_tree(node.written or node)
 
