@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import random
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,10 @@ from lsp_models import LIBRARY
 from lsp_session import GOOD, WARNINGS
 from lsprotocol import types
 from pytest_lsp import LanguageClient
+
+from robosc.codes import CODES
+from robosc.lsp import wire
+from robosc.lsp.analysis import Desk
 
 
 @pytest.mark.asyncio
@@ -146,3 +151,39 @@ async def test_documents_that_are_no_files(client: LanguageClient) -> None:
     )
     assert "R" in hover.contents.value
     client.text_document_did_close(types.DidCloseTextDocumentParams(identifier))
+
+
+def _places(found: list[types.Diagnostic]) -> list[tuple[str, int, int]]:
+    """What is told without synthesis, and where."""
+    starts = [(d.code, d.range.start) for d in found if not CODES[d.code].needs_plant]
+    return sorted((code, start.line, start.character) for code, start in starts)
+
+
+@pytest.mark.asyncio
+async def test_a_long_text_is_told_as_a_fresh_reading_finds_it(
+    client: LanguageClient, open_model, tmp_path: Path
+) -> None:
+    """Whatever was typed while it was read, and what completion was asked for meanwhile."""
+    before = "// " + "." * 40_000 + "\n"
+    document = open_model(before + GOOD)
+    chance = random.Random(17)
+    for number in range(1, 61):
+        text = document.text
+        at = chance.randrange(len(before), len(text))
+        typed = chance.choice(["x", " ", "}", "{", "\n", "state ", ""])
+        document.write(text[:at] + typed + text[at + chance.randrange(3) :])
+        if number % 4 == 0:
+            await client.text_document_completion_async(
+                types.CompletionParams(document.id, types.Position(1 + number % 30, 4))
+            )
+        if number % 3:
+            continue
+        await client.text_document_document_symbol_async(types.DocumentSymbolParams(document.id))
+        desk = Desk()
+        desk.put(str(tmp_path / "model.rscd"), document.text)
+        fresh = desk.analysis(str(tmp_path / "model.rscd"))
+        assert fresh is not None
+        expected = wire.diagnostics_for(fresh.source, fresh.diagnostics, "utf-16", None)
+        assert _places(client.diagnostics[document.uri]) == _places(expected)
+        if number % 15 == 0:
+            document.write(before + GOOD)
