@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from robosc.language.operators import BINARY
 from robosc.model.entities import Behaviour, Robot
 from robosc.model.expr import Binary, Convert, Expr, Literal, ValueRef, VariableRef, walk
 from robosc.model.types import EnumType, ObjectType, Type
@@ -26,11 +25,10 @@ def thresholds(robot: Robot) -> Mapping[str, list[float]]:
 
 
 def _comparisons(robot: Robot) -> Iterator[tuple[str, float]]:
-    for expr in (
-        *(r.condition for r in robot.requirements),
-        *(p.condition for p in robot.provides),
-    ):
-        yield from _compared(expr, "")
+    for requirement in robot.requirements:
+        yield from _compared(requirement.condition, "")
+    for provide in robot.provides:
+        yield from _compared(provide.condition, "")
     for communication in robot.communications.values():
         name = robot.display_names[communication.key]
         yield from _converted(communication.response, f"{name}.response")
@@ -55,9 +53,7 @@ def _compared(expr: Expr | None, event: str) -> Iterator[tuple[str, float]]:
     """What an expression compares with numbers; ``value`` in it is what ``event`` brings."""
     for node in walk(expr) if expr is not None else ():
         match node:
-            case Binary(operator=operator, left=left, right=right) if BINARY[
-                operator
-            ].is_comparison:
+            case Binary(left=left, right=right) if node.operation.is_comparison:
                 for one, other in ((left, right), (right, left)):
                     name = _name(one, event)
                     if name and isinstance(other, Literal) and _is_number(other.value):

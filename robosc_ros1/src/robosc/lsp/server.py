@@ -310,6 +310,7 @@ class _Session:
         desk = self._desk
         source, revision = desk.source(path), desk.revision
         assert source is not None
+        is_first = desk.recent(path) is None
         loop = asyncio.get_running_loop()
         try:
             found = await loop.run_in_executor(self._reader, self._analysed, source)
@@ -320,7 +321,8 @@ class _Session:
             desk.adopt(found, revision)
         if desk.is_known(path):
             self._tell(path)
-            desk.context(path, len(source.text))  # so that the first key need not find its way
+            if is_first:  # so that the first key need not find its way through all of the text
+                desk.context(path, len(source.text))
 
     def _analysed(self, source: Source) -> Analysis | None:
         """What is known of a text; None if it was changed or read before its turn came."""
