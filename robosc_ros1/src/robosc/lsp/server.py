@@ -50,8 +50,8 @@ _QUIET = 0.03
 _REST = 0.5
 """Seconds without a keystroke until synthesis begins."""
 
-_PATIENCE = 60.0
-"""Seconds after which synthesis is given up."""
+_PATIENCE = 300.0
+"""Seconds after which a process is given up that has not given up by itself."""
 
 _MOST_ITEMS = 200
 """Of more completions, the editor gets the first, and asks again when more of the word is typed."""
