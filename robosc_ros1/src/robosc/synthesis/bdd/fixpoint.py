@@ -6,7 +6,8 @@ that share something with it are tried again: chaining in the manner of saturati
 high ones or the other way depends on the model, by a factor of ten; and where one event undoes what
 others must do again, as with priorities, both count through all combinations, and only rounds, in
 which each event has its turn once, are short. So the three are raced: each gets a budget of work,
-and larger ones in turn until one of them is done.
+and larger ones in turn until one of them is done. What many small steps have found the next way
+carries on; from sets with large diagrams it would not recover, and starts again.
 """
 
 from __future__ import annotations
@@ -33,15 +34,16 @@ _Way: TypeAlias = tuple[Sequence[int], int]
 _FIRST_BUDGET = 2**20
 """A second of work: below that nothing is raced. Measured: a smaller one costs up to 1.5 times."""
 _MORE = 4
-_STEP = 8
+_STEP = 32
 """As how many new nodes a step counts, since many small ones take time, too."""
 
 
 class _OverBudgetError(Exception):
-    """More work than a race allows; ``small`` if it was many small steps, not large diagrams."""
+    """More work than a race allows; ``states`` are those found if it was many small steps, None if
+    it was large diagrams."""
 
-    def __init__(self, small: bool) -> None:
-        self.small = small
+    def __init__(self, states: Bdd | None) -> None:
+        self.states = states
 
 
 class Fixpoint:
@@ -114,7 +116,8 @@ class Fixpoint:
                     found = self._chained(what, states, active, carry, related, way, budget)
                 except _OverBudgetError as over:
                     self.manager.collect()
-                    if over.small:
+                    if over.states is not None:
+                        states = over.states
                         ways.sort(key=lambda way: way[1], reverse=True)
                 else:
                     self._ways = [way, *(other for other in self._ways if other is not way)]
@@ -147,7 +150,7 @@ class Fixpoint:
                 continue
             states = found
             if self.manager.nodes + work > most < self.manager.capacity // 2:
-                raise _OverBudgetError(2 * work > (budget or 0))
+                raise _OverBudgetError(states if 2 * work > (budget or 0) else None)
             if self._progress is not None:
                 self._progress(what, self.manager.nodes, self.manager.capacity)
             for other in related[number]:
