@@ -21,21 +21,25 @@ SAMPLES = 64
 TRIED = 8
 """So many of them are tried in one state."""
 EXPANSIONS = 4
-"""So many new states are looked at in one search."""
+"""So many states are looked at anew, or with other messages, for one step."""
 HORIZON = 2000
 """And so many known ones."""
 GUIDED = 0.75
 """So many rounds go where something new is; the others are left to chance."""
 SILENCES = 0.1
 """In so many of the others the robot then falls silent until that is noticed."""
+REPEATED = 0.1
+"""Seconds after which messages that are not to fall silent are said again."""
 HOLD = 0.2
 """Seconds that a server waits for advice before it answers by itself."""
-LONGEST = 3.0
-"""Seconds for which the robot keeps quiet, to let a time of the model pass."""
+LONGEST = 5.0
+"""Seconds: longer times of the model are not awaited."""
 PERIOD = 0.06
 """Seconds in which a controller repeats its commands in this test."""
 PATIENCE = 12
-"""After so many searches for one case in vain it is given up."""
+"""After so many steps towards one case in vain it is given up."""
+MISSED = 4
+"""So many of these counts one that should have led right there."""
 
 _CONNECTIVES = ("and", "or", "=>", "!")
 _COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
@@ -277,14 +281,17 @@ class _Node:
     def __init__(self, shadow, cases):
         self.shadow = shadow
         self.cases = cases
-        self.edges = None
+        self.edges = []
+        self.turns = 0
+        """How often it was expanded, each time with other messages."""
         self.unseen = set()
         """Cases of the edges; those that were seen since may still be among them."""
         self.ways = ()
         """A step to each of the next states."""
 
     def expand(self, edges):
-        self.edges = list(edges)
+        self.turns += 1
+        self.edges += edges
         self.unseen = {case for _, _, cases in self.edges for case in cases}
         self.ways = list({id(node): (node, step) for step, node, _ in self.edges}.values())
 
@@ -306,7 +313,7 @@ class Guide:
         self._results_of_errors = _results_of_errors(plant)
         self._internal = [c for c in plant["components"] if c["taus"]]
         self._nodes = {}
-        self._turn = 0
+        self._expansions = 0
         self._tries = {}
         self._given_up = set()
 
@@ -352,35 +359,36 @@ class Guide:
         """The first step of a shortest way to something new; None if there is none near.
 
         A step is ("publish", keys, message), ("answer", key, kind, message), ("request", key),
-        ("cancel", key) or ("wait",).
+        ("cancel", key), or ("wait", what): for the timeout of a message, by its key, or until a
+        component takes a transition that waits for time to pass.
         """
-        found = self._search(shadow)
+        self._expansions = 0
+        found = self._search(shadow, 1) or self._search(shadow, SAMPLES // TRIED)
         if found is None:
             return None
-        step, case = found
-        self._tries[case] = self._tries.get(case, 0) + 1
+        step, case, is_last = found
+        self._tries[case] = self._tries.get(case, 0) + (MISSED if is_last else 1)
         if self._tries[case] > PATIENCE:
             self._given_up.add(case)
             self.seen.add(case)
         return step
 
-    def _search(self, shadow):
+    def _search(self, shadow, turns):
+        """The first step of a shortest way, the case that it leads to, and whether the step is the
+        last one, too. None: there is none, with each state expanded so often."""
         start = self._node(shadow)
         known = {id(start)}
         queue = deque([(start, None)])
-        expansions = 0
         while queue and len(known) < HORIZON:
             node, first = queue.popleft()
-            if node.edges is None:
-                if expansions == EXPANSIONS:
-                    continue
-                expansions += 1
-                node.expand(self._edges(node.shadow))
+            if node.turns < turns and self._expansions < EXPANSIONS:
+                self._expansions += 1
+                node.expand(list(self._edges(node)))
             node.unseen -= self.seen
-            for step, _, cases in node.edges if node.unseen else ():
-                new = cases & node.unseen
-                if new:
-                    return first or step, min(new, key=str)
+            if node.unseen:
+                # Some states are never come to again: what shows most goes first.
+                step, _, cases = max(node.edges, key=lambda edge: len(edge[2] & node.unseen))
+                return first or step, min(cases & node.unseen, key=str), first is None
             for target, step in node.ways:
                 if id(target) not in known:
                     known.add(id(target))
@@ -390,16 +398,17 @@ class Guide:
     def _node(self, shadow):
         state = tuple(shadow.states.values())
         data = tuple(shadow.variables[key] for key in self._deciding)
-        key = repr((state, data, list(shadow.busy.values()), list(shadow.fresh.values())))
+        phases = (*shadow.busy.values(), *shadow.fresh.values(), *shadow.lapsed.values())
+        key = repr((state, data, phases))
         if key not in self._nodes:
             self._nodes[key] = _Node(shadow.copy(), self.cases.of_state(shadow))
         return self._nodes[key]
 
-    def _edges(self, shadow):
+    def _edges(self, node):
         """What may happen in a state; of what makes no difference, one."""
-        known = set()
-        self._turn += TRIED
-        for step, events in self._steps(shadow):
+        known = {(step[0], id(target), frozenset(cases)) for step, target, cases in node.edges}
+        shadow = node.shadow
+        for step, events in self._steps(shadow, TRIED * node.turns):
             after = shadow.copy()
             cases = set()
             try:
@@ -415,42 +424,45 @@ class Guide:
                 self._run_to_completion(after, cases)
             except Wrong:
                 continue  # it cannot happen
-            node = self._node(after)
-            if (step[0], id(node), frozenset(cases)) not in known:
-                known.add((step[0], id(node), frozenset(cases)))
-                yield step, node, cases | node.cases
+            target = self._node(after)
+            cases |= target.cases
+            if (step[0], id(target), frozenset(cases)) not in known:
+                known.add((step[0], id(target), frozenset(cases)))
+                yield step, target, cases
 
-    def _tried(self, key, kind):
-        samples = self._samples.get((key, kind), ())
-        return [samples[(self._turn + n) % len(samples)] for n in range(min(TRIED, len(samples)))]
-
-    def _steps(self, shadow):
+    def _steps(self, shadow, first):
+        """Yield what may happen, as a step and the events it makes; of messages those samples that
+        follow the ``first``, and what makes no message only if that is 0."""
         for keys in self._topics:
-            for message in self._tried(keys[0], "response"):
+            for message in self._tried(keys[0], "response", first):
                 contents = [(k, shadow.content(k, "response", message)) for k in keys]
                 yield ("publish", keys, message), [("response", k, c) for k, c in contents]
         for key, busy in shadow.busy.items():
-            if not busy:
-                continue
-            kinds = ["response", "feedback"]
-            if key in self._results_of_errors:
-                kinds.append("error")
-            else:
-                yield ("answer", key, "error", None), [("error", key, None)]
-            for kind in kinds:
-                for message in self._tried(key, part_of(kind)):
+            kinds = ["response", "feedback"] + ["error"] * (key in self._results_of_errors)
+            for kind in kinds if busy else ():
+                for message in self._tried(key, part_of(kind), first):
                     content = shadow.content(key, kind, message)
                     yield ("answer", key, kind, message), [(kind, key, content)]
+        if not first:
+            yield from self._other_steps(shadow)
+
+    def _tried(self, key, kind, first):
+        return self._samples.get((key, kind), ())[first : first + TRIED]
+
+    def _other_steps(self, shadow):
+        for key, busy in shadow.busy.items():
+            if busy and key not in self._results_of_errors:
+                yield ("answer", key, "error", None), [("error", key, None)]
         for kind, key in self.cases.commands:
             if (kind == "cancel" and shadow.busy[key]) or kind == "request":
                 yield (kind, key), [(kind, key, None)]
         for key, fresh in shadow.fresh.items():
             if fresh:
-                yield ("wait",), [("timeout", key, None)]
-        for component in self._plant["components"]:
-            for waiting in component["afters"]:
-                if waiting["from"] == shadow.states[component["name"]]:
-                    yield ("wait",), [("after", component["name"], waiting)]
+                yield ("wait", key), [("timeout", key, None)]
+        for component in shadow.lapsed:
+            for waiting in shadow.waiting(component):
+                if shadow.delay(waiting) <= LONGEST:
+                    yield ("wait", component), [("after", component, waiting)]
 
     def _run_to_completion(self, shadow, cases):
         for _ in range(20):
@@ -532,8 +544,9 @@ def play_round(robot, judge):
 
     Returns the step that was taken (see :meth:`Guide.next`), or None.
     """
-    step = judge.next_step() if robot.random.random() < GUIDED else None
-    before, lapses = judge.inputs, judge.lapses
+    is_guided = not judge.inputs or robot.random.random() < GUIDED
+    step = judge.next_step() if is_guided else None
+    before = judge.inputs
     if step is None:
         _play_anything(robot, judge)
     elif step[0] == "publish":
@@ -543,12 +556,31 @@ def play_round(robot, judge):
         robot.advice.give(*step[1:])
         judge.wait_a_little(lambda: judge.inputs > before, HOLD)
     elif step[0] == "wait":
-        judge.wait_a_little(lambda: judge.lapses > lapses, LONGEST)
+        _let_time_pass(robot, judge, step[1])
     else:
         time.sleep(PERIOD)
     number = judge.number
     judge.wait_a_little(lambda: judge.compared >= number, HOLD)
     return step
+
+
+def _let_time_pass(robot, judge, what):
+    """Wait for the timeout of a message or until the time of a component has come; all other
+    messages that are not silent are said again and again."""
+    has_lapsed, text = judge.lapse(what)
+    end = time.monotonic() + 2 * LONGEST
+    while not has_lapsed() and time.monotonic() < end:
+        judge.wait_a_little(has_lapsed, REPEATED)
+        _repeat_all_but(robot, judge, what)
+    judge.wait(has_lapsed, text)
+
+
+def _repeat_all_but(robot, judge, silent):
+    before, events = judge.inputs, 0
+    for keys, message in list(robot.last.values()):
+        if silent not in keys and any(judge.shadow.fresh.get(key) for key in keys):
+            events += robot.publish(keys, message)
+    judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
 
 
 def _play_anything(robot, judge):

@@ -80,11 +80,28 @@ class Judge:
             heard = [key for key, fresh in self.shadow.fresh.items() if fresh]
             if not heard:
                 return
-            key = min(heard, key=self._silences)
-            before = self._silences(key)
-        self.wait(lambda: self._silences(key) > before, "the timeout of " + key)
+            key = min(heard, key=self.silences)
+            before = self.silences(key)
+        self.wait(lambda: self.silences(key) > before, "the timeout of " + key)
 
-    def _silences(self, key):
+    def lapse(self, what):
+        """What tells whether the time of something has come since, and a text that says what: the
+        timeout of a message, by its key, or what a component does after some time, or no longer."""
+        with self._lock:
+            if what in self.shadow.fresh:
+                silences = self.silences(what)
+                return lambda: self.silences(what) > silences, "the timeout of " + what
+            lapses, entered = self.lapses, self.shadow.entered[what]
+
+        def has_lapsed():
+            shadow = self.shadow
+            is_same = self.lapses == lapses and shadow.entered[what] == entered
+            return not (is_same and shadow.is_waiting(what))
+
+        return has_lapsed, "what %s does when its time has come" % what
+
+    def silences(self, key):
+        """How often the timeout of a message was told."""
         return self.events.get(("timeout", PLANT_COMMUNICATIONS[key]["name"], 0), 0)
 
     def wait_a_little(self, condition, seconds):
@@ -131,6 +148,7 @@ class Judge:
         if event["number"] != self.number + 1:
             self.faults.append("events %d to %d were lost" % (self.number + 1, event["number"] - 1))
         self.number = event["number"]
+        self.shadow.now = event["time"]
         try:
             self._judge(event)
         except Wrong as wrong:
@@ -152,7 +170,7 @@ class Judge:
             state = self._history.get(self.compared)
             if state is None:
                 continue
-            self.faults += state.differences(document)
+            self.faults += state.differences(document) + state.wrong_clocks(document)
             self.guide.see_state(state)
             for command in document["commands"]:
                 event = command["event"]

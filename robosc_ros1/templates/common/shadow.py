@@ -202,12 +202,19 @@ AGGREGATES = {
 }
 
 
+INEXACT = 0.05
+"""Seconds: clocks are compared by two clocks of the machine, of which one may be adjusted."""
 _POSITIVE = ("needs", "always")
 """The sorts of requirements whose condition is to hold; that of the others is not to."""
 
 
 class Shadow:
-    """The robot's state as the model has it: ``states``, ``variables``, ``busy``, ``fresh``."""
+    """The robot's state as the model has it: ``states``, ``variables``, ``busy``, ``fresh``.
+
+    Of components with transitions that wait for time to pass also: when the state was ``entered``
+    (None: before the test began), and which of these transitions have ``lapsed`` since. ``now`` is
+    the time of what happens next, set from outside.
+    """
 
     def __init__(self, plant):
         self.plant = plant
@@ -233,6 +240,10 @@ class Shadow:
         self.fresh = {c["key"]: False for c in plant["communications"] if c["timeout"]}
         for key in self.busy:
             self.fresh.pop(key, None)  # of a service or action it is the deadline
+        waiting = [c["name"] for c in plant["components"] if c["afters"]]
+        self.now = None
+        self.entered = dict.fromkeys(waiting)
+        self.lapsed = dict.fromkeys(waiting, ())
         self.mentions = {}  # (kind, communication) -> components with their transitions for it
         for component in plant["components"]:
             for transition in component["transitions"]:
@@ -248,7 +259,7 @@ class Shadow:
     def copy(self):
         """The state now; what is to be counted is counted in both."""
         found = copy.copy(self)
-        for part in ("states", "variables", "busy", "fresh"):
+        for part in ("states", "variables", "busy", "fresh", "entered", "lapsed"):
             setattr(found, part, dict(getattr(self, part)))
         return found
 
@@ -371,6 +382,10 @@ class Shadow:
         }
         for name, phase in document["communications"].items():
             self._phases(name)[self.keys[name]] = phase in ("busy", "fresh")
+        for component in self.entered:
+            self.entered[component], self.lapsed[component] = None, ()
+            if "%s.%s" % (component, self.states[component]) not in document["clocks"]:
+                self.lapsed[component] = tuple(w["index"] for w in self.waiting(component))
 
     def differences(self, document):
         """How a state that the controller published differs from this one."""
@@ -397,14 +412,18 @@ class Shadow:
         elif kind == "cancel":
             self._check_cancel(key)
         states, variables = dict(self.states), dict(self.variables)
+        moved = []
         for component in self.mentions.get((kind, key), ()):
             taken = self.transitions(component, kind, key, content)
             self._follow(component, taken, content, states, variables)
+            moved += [component for transition in taken if transition["goto"] is not None]
         if key in self.busy and kind != "feedback":
             self.busy[key] = kind == "request"
         if key in self.fresh:
             self.fresh[key] = kind == "response"
         self.states, self.variables = states, variables
+        for component in moved:
+            self._enter(component)
 
     def step(self, component, index, path):
         """A component takes an internal transition."""
@@ -416,6 +435,8 @@ class Shadow:
                 continue
             if tau["guard"] is None or self.evaluate(tau["guard"]):
                 self.states[component] = after
+                if tau["goto"] is not None:
+                    self._enter(component)
                 return
         raise Wrong("step %d of %s: %s is not possible" % (index, component, path))
 
@@ -427,12 +448,64 @@ class Shadow:
                 continue
             if self.states[component] != before or (waiting["goto"] or before) != after:
                 continue
+            if index in self.lapsed[component]:
+                raise Wrong("after %d of %s for the second time" % (index, component))
             if self._possible([waiting], None):
                 states, variables = dict(self.states), dict(self.variables)
                 self._follow(component, [waiting], None, states, variables)
                 self.states, self.variables = states, variables
+                self.lapsed[component] += (index,)
+                if waiting["goto"] is not None:
+                    self._enter(component)
                 return
         raise Wrong("after %d of %s: %s is not possible" % (index, component, path))
+
+    def _enter(self, component):
+        if component in self.entered:
+            self.entered[component] = self.now
+            self.lapsed[component] = ()
+
+    def waiting(self, component):
+        """The transitions of a component that wait for time to pass in its state."""
+        return [
+            waiting
+            for waiting in self.components[component]["afters"]
+            if waiting["from"] == self.states[component]
+            and waiting["index"] not in self.lapsed[component]
+        ]
+
+    def is_waiting(self, component):
+        """Whether a transition of a component only waits for time to pass."""
+        return bool(self._possible(self.waiting(component), None))
+
+    def delay(self, waiting):
+        """The seconds for which a transition waits."""
+        return self.evaluate(waiting["delay"])
+
+    def wrong_clocks(self, document):
+        """How the clocks of a state that the controller published differ from what they should be.
+
+        It tells of a clock what is left of the time for which it runs.
+        """
+        found = []
+        for component, entered in self.entered.items():
+            if entered is None:
+                continue
+            state = self.states[component]
+            name = "%s.%s" % (component, state)
+            left = document["clocks"].get(name)
+            delays = [self.delay(waiting) for waiting in self.waiting(component)]
+            others = {w["from"] for w in self.components[component]["afters"]} - {state}
+            for other in sorted(others):
+                if "%s.%s" % (component, other) in document["clocks"]:
+                    found.append("the clock of %s.%s runs in %s" % (component, other, state))
+            if (left is not None) != bool(delays):
+                found.append("the clock of %s %s" % (name, "stands" if delays else "runs"))
+            elif delays:
+                passed = document["time"] - entered
+                if not min(delays) - passed - INEXACT <= left <= max(delays) + INEXACT:
+                    found.append("the clock of %s is at %.3f s after %.3f s" % (name, left, passed))
+        return found
 
     def _phases(self, name):
         return self.fresh if self.keys[name] in self.fresh else self.busy

@@ -24,12 +24,17 @@ from robosc.emit.engine import verbatim
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
+from robosc.runtime.recorder import EventRecorder
 from robosc.runtime.report import dump, event_document, state_document
 from robosc.runtime.settings import read
 from robosc.supervisor import Supervisor
 
-__all__ = ["Robot", "judged", "judging_modules"]
+__all__ = ["Robot", "class_of", "judged", "judging_modules"]
 
+SILENCE = 0.3
+"""Seconds: the timeout of messages, as in the test of a package."""
+MOMENTS = 50
+"""So often the clock is looked at while the robot waits for a time of the model."""
 MODULES = ("judge", "shadow", "guide", "random_messages", "plant_data")
 
 
@@ -85,6 +90,7 @@ class Robot(PlayedPort):
         self.received: dict[str, deque[Any]] = defaultdict(deque)
         self.requests: dict[str, deque[Any]] = defaultdict(deque)
         self.told: dict[tuple[str, str], deque[Any]] = {}
+        self.last: dict[str, tuple[list[str], Any]] = {}
         self.running: dict[str, int] = {}
         self.spoilt = spoilt
         topics: dict[str, list[str]] = defaultdict(list)
@@ -126,7 +132,8 @@ class Robot(PlayedPort):
             while inner[0] == "enum":
                 inner = self.enums[inner[1]]["from"]
             basic = inner[0] in _DEFAULTS
-            setattr(message, name, _DEFAULTS[inner[0]] if basic else self.blank(inner))
+            usual = [] if inner[0] == "array" else self.blank(inner)
+            setattr(message, name, _DEFAULTS[inner[0]] if basic else usual)
             made = inner[1] if inner[0] == "array" else None
             is_object = made is not None and made[0] == "object"
             message.makers[name] = (lambda made=made: self.blank(made)) if is_object else None
@@ -148,8 +155,12 @@ class Robot(PlayedPort):
         }
         return {sort: [self.message(*sort) for _ in range(count)] for sort in sorted(kinds)}
 
-    def act(self, engine: Engine, step: Any) -> None:
+    def act(self, engine: Engine, step: Any, fresh: dict[str, bool]) -> None:
         """Do as the step says, or whatever comes, or fall silent for a while."""
+        if step is not None and step[0] == "wait":
+            for keys, message in list(self.last.values()):
+                if step[1] not in keys and any(map(fresh.get, keys)):
+                    self._publish(engine, keys, message)
         if step is None or step[0] in ("request", "cancel", "wait"):
             self.time += 0.11 if step else self.chance.choice([0.03, 0.03, 0.03, 0.11])
         if step is None and self.chance.random() < 0.03:
@@ -181,12 +192,22 @@ class Robot(PlayedPort):
     def _publish(self, engine: Engine, keys: list[str], message: Any) -> None:
         for key in keys:
             self.told.setdefault((key, "response"), deque()).append(message)
+        self.last[keys[0]] = keys, message
         engine.poster(keys)(message)
 
     def _answer(self, engine: Engine, key: str, kind: str, message: Any) -> None:
         self.told.setdefault((key, kind), deque()).append(message)
         token = self.running[key] if kind == "feedback" else self.running.pop(key)
         engine.report(key, token, kind, Failure("", message) if kind == "error" else message)
+
+
+def class_of(source: str) -> type[Controller]:
+    """The class in the source of a controller."""
+    namespace: dict[str, Any] = {"__name__": "controller"}
+    exec(source.replace("from ._runtime.", "from robosc.runtime."), namespace)
+    classes = [c for c in namespace.values() if isinstance(c, type)]
+    (found,) = (c for c in classes if c.__base__ is Controller)
+    return found
 
 
 def judged(
@@ -200,14 +221,12 @@ def judged(
 
     What the controller sends arrives ``spoilt``.
     """
-    namespace: dict[str, Any] = {"__name__": "controller"}
-    exec(source.replace("from ._runtime.", "from robosc.runtime."), namespace)
-    (controller,) = (
-        c for c in namespace.values() if isinstance(c, type) and c.__base__ is Controller
-    )
+    controller = class_of(source)
     robot = Robot(judging, seed, spoilt)
-    settings, _ = read(controller.COMMUNICATIONS, {}, controller.PARAMETERS)
+    given = {f"timeout/{c.name}": SILENCE for c in controller.COMMUNICATIONS if c.timeout}
+    settings, _ = read(controller.COMMUNICATIONS, given, controller.PARAMETERS)
     engine = Engine(controller(), robot, settings, steady=lambda: robot.time)
+    engine.recorder = EventRecorder(now=lambda: robot.time)
     topics: dict[str, tuple[str, ...]] = defaultdict(tuple)
     for key, communication in robot.plant.items():
         if communication["kind"] == "incoming message":
@@ -220,20 +239,24 @@ def judged(
     def tell() -> None:
         for entry in engine.recorder.take():
             judge.on_event(SimpleNamespace(data=dump(event_document(entry))))
-        judge.on_state(SimpleNamespace(data=dump(state_document(engine.snapshot(), []))))
+        document = state_document(engine.snapshot(), []) | {"time": robot.time}
+        judge.on_state(SimpleNamespace(data=dump(document)))
 
     engine.begin()
     tell()
     tell()
     for number in range(rounds):
-        step = judge.next_step() if number % 4 else None
-        lapses = judge.lapses
-        for _ in range(30 if step == ("wait",) else 1):
-            robot.act(engine, step)
+        step = judge.next_step() if (number + 1) % 4 else None
+        is_waiting = step is not None and step[0] == "wait"
+        has_lapsed, text = judge.lapse(step[1]) if is_waiting else (lambda: True, "")
+        for _ in range(MOMENTS):
+            robot.act(engine, step, judge.shadow.fresh)
             engine.cycle()
             tell()
-            if judge.lapses > lapses:
+            if has_lapsed():
                 break
+        else:
+            judge.wait(has_lapsed, text)
         if judge.faults:
             return judge
     judge.compare_messages()

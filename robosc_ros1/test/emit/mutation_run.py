@@ -1,9 +1,11 @@
 """Plant faults into the controllers of models, and see whether the test of the package finds them.
 
-    python3 robosc_ros1/test/emit/mutation_run.py examples/*/*.rscd
+    ./dev mutants [MODEL...]
 
-Prints a table of found and surviving mutants by kind, and each survivor. The test's judge and guide
-are the same in the packages for both versions of ROS and in both modes; they run without ROS here.
+Prints a table of how many mutants are found, by kind, with each that is not. Those are compared
+with the controller itself in all states that both reach (``bisimulation.py``): without a difference
+a mutant is equivalent, and no test can find it; it is undecided if the time was too short for all
+states; else it was missed, and the way to the difference is printed. The test's judge and guide are the same in the packages for both versions of ROS; they run without ROS.
 """
 
 from __future__ import annotations
@@ -13,24 +15,36 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, NamedTuple
 
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS), str(TESTS.parent / "src")]
 
+from emit.bisimulation import Comparison, compare  # noqa: E402
 from emit.generated_code import controller_source  # noqa: E402
-from emit.judged_controllers import judged, judging_modules  # noqa: E402
+from emit.judged_controllers import Robot, class_of, judged, judging_modules  # noqa: E402
 from emit.mutants import Mutant, mutants  # noqa: E402
 
 from robosc import pipeline  # noqa: E402
 
+KINDS = ("guard", "data", "rule", "update")
+SAMPLES = 64
+"""Messages of each sort with which controllers are compared."""
 
-def survivors(model: Path, rounds: int, every: int) -> tuple[Counter[str], list[Mutant]]:
-    """How many mutants of each kind there are, and those that are not found."""
+
+class Verdict(NamedTuple):
+    """What became of a mutant: found (nothing to compare), or how it differs."""
+
+    mutant: Mutant
+    comparison: Comparison | None
+
+
+def verdicts(model: Path, rounds: int, every: int, seconds: float) -> Iterator[Verdict]:
+    """Yield what becomes of the mutants of a model's controller."""
     supervisor = pipeline.synthesize(pipeline.load(model).robot)
     source = controller_source(supervisor, model.name)
-    tried: Counter[str] = Counter()
-    found: list[Mutant] = []
     with (
         tempfile.TemporaryDirectory() as folder,
         judging_modules(Path(folder), supervisor) as judging,
@@ -38,26 +52,59 @@ def survivors(model: Path, rounds: int, every: int) -> tuple[Counter[str], list[
         faults = judged(judging, source, rounds=rounds).faults
         assert not faults, f"{model}: the controller itself: {faults}"
         for mutant in list(mutants(source))[::every]:
-            tried[mutant.kind] += 1
-            if not judged(judging, mutant.source, rounds=rounds).faults:
-                found.append(mutant)
-    return tried, found
+            found = judged(judging, mutant.source, rounds=rounds).faults
+            yield Verdict(mutant, None if found else compared(judging, source, mutant, seconds))
+
+
+def compared(judging: Any, source: str, mutant: Mutant, seconds: float) -> Comparison:
+    """A mutant beside the controller that it was made of."""
+    robot = Robot(judging, 1, lambda data: data)
+    both = class_of(source)(), class_of(mutant.source)()
+    return compare(*both, robot.samples(SAMPLES), robot.topics, seconds)
+
+
+def print_row(name: str, found: list[Verdict], seconds: float) -> None:
+    """A row of the table, and below it each mutant that is not found."""
+    tried = Counter(verdict.mutant.kind for verdict in found)
+    caught = Counter(v.mutant.kind for v in found if v.comparison is None)
+    rest = [comparison for _, comparison in found if comparison is not None]
+    equivalent = sum(c.is_complete for c in rest)
+    missed = sum(c.difference is not None for c in rest)
+    counts = f"{equivalent} | {len(rest) - equivalent - missed} | {missed}"
+    kinds = " | ".join(f"{caught[kind]}/{tried[kind]}" for kind in KINDS)
+    print(f"| {name} | {kinds} | {counts} | {seconds:.0f} s |", flush=True)
+    for mutant, comparison in found:
+        if comparison is not None:
+            print(f"    {mutant.method}: {mutant.before}  =>  {mutant.after}")
+            print(f"        {reason(comparison)}")
+
+
+def reason(comparison: Comparison) -> str:
+    """Why a mutant is not found."""
+    pairs = f"{comparison.pairs:,} pairs of states"
+    if comparison.difference is not None:
+        return "missed; differs after: " + comparison.difference
+    if comparison.is_complete:
+        return f"equivalent: the same in all {pairs}"
+    return f"undecided: the same in the first {pairs}"
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("models", nargs="+", type=Path)
+    parser = argparse.ArgumentParser(prog="./dev mutants", description=__doc__.partition("\n")[0])
+    parser.add_argument("models", nargs="*", type=Path, help="all of examples/, if none is named")
     parser.add_argument("--rounds", type=int, default=150, help="as in a test of ten seconds")
     parser.add_argument("--every", type=int, default=1, help="take one of so many mutants")
+    parser.add_argument("--seconds", type=float, default=10.0, help="for a comparison, at most")
     arguments = parser.parse_args()
-    for model in arguments.models:
-        start = time.perf_counter()
-        tried, found = survivors(model, arguments.rounds, arguments.every)
-        missed = Counter(mutant.kind for mutant in found)
-        row = ", ".join(f"{kind} {n - missed[kind]}/{n}" for kind, n in sorted(tried.items()))
-        print(f"{model}: {row} found, {time.perf_counter() - start:.0f} s", flush=True)
-        for mutant in found:
-            print(f"    {mutant.kind} in {mutant.method}: {mutant.before}  =>  {mutant.after}")
+    models = arguments.models or sorted((TESTS.parents[1] / "examples").glob("**/*.rscd"))
+    print("| model | guards | data | rules | updates | equivalent | undecided | missed | time |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for model in models:
+        if not model.read_text(encoding="utf-8").lstrip().startswith("library"):
+            start = time.perf_counter()
+            options = arguments.rounds, arguments.every, arguments.seconds
+            found = list(verdicts(model, *options))
+            print_row(model.stem, found, time.perf_counter() - start)
 
 
 if __name__ == "__main__":

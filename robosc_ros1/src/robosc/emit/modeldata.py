@@ -343,6 +343,7 @@ def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
             {
                 "from": state.name,
                 "index": after.index,
+                "delay": tree(after.delay),
                 "guard": tree(after.transition.guard),
                 "assign": [[a.variable, tree(a.value)] for a in after.transition.assignments],
                 "goto": after.transition.goto,

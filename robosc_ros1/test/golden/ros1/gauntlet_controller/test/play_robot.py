@@ -98,6 +98,7 @@ class Robot:
         self.sent = {}  # key and kind -> what the controller must still report, in order
         self.received = {topic: deque() for topic, _, _ in PUBLICATIONS}
         self.requests = {}  # key -> request messages of services and actions
+        self.last = {}  # of each topic: its communications and the latest message
         self.publishers = []
         for topic, type_, keys in SUBSCRIPTIONS:
             publisher = rospy.Publisher(resolved(topic), type_, queue_size=100)
@@ -138,6 +139,7 @@ class Robot:
             publisher = next(p for p, _, others in self.publishers if others == keys)
         for key in keys:
             self.note(key, "response", message)
+        self.last[keys[0]] = keys, message
         publisher.publish(message)
         return len(keys)
 

@@ -104,6 +104,7 @@ class Robot:
         self.sent = {}  # key and kind -> what the controller must still report, in order
         self.received = {topic: deque() for topic, _, _ in PUBLICATIONS}
         self.requests = {key: deque() for _, _, key in SERVICES + ACTIONS}
+        self.last = {}  # of each topic: its communications and the latest message
         self._group = ReentrantCallbackGroup()
         profile = qos_profile("reliable", 1000)
         self.publishers = [
@@ -154,6 +155,7 @@ class Robot:
             message = sendable(copy.deepcopy(message))
         for key in keys:
             self.note(key, "response", message)
+        self.last[keys[0]] = keys, plain(copy.deepcopy(message))
         publisher.publish(message)
         return len(keys)
 

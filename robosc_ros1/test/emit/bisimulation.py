@@ -1,0 +1,182 @@
+"""Comparing two controllers of one model in all pairs of states that they reach together.
+
+What can happen in a state is what the engine can do there: any message of some samples, the end of
+what is under way, a timeout, the lapse of a time, or a command that both allow; then internal
+transitions run to completion. The engine performs cancels before requests, so while one is enabled
+nothing is said of requests. Two controllers without a difference do the same for these messages.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from robosc.runtime.model import Command, Controller, Input
+from robosc.runtime.values import Mismatch, Undefined
+
+__all__ = ["Comparison", "compare"]
+
+_FAULTS = (Mismatch, Undefined, AttributeError, TypeError, ValueError, LookupError)
+
+
+class Comparison(NamedTuple):
+    """How many pairs of states were looked at, whether these are all of them, and the shortest way
+    to a difference (None: there is none)."""
+
+    pairs: int
+    is_complete: bool
+    difference: str | None
+
+
+class _State:
+    """A controller and which of its timers run."""
+
+    def __init__(self, controller: Controller, running: tuple[bool, ...] = ()) -> None:
+        self.controller = controller
+        self.running = running
+        self.told: list[Any] = []
+        """What the last event showed, besides the state it led to."""
+
+    def begin(self) -> _State:
+        at = self.controller.__dict__
+        self._run_to_completion()
+        self.running = tuple(at[row.location] == row.state for row in self.controller.AFTERS)
+        return self
+
+    def after(self, event: Sequence[Any]) -> _State:
+        """The state after an event: inputs with their message, a command, or a timer's number."""
+        twin = _State(self.controller.copy(), self.running)
+        twin.controller.undefined = {}
+        entries = twin._entries()
+        for part in event:
+            twin._happen(*part)
+        twin._run_to_completion()
+        at = twin.controller.__dict__
+        restarted = [new != old for new, old in zip(twin._entries(), entries, strict=True)]
+        there = [at[row.location] == row.state for row in twin.controller.AFTERS]
+        twin.running = tuple(
+            here if anew else runs
+            for here, anew, runs in zip(there, restarted, twin.running, strict=True)
+        )
+        twin.told.append([h and a for h, a in zip(there, restarted, strict=True)])
+        return twin
+
+    def _happen(self, what: Any, message: Any) -> None:
+        controller = self.controller
+        try:
+            if isinstance(what, Input):
+                value = what.read(controller, message) if what.read else None
+                self.told.append(value)
+                what.apply(controller, value)
+            elif isinstance(what, Command):
+                if what.apply is not None:
+                    what.apply(controller)
+            else:
+                path = controller.AFTERS[what].step(controller)
+                self.told.append(path)
+                if path is not None:
+                    self.running = (*self.running[:what], False, *self.running[what + 1 :])
+        except _FAULTS as fault:
+            self.told.append(type(fault).__name__)
+
+    def _run_to_completion(self) -> None:
+        for _ in range(self.controller.STEP_BOUND + 1):
+            for tau in self.controller.TAUS:
+                path = tau.step(self.controller)
+                if path is not None:
+                    self.told.append((tau.component, tau.number, path))
+                    break
+            else:
+                return
+        self.told.append("never ends")
+
+    def _entries(self) -> list[int]:
+        return [self.controller.__dict__[row.entries] for row in self.controller.AFTERS]
+
+    def key(self) -> str:
+        counters = {row.entries for row in self.controller.AFTERS} | {"undefined"}
+        at = self.controller.__dict__
+        return repr((sorted((k, v) for k, v in at.items() if k not in counters), self.running))
+
+    def enabled(self) -> dict[tuple[str, str], Any]:
+        """The commands that are possible, with their data; cancels alone if there are any."""
+        found: dict[tuple[str, str], Any] = {}
+        for command in self.controller.COMMANDS:
+            busy = command.busy is not None and self.controller.__dict__[command.busy]
+            if busy != (command.kind == "cancel") or not command.guard(self.controller):
+                continue
+            if command.synchronisation is None or command.synchronisation(self.controller):
+                found[command.kind, command.key] = self._data(command)
+        cancels = {event: data for event, data in found.items() if event[0] == "cancel"}
+        return cancels or found
+
+    def _data(self, command: Command) -> Any:
+        try:
+            return repr(command.data(self.controller)) if command.data else None
+        except Undefined:
+            return "undefined"
+
+    def shown(self) -> str:
+        phases = [c.phase for c in self.controller.COMMUNICATIONS if c.phase is not None]
+        phase = [self.controller.__dict__[name] for name in phases]
+        state = self.controller.components(), self.controller.variables(), phase, self.running
+        return repr((state, self.enabled(), self.told))
+
+
+def compare(
+    first: Controller,
+    second: Controller,
+    samples: Mapping[tuple[str, str], Sequence[Any]],
+    topics: Sequence[Sequence[str]],
+    seconds: float,
+) -> Comparison:
+    """Compare two controllers of one model, for some seconds at most."""
+    end = time.monotonic() + seconds
+    start = _State(first).begin(), _State(second).begin()
+    seen = {(start[0].key(), start[1].key())}
+    queue = deque([(start, ())])
+    while queue:
+        pair, way = queue.popleft()
+        if pair[0].shown() != pair[1].shown():
+            return Comparison(len(seen), False, ", ".join(way) or "at the start")
+        if time.monotonic() > end:
+            return Comparison(len(seen), False, None)
+        for text, events in _events(pair, samples, topics):
+            twins = pair[0].after(events[0]), pair[1].after(events[1])
+            key = twins[0].key(), twins[1].key()
+            if key not in seen or twins[0].told != twins[1].told:
+                seen.add(key)
+                queue.append((twins, (*way, text)))
+    return Comparison(len(seen), True, None)
+
+
+def _events(
+    pair: tuple[_State, _State],
+    samples: Mapping[tuple[str, str], Sequence[Any]],
+    topics: Sequence[Sequence[str]],
+) -> Iterator[tuple[str, tuple[Sequence[Any], Sequence[Any]]]]:
+    """What can happen in both states, as text and for each of them."""
+    one, other = (state.controller for state in pair)
+    inputs = [{(e.key, e.kind): e for e in c.INPUTS} for c in (one, other)]
+    phases = {c.key: c.phase for c in one.COMMUNICATIONS}
+    for keys in topics:
+        for message in samples[keys[0], "response"]:
+            both = tuple([(table[key, "response"], message) for key in keys] for table in inputs)
+            yield f"{keys[0]} {message}", both  # type: ignore[misc]
+    told = {key for keys in topics for key in keys}
+    for (key, kind), entry in inputs[0].items():
+        phase = phases[key]
+        if (kind == "response" and key in told) or not (phase and one.__dict__[phase]):
+            continue
+        for message in samples.get((key, kind), (None,)):
+            yield f"{kind} of {key}", ([(entry, message)], [(inputs[1][key, kind], message)])
+    for number, runs in enumerate(pair[0].running):
+        if runs:
+            yield f"lapse {number}", ([(number, None)], [(number, None)])
+    for event in pair[0].enabled():
+        commands = tuple(
+            [(c, None) for c in own.COMMANDS if (c.kind, c.key) == event] for own in (one, other)
+        )
+        yield " of ".join(event), commands  # type: ignore[misc]

@@ -1,0 +1,76 @@
+"""The guide of a package's own test comes to boundaries, silences and delays, where faults show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from emit.bisimulation import compare
+from emit.generated_code import controller_source, supervisor_of
+from emit.judged_controllers import Robot, class_of, judged, judging_modules
+
+WATCHED = """
+robot Watched {
+    component Eye {
+        outgoing message scan with identifier: "/scan", timeout: 0.5 s, type: double
+        outgoing message sound with identifier: "/sound", timeout: 0.5 s, type: double
+        behaviour {
+            variable volts: double
+            initial marked state on { on response from scan do volts := value / 10 }
+        }
+    }
+    component Motor {
+        incoming message drive with identifier: "/drive", type: none
+        incoming message halt with identifier: "/halt", type: none
+        behaviour {
+            initial marked state rest { after 1.5 s goto ready }
+            marked state ready { on request to halt goto rest }
+        }
+    }
+    requirement drive needs Eye.volts > 13.2 and scan.fresh and sound.fresh and Motor.ready
+    requirement halt needs scan.silent and sound.fresh
+}
+"""
+"""Two silences of which each decides alone, a boundary behind a division, and a delay."""
+
+
+@pytest.fixture
+def watched(tmp_path: Path) -> Iterator[tuple[Any, str]]:
+    supervisor = supervisor_of(WATCHED)
+    with judging_modules(tmp_path, supervisor) as judge:
+        yield judge, controller_source(supervisor)
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("self.eye_volts > 13.2", "self.eye_volts >= 13.2"),
+        ("13.2 and self.scan_fresh and self.sound_fresh", "13.2 and self.sound_fresh"),
+        ("13.2 and self.scan_fresh and self.sound_fresh", "13.2 and self.scan_fresh"),
+        ("not self.scan_fresh and self.sound_fresh", "not self.scan_fresh"),
+        ("self.motor_entries = self.motor_entries + 1", "pass"),
+        ('if not (self.motor == "rest"):', "if True:"),  # it never takes the transition
+    ],
+)
+def test_it_comes_to_boundaries_silences_and_delays(
+    watched: tuple[Any, str], before: str, after: str
+) -> None:
+    judging, source = watched
+    assert before in source
+    assert judged(judging, source).faults == []
+    assert judged(judging, source.replace(before, after, 1)).faults != []
+
+
+def test_mutants_without_a_difference_are_equivalent(watched: tuple[Any, str]) -> None:
+    judging, source = watched
+    robot = Robot(judging, 1, lambda data: data)
+    samples = robot.samples(8)
+
+    def comparison(after: str) -> Any:
+        mutant = source.replace("self.motor_entries + 1", after)
+        return compare(class_of(source)(), class_of(mutant)(), samples, robot.topics, 30.0)
+
+    assert comparison("self.motor_entries + 2")[1:] == (True, None)
+    assert comparison("self.motor_entries + 0").difference is not None
