@@ -6,6 +6,7 @@ events and states as the node would publish them. So many faults can be planted 
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -67,10 +68,32 @@ def dark(data: dict[str, Any]) -> dict[str, Any]:
     ("spoilt", "complaint"),
     [
         (faster, "waited in vain for /vel to carry what the events say"),
-        (dark, "LightBulb.set_light_state was not asked for what the events say"),
+        (dark, "waited in vain for LightBulb.set_light_state to be asked for what the events say"),
     ],
 )
 def test_what_arrives_must_be_what_the_events_say(
     judging: Any, source: str, spoilt: Callable[[Any], Any], complaint: str
 ) -> None:
     assert judged(judging, source, spoilt=spoilt).faults == [complaint]
+
+
+def test_requests_may_arrive_some_time_before_their_events(
+    judging: Any, source: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a loaded machine the controller asks again and again before its events come."""
+    monkeypatch.setattr(judging, "PATIENCE", 30.0)
+    judge = judged(judging, source)
+    key = "LightBulb.set_light_state"
+    some = list(judge.robot.requests[key])
+    judge.robot.requests[key].extend([some[-1]] * 3)
+
+    def tell() -> None:
+        with judge._changed:
+            judge.asked[key] += [[{"state": some[-1].state}, True] for _ in range(3)]
+            judge._changed.notify_all()
+
+    teller = threading.Timer(0.1, tell)
+    teller.start()
+    judge.compare_messages()
+    teller.join()
+    assert judge.faults == []
