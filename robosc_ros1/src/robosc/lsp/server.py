@@ -84,8 +84,7 @@ class _Session:
         self._reads: set[asyncio.Task[None]] = set()  # the loop itself keeps no task alive
         self._reader = ThreadPoolExecutor(1)
         self._handled_at = 0.0
-        page = diagnostics_page()
-        self._page = page.as_uri() if page is not None else None
+        self._page = _installed_page()
         self._register()
 
     def _register(self) -> None:
@@ -208,8 +207,8 @@ class _Session:
         if isinstance(options.get("strict"), bool):
             self._desk.strict = options["strict"]
         site = options.get("documentation")
-        if isinstance(site, str) and site:
-            self._page = f"{site.rstrip('/')}/diagnostics/"
+        if isinstance(site, str):
+            self._page = f"{site.rstrip('/')}/diagnostics/" if site else _installed_page()
 
     def _shutdown(self, params: None) -> None:
         for timer in self._timers.values():
@@ -576,6 +575,12 @@ class _Session:
         analysis = self._analysis(params)
         data = tokens.encoded(analysis, self._encoding) if analysis is not None else []
         return types.SemanticTokens(data)
+
+
+def _installed_page() -> str | None:
+    """The address of the page that explains the codes of diagnostics."""
+    page = diagnostics_page()
+    return page.as_uri() if page is not None else None
 
 
 async def _run(request: bytes) -> bytes | None:

@@ -54,6 +54,12 @@ async def test_codes_and_keywords_are_explained(client: LanguageClient, open_mod
     document.write(GOOD.replace("Eye.last = far", "Eye.last = fur"))
     (wrong,) = await document.codes({"unknown-name"})
     assert wrong.code_description.href == "https://docs.invalid/diagnostics/#unknown-name"
+    client.workspace_did_change_configuration(
+        types.DidChangeConfigurationParams({"robosc": {"documentation": ""}})
+    )
+    document.write(GOOD.replace("Eye.last = far and", "Eye.last = far and and"))
+    (wrong,) = await document.codes({"syntax"})
+    assert wrong.code_description.href.startswith("file://")
 
 
 @pytest.mark.asyncio
