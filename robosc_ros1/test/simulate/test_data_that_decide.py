@@ -185,7 +185,29 @@ robot R {
 """
 
 
-@pytest.mark.parametrize("model", [MODEL, FREE])
+PART = """
+robot R {
+    interface link use Thing from some_msgs
+    datatype object Goal { x: double }
+    component Op {
+        outgoing message target with type: Goal links link
+        incoming message mark with type: none
+        incoming message go with type: none
+        behaviour {
+            variable goal: Goal
+            variable far: boolean
+            initial marked state s {
+                on response from target do goal := value
+                on request to mark do far := goal.x > 0.5
+            }
+        }
+    }
+    requirement go needs Op.far
+}
+"""
+
+
+@pytest.mark.parametrize("model", [MODEL, FREE, PART])
 def test_saved_runs_with_chosen_tests_can_be_played(model: str, tmp_path: Path) -> None:
     player = session(supervisor_of(model))
     play(player, "1 0.5" if model is FREE else "2", "random 20 3")

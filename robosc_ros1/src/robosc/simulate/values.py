@@ -172,7 +172,7 @@ def _chosen(
 
 def _is_test(path: Path) -> bool:
     """Whether a path is the name of a test, or of a choice of the environment."""
-    return bool(path) and not _PATH.fullmatch(path_text(path))
+    return any(isinstance(step, str) and not step.isidentifier() for step in path)
 
 
 def _test_text(path: Path) -> str:
