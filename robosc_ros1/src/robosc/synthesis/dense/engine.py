@@ -30,7 +30,7 @@ from robosc.synthesis.dense.images import (
     uncontrolled,
 )
 from robosc.synthesis.dense.layout import Layout
-from robosc.synthesis.dense.operations import Operation, carrying_on
+from robosc.synthesis.dense.operations import Operation, sweep_order
 from robosc.synthesis.dense.transitions import Compiler, Condition, EventRules
 from robosc.synthesis.vectorised import Bools, Indexes
 
@@ -100,12 +100,12 @@ class DenseEngine:
 
     def _compile(self, rules: EventRules) -> EventOperations:
         plant = tuple(
-            carrying_on(op for rule in stage for op in self.layout.operations(rule))
+            sweep_order(op for rule in stage for op in self.layout.operations(rule))
             for stage in rules.stages
         )
         if rules.event.requirement is None:
             return EventOperations(rules, plant, plant)
-        first = carrying_on(
+        first = sweep_order(
             op
             for rule in rules.stages[0]
             for condition in rules.required

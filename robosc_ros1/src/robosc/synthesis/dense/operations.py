@@ -16,7 +16,7 @@ import numpy as np
 from robosc.synthesis.dense.bitset import WORD, Bitset
 
 __all__ = [
-    "MaskView", "Operation", "Shape", "ShiftMask", "SourceSlice", "carrying_on", "operations",
+    "MaskView", "Operation", "Shape", "ShiftMask", "SourceSlice", "operations", "sweep_order",
 ]  # fmt: skip
 
 _LARGEST_STEP = 2**16
@@ -150,8 +150,8 @@ def operations(
     yield from _split(shape, sources, targets, tuple(shift_masks), whole)
 
 
-def carrying_on(found: Iterable[Operation]) -> tuple[Operation, ...]:
-    """The operations of an event in the order in which one carries on what another adds.
+def sweep_order(found: Iterable[Operation]) -> tuple[Operation, ...]:
+    """The operations of an event, so ordered that one carries on what another adds.
 
     What counts up goes from low to high, what counts down from high to low: then one sweep takes a
     counter all the way, instead of one step.

@@ -17,7 +17,7 @@ from robosc.ir.automaton import Plant
 from robosc.synthesis.dense.bitset import Bitset, add, count, places
 from robosc.synthesis.dense.images import Stages, forward, image
 from robosc.synthesis.dense.layout import Dim, Layout
-from robosc.synthesis.dense.operations import carrying_on
+from robosc.synthesis.dense.operations import sweep_order
 from robosc.synthesis.dense.transitions import Condition, EventRules, TransitionRule
 
 __all__ = ["projected_layout"]
@@ -124,7 +124,7 @@ class _Projector:
 
     def _projected(self, event: EventRules, layout: Layout, axes: set[int]) -> Stages:
         return tuple(
-            carrying_on(op for rule in _distinct(stage, axes) for op in layout.operations(rule))
+            sweep_order(op for rule in _distinct(stage, axes) for op in layout.operations(rule))
             for stage in event.stages
         )
 
