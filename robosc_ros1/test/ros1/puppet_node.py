@@ -8,6 +8,7 @@ import json
 import os
 import queue
 import signal
+import socket
 import sys
 import threading
 import time
@@ -42,6 +43,23 @@ def plain(message):
 def filled(message, fields):
     fill_message_args(message, [fields])
     return message
+
+
+def links(publisher):
+    """The connections of a publisher whose other ends are there.
+
+    rospy also counts those to subscribers that have gone, until the next one comes.
+    """
+    return [link for link in publisher.impl.connections if is_open(link.socket)]
+
+
+def is_open(link):
+    try:
+        return link is not None and link.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) != b""
+    except BlockingIOError:  # nothing comes this way, as it should be
+        return True
+    except OSError:
+        return False
 
 
 def type_of_goal(client):
@@ -148,7 +166,7 @@ class Puppet:
             self.publishers[topic] = rospy.Publisher(topic, message_class, queue_size=10000)
         publisher = self.publishers[topic]
         end = time.monotonic() + wait
-        while connected and not publisher.get_num_connections():
+        while connected and not links(publisher):
             if time.monotonic() > end:
                 raise RuntimeError("nobody subscribes to " + topic)
             time.sleep(0.005)
@@ -233,6 +251,8 @@ class Puppet:
         client = self.clients[name]
         if not client.wait_for_server(rospy.Duration(PATIENCE)):
             raise RuntimeError("there is no action " + name)
+        while not links(client.pub_goal):
+            time.sleep(0.005)
 
         def moved(handle):
             if handle.get_comm_state() == actionlib.CommState.DONE:
@@ -281,7 +301,7 @@ class Puppet:
         if "/clock" not in self.publishers:
             self.publishers["/clock"] = rospy.Publisher("/clock", Clock, queue_size=100)
         publisher = self.publishers["/clock"]
-        while not any(link.endpoint_id == to for link in publisher.impl.connections):
+        while not any(link.endpoint_id == to for link in links(publisher)):
             time.sleep(0.005)
         return publisher
 
