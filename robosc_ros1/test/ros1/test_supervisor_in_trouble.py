@@ -58,6 +58,7 @@ def test_a_goal_goes_on_when_its_controller_dies(
         other.do("send", **SEND)
         assert "it is busy" in other.wait(lambda line: line.get("ended"), "the end")["text"]
         doomed.process.kill()
+        arm.wait(lambda line: line.get("asked") == "/grab", "the goal")
         mark = other.mark
         arm.do("finish", name="/grab", mode="succeed")
         in_state(node, "looking", mark)
@@ -137,11 +138,12 @@ def test_a_supervisor_that_is_started_again_guards_the_same_controller(
     guarded: Stage, robot: Puppet, arm: Puppet, other: Puppet
 ) -> None:
     for _ in range(2):
-        mark, seen = other.mark, robot.mark
+        mark, seen, told = other.mark, robot.mark, arm.mark
         with guarded.controller(other, NODE) as node:
             get_ready(node, robot, other)
             other.do("send", **SEND)
             in_state(node, "grabbing", mark)
+            arm.wait(lambda line: line.get("asked") == "/grab", "the goal", since=told)
             arm.do("finish", name="/grab", mode="succeed")
             in_state(node, "looking", mark)
             robot.hears("/vel", since=seen)
