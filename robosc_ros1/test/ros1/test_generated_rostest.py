@@ -89,6 +89,28 @@ def test_a_python_without_rospy_is_told_before_the_test_begins(
     assert "python3 cannot import rospy: put that of ROS first on PATH" in done.stderr
 
 
+# What rospy does if it handles the answer to a subscription after an update that came later.
+FORGETFUL = """
+from rospy.impl.registration import RegManager
+remember, begun = RegManager.publisher_update, time.monotonic()
+def publisher_update(self, name, uris):
+    if name != "/lantern_controller/events" or time.monotonic() > begun + 0.8 * STUCK:
+        remember(self, name, uris)
+RegManager.publisher_update = publisher_update
+ROUNDS = 1
+"""
+
+
+def test_it_connects_where_rospy_forgets_who_publishes(lantern: Workspace) -> None:
+    script = lantern.folder / "src/lantern_controller/test/play_robot.py"
+    source = script.read_text(encoding="utf-8")
+    script.write_text(source.replace("\nROUNDS = 50\n", FORGETFUL), encoding="utf-8")
+    try:
+        lantern.run("rostest", "lantern_controller", "lantern_controller.test", "seconds:=0")
+    finally:
+        script.write_text(source, encoding="utf-8")
+
+
 @pytest.mark.parametrize("fault", FAULTS)
 def test_it_finds_a_faulty_controller(lantern: Workspace, fault: str) -> None:
     before, after, complaint = FAULTS[fault]

@@ -246,8 +246,11 @@ class PlayBoth(unittest.TestCase):
         """Wait until the supervisor stands between all names."""
         node = rospy.get_param("~controller")
         awaited = {resolved(topic) for topic, _, _ in HEARD} | {node + "/blocked"}
+        for name, _, _ in SENT:
+            awaited |= {resolved(name) + part for part in ("/status", "/feedback", "/result")}
+        listening = play_robot.Listening(node, awaited)
         return judge.wait(
-            lambda: awaited <= play_robot.heard_by_this_node(node)
+            lambda: listening.is_complete()
             and all(p.get_num_connections() for p, _, _, _ in controller.publishers)
             and all(c.wait_for_server(rospy.Duration(0.1)) for c, _, _ in controller.clients),
             "the supervisor",

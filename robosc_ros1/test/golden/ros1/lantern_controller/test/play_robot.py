@@ -45,6 +45,8 @@ ACTIONS = (
 
 ROUNDS = 50
 """The least number of times that the robot does something, however slow the machine is."""
+STUCK = 5.0
+"""Seconds after which a topic that is not connected is told to this node once more."""
 
 
 def resolved(name):
@@ -53,14 +55,37 @@ def resolved(name):
     return rospy.resolve_name(name)
 
 
-def heard_by_this_node(controller):
-    """The topics that a node knows it sends to this one: what it sent before never arrives."""
-    try:
-        uri = rosgraph.Master(rospy.get_name()).lookupNode(controller)
-        _, _, links = xmlrpc.client.ServerProxy(uri).getBusInfo(rospy.get_name())
-    except (OSError, rosgraph.MasterException):
-        return set()  # it is not there yet
-    return {topic for _, to, way, _, topic, *_ in links if (to, way) == (rospy.get_name(), "o")}
+class Listening:
+    """The topics on which this node must hear another: what is sent before that never arrives."""
+
+    def __init__(self, node, topics):
+        self._node = node
+        self._topics = topics
+        self._told = time.monotonic()
+
+    def is_complete(self):
+        """Whether the other node knows that it sends to this one on all of these topics."""
+        try:
+            uri = rosgraph.Master(rospy.get_name()).lookupNode(self._node)
+            missing = self._topics - self._heard(uri)
+            if missing and time.monotonic() > self._told + STUCK:
+                self._told = time.monotonic()
+                self._connect(uri, missing)
+        except (OSError, rosgraph.MasterException):
+            return False  # it is not there yet
+        return not missing
+
+    def _heard(self, uri):
+        own = rospy.get_name()
+        _, _, links = xmlrpc.client.ServerProxy(uri).getBusInfo(own)
+        return {topic for _, to, way, _, topic, *_ in links if (to, way) == (own, "o")}
+
+    def _connect(self, uri, topics):
+        """Tell this node who publishes, as the master does. Where rospy handles the answer to a
+        subscription after an update that came later, it forgets the update, and never connects."""
+        own = xmlrpc.client.ServerProxy(rospy.get_node_uri())
+        for topic in topics:
+            own.publisherUpdate(rospy.get_name(), topic, [uri])
 
 
 class RosValues(Values):
@@ -220,8 +245,9 @@ def follow(robot, judge):
     controller = rospy.get_param("~controller")
     rospy.Subscriber(controller + "/events", String, judge.on_event)
     awaited = {rospy.resolve_name(controller + "/events"), *map(resolved, robot.received)}
+    listening = Listening(controller, awaited)
     connected = judge.wait(
-        lambda: awaited <= heard_by_this_node(controller)
+        lambda: listening.is_complete()
         and all(publisher.get_num_connections() for publisher, _, _ in robot.publishers),
         "the controller",
     )
