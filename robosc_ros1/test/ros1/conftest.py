@@ -19,7 +19,7 @@ def generated_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
     """The packages of the models in ``golden/models`` and their messages, built."""
     workspace = make_workspace()
     workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
-    for model in ("lantern", "gauntlet", "probe", "watch"):
+    for model in ("lantern", "gauntlet", "thermostat", "probe", "watch"):
         write(package_of(model), workspace.folder / "src")
     workspace.build()
     return workspace

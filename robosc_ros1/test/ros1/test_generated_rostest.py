@@ -29,14 +29,22 @@ ROWS = {
         "allows +requirement set_level needs Count.full or Count.items &gt;= 2",
         "forbids +requirement set_level needs Count.full or Count.items &gt;= 2",
     ),
+    "thermostat_controller": (
+        "event +reading response",
+        "event +heat request",
+        "event +say request",
+        "state +Heater.hot",
+        "allows +requirement say needs steps &gt; 1",
+        "forbids +requirement rest needs Sensor.degrees &gt; wanted or Sensor.degrees &gt; limit",
+    ),
 }
 """Of the table of each, rows that no run misses, with a count."""
 
 
 def test_it_passes_and_tells_what_was_reached(generated_workspace: Workspace) -> None:
-    generated_workspace.build("run_tests_lantern_controller", "run_tests_gauntlet_controller")
+    generated_workspace.build(*(f"run_tests_{package}" for package in ROWS))
     generated_workspace.run("catkin_test_results", str(generated_workspace.folder / "build"))
-    for package in ("lantern_controller", "gauntlet_controller"):
+    for package in ROWS:
         results = generated_workspace.folder / "build" / "test_results" / package
         texts = [path.read_text(encoding="utf-8") for path in results.glob("*.xml")]
         assert any('name="test_every_command_is_allowed"' in text for text in texts)
