@@ -164,7 +164,9 @@ def test_the_judge_follows_the_results_of_errors(tmp_path: Path) -> None:
         judge = judged(judging, source)
         assert judge.faults == []
         assert judge.states["Base", "blocked"]
-        assert judged(judging, source.replace('["code"]) == 3', '["code"]) == 4')).faults
+        faulty = source.replace('["code"]) == 3', '["code"]) == 4')
+        # Not every run brings an error with that code.
+        assert any(judged(judging, faulty, seed).faults for seed in range(1, 4))
 
 
 def test_cif_has_an_event_for_no_result() -> None:
