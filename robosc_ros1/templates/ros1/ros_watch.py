@@ -3,12 +3,14 @@
 
 A publisher and a subscriber whose types differ find each other through the master, fail to connect,
 and say so in a log at most. So each neighbour that the master names, but that is not connected, is
-asked for its type.
+asked for its type. And it is announced once more: a rospy node that handles the answer to its
+subscription after a later update of the master forgets the update, and never connects.
 """
 
 import threading
 import time
 import xmlrpc.client
+from contextlib import suppress
 
 import rosgraph
 import rospy
@@ -109,6 +111,9 @@ class Watch:
         publishers, subscribers, _ = ask(self._master, "getSystemState")
         publishers, subscribers = dict(publishers), dict(subscribers)
         suspects = self._strangers(publishers, subscribers)
+        for topic, _, _, uri, question in suspects - self._suspects:
+            subscriber = rospy.get_node_uri() if question == "getPublications" else uri
+            self._announce(subscriber, topic, publishers[topic])
         found = [self._fault(*suspect) for suspect in sorted(suspects & self._suspects)]
         self._suspects = suspects
         publishers, subscribers = self._running(publishers, subscribers)
@@ -121,6 +126,12 @@ class Watch:
             text = self._throttle(fault, fault, time.monotonic())
             if text is not None:
                 rospy.logwarn("%s", text)
+
+    def _announce(self, subscriber, topic, publishers):
+        """Tell a node who publishes, as the master does when somebody comes or goes."""
+        uris = [uri for uri in map(self._uri_of, publishers) if uri is not None]
+        with suppress(Exception):  # it has gone, and left the master to find out
+            ask(subscriber, "publisherUpdate", topic, uris)
 
     def _running(self, *tables):
         """The model's topics in each table, with the nodes that answer: the master still names

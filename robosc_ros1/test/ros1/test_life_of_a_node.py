@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import ros_support
-from ros1.stage import Puppet, Stage, event, master_pid, stopped
+from ros1.stage import Node, Puppet, Stage, event, master_pid, stopped
 from ros_support import Workspace, await_condition, processor_clock
 
 RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
@@ -205,6 +205,31 @@ def restarted_master(running: ros_support.Master, folder: Path) -> Iterator[None
     finally:
         process.kill()
         process.wait()
+
+
+# What rospy does if it handles the answer to a subscription after an update that came later.
+FORGETFUL = """
+from rospy.impl.registration import RegManager
+from probe_controller.node import main
+remember, forgotten = RegManager.publisher_update, []
+def publisher_update(self, name, uris):
+    if name != "/level" or forgotten:
+        return remember(self, name, uris)
+    forgotten.append(uris)
+RegManager.publisher_update = publisher_update
+main()
+"""
+
+
+def test_it_connects_where_rospy_forgets_who_publishes(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    ear.do("listen", topic="/probe_controller/events", type="std_msgs/String")
+    level = {"topic": "/level", "type": "std_msgs/Int16", "fields": {"data": 7}}
+    puppet.do("publish", **level, connected=False, times=0)
+    with stage.workspace.start("python3", "-c", FORGETFUL, master=stage.master) as process:
+        puppet.begin("publish", **level)
+        Node(process, "/probe_controller", ear).tells(event("response", "level", value=7))
 
 
 def test_it_ends_when_the_master_is_gone(
