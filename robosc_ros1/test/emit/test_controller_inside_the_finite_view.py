@@ -17,7 +17,7 @@ from data_models import SAMPLES, data_model
 from emit.generated_code import controller_class
 from quick import quick_first
 
-from robosc.ir.automaton import Event, Parameter, PlantState, StateVariable, VariableKind
+from robosc.ir.automaton import Event, EventParameter, PlantState, StateVariable, VariableKind
 from robosc.ir.expr import Leaf, Undefined
 from robosc.ir.finite.terms import value_of
 from robosc.ir.lower import lower
@@ -113,7 +113,7 @@ def _call(controller: Any, method: Any, *arguments: Any) -> Any:
     return method(controller, *arguments)
 
 
-def taken(run: Run, parameter: Parameter, value: Value | None) -> Value | None:
+def taken(run: Run, parameter: EventParameter, value: Value | None) -> Value | None:
     """What a part of the event's value is, or a test of it comes to, before the event."""
     try:
         if parameter.test is not None:

@@ -176,3 +176,14 @@ def test_cites_only_documents_of_this_repository(file: Path) -> None:
     assert {name for name in cited if not (EXAMPLES.parent / name).exists()} == set()
     elsewhere = set(re.findall(r"\b[A-Z][A-Z-]+(?: section|\.md)\b", text))
     assert elsewhere <= {"README.md", "CONTRIBUTING.md"}
+
+
+def test_no_two_stages_have_classes_of_one_name() -> None:
+    """But for what a generated controller knows of the model's entities."""
+    found: dict[str, list[str]] = {}
+    for file in MODULES:
+        for node in ast.parse(file.read_text()).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found.setdefault(node.name, []).append(module_name(file))
+    twice = {tuple(modules) for modules in found.values() if len(modules) > 1}
+    assert twice <= {("model.entities", "runtime.model")}

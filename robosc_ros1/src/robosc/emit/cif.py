@@ -21,7 +21,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from robosc.emit.cif_data import discrete_plant
-from robosc.emit.cif_expr import CifNames, Context, condition, in_range, initial, offset, update
+from robosc.emit.cif_expr import CifNames, CifScope, condition, in_range, initial, offset, update
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
 from robosc.ir.step import valuations
@@ -64,7 +64,7 @@ class _Writer:
 
     def __post_init__(self) -> None:
         self.names = CifNames()
-        self.context = Context(self.plant, self.names)
+        self.context = CifScope(self.plant, self.names)
         self.occurrences = list(self._occurrences())
 
     def specification(self, guards: Sequence[Guard] | None = None) -> str:

@@ -16,7 +16,7 @@ from robosc.errors import UsageError
 from robosc.ir.automaton import (
     Edge,
     Event,
-    Parameter,
+    EventParameter,
     Plant,
     StateVariable,
     VariableKind,
@@ -179,7 +179,7 @@ def _renamed(variable: StateVariable, counterpart: _Counterpart) -> StateVariabl
 
 
 def _enumeration(
-    name: str, of: StateVariable | Parameter, term: str, notes: dict[str, str]
+    name: str, of: StateVariable | EventParameter, term: str, notes: dict[str, str]
 ) -> tuple[EnumType, dict[Value, Value]]:
     """An enumeration of classes, and the representative that each of its values stands for.
 
@@ -224,7 +224,7 @@ def _event(
     notes: dict[str, str],
 ) -> Event:
     leaves = dict(states)
-    parameters: list[Parameter] = []
+    parameters: list[EventParameter] = []
     for parameter in event.parameters:
         if domain(parameter.type) is None:
             name = f"{event.name}_{_identifier('_'.join(map(str, parameter.path)) or 'value')}"
@@ -233,7 +233,7 @@ def _event(
                 incoming = ValueRef(parameter.path, enum, optional=parameter.optional)
                 leaves[leaf] = _Counterpart(incoming, values, parameter.values)
             missing = (None,) if None in parameter.values else ()
-            parameter = Parameter(
+            parameter = EventParameter(
                 parameter.path, enum, (*enum.values, *missing), optional=parameter.optional
             )
         parameters.append(parameter)
@@ -245,7 +245,7 @@ def _event(
     return replace(event, parameters=tuple(parameters), automata=automata, requirement=requirement)
 
 
-def _leaves_of(event: Event, parameter: Parameter) -> Iterator[ValueRef]:
+def _leaves_of(event: Event, parameter: EventParameter) -> Iterator[ValueRef]:
     for automaton in event.automata:
         for edge in automaton.edges:
             readers = [expr for _, expr in edge.updates] + ([edge.guard] if edge.guard else [])

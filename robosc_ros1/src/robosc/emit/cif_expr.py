@@ -43,7 +43,7 @@ from robosc.model.types import (
 )
 from robosc.names import without_index
 
-__all__ = ["Context", "CifNames", "condition", "in_range", "initial", "offset", "update"]
+__all__ = ["CifScope", "CifNames", "condition", "in_range", "initial", "offset", "update"]
 
 _RESERVED = (
     "alg alphabet and any attr automaton bool break case const cont continue controllable def der "
@@ -85,7 +85,7 @@ def _unused(wanted: str, taken: set[str], others: Iterable[str]) -> str:
     return f"${name}" if name in _KEYWORDS else name
 
 
-class Context:
+class CifScope:
     """What everything of a plant is called in CIF."""
 
     def __init__(self, plant: Plant, names: CifNames) -> None:
@@ -176,7 +176,7 @@ def offset(type_: Type) -> int:
     return 0
 
 
-def initial(context: Context, type_: Type, value: Value) -> str:
+def initial(context: CifScope, type_: Type, value: Value) -> str:
     if isinstance(type_, IntegerType):
         return str(int(value) + offset(type_))
     return context.literal(value, type_)
@@ -187,12 +187,12 @@ def initial(context: Context, type_: Type, value: Value) -> str:
 _ATOM = 9
 
 
-def condition(context: Context, expr: Expr, least: int = 0) -> str:
+def condition(context: CifScope, expr: Expr, least: int = 0) -> str:
     """A boolean expression; in parentheses if it binds weaker than ``least``."""
     return f"{_boolean(context, expr):{least}}"
 
 
-def _boolean(context: Context, expr: Expr) -> Spelled:
+def _boolean(context: CifScope, expr: Expr) -> Spelled:
 
     def whole(node: Expr) -> Spelled | None:
         """A comparison of anything but booleans, and what is told by a function."""
@@ -246,7 +246,7 @@ def _same(part: Expr, node: Operation) -> bool:
     )
 
 
-def _enum(context: Context, expr: Expr) -> str:
+def _enum(context: CifScope, expr: Expr) -> str:
     if isinstance(expr, Literal):
         return context.literal(expr.value, expr.type)
     assert isinstance(expr, VariableRef)
@@ -321,7 +321,7 @@ def _linear(node: Operation, operands: tuple[_Sum | None, ...]) -> _Sum | None:
     return None
 
 
-def _added(context: Context, sum_: _Sum, sign: int) -> list[str]:
+def _added(context: CifScope, sum_: _Sum, sign: int) -> list[str]:
     """The terms that are added (``sign`` 1) or taken away (-1), the constant last."""
     parts = [
         context.reference(variable)
@@ -333,7 +333,7 @@ def _added(context: Context, sum_: _Sum, sign: int) -> list[str]:
     return parts
 
 
-def _comparison(context: Context, expr: Binary) -> Spelled:
+def _comparison(context: CifScope, expr: Binary) -> Spelled:
     left, right = _sum(expr.left), _sum(expr.right)
     difference = None if left is None or right is None else left.plus(right, -1).shifted()
     if difference is None:
@@ -356,7 +356,7 @@ def _valuations(expr: Expr) -> Iterator[dict[Expr, Value]]:
         yield dict(zip(variables, values, strict=True))
 
 
-def _point(context: Context, values: Mapping[Expr, Value]) -> str:
+def _point(context: CifScope, values: Mapping[Expr, Value]) -> str:
     parts = [
         f"{context.reference(variable)} = {initial(context, variable.type, value)}"
         for variable, value in values.items()
@@ -365,7 +365,7 @@ def _point(context: Context, values: Mapping[Expr, Value]) -> str:
     return " and ".join(parts)
 
 
-def _written_out(context: Context, expr: Expr) -> Spelled:
+def _written_out(context: CifScope, expr: Expr) -> Spelled:
     """A condition as the values of its variables for which it holds."""
     found = [(evaluate(expr, values.__getitem__), values) for values in _valuations(expr)]
     points = [_point(context, values) for holds, values in found if holds]
@@ -379,7 +379,7 @@ def _written_out(context: Context, expr: Expr) -> Spelled:
 # --- assignments ---------------------------------------------------------------------------------
 
 
-def in_range(context: Context, type_: Type, expr: Expr) -> list[str]:
+def in_range(context: CifScope, type_: Type, expr: Expr) -> list[str]:
     """What must hold so that the assigned value is one of the type; empty if it always is."""
     match type_:
         case IntegerType(bounds=(low, high)):
@@ -393,7 +393,7 @@ def in_range(context: Context, type_: Type, expr: Expr) -> list[str]:
     return []
 
 
-def _against(context: Context, expr: Expr, operator: str, bound: int) -> str:
+def _against(context: CifScope, expr: Expr, operator: str, bound: int) -> str:
     comparison = Binary(operator, expr, Literal(bound, IntegerType()), BooleanType())
     return condition(context, comparison, 3)
 
@@ -406,7 +406,7 @@ def _span(expr: Expr) -> tuple[int, int]:
     return min(values), max(values)
 
 
-def update(context: Context, type_: Type, expr: Expr) -> str:
+def update(context: CifScope, type_: Type, expr: Expr) -> str:
     """The right-hand side of an assignment to a variable of that type."""
     match type_:
         case EnumType() if isinstance(expr, Convert):
@@ -427,7 +427,7 @@ def update(context: Context, type_: Type, expr: Expr) -> str:
     return condition(context, expr)
 
 
-def _by_cases(context: Context, type_: Type, expr: Expr, low: int, high: int) -> str:
+def _by_cases(context: CifScope, type_: Type, expr: Expr, low: int, high: int) -> str:
     """``if x = 0: 1 elif …``; values outside the range are ruled out by the edge's guard."""
     cases = [(int(evaluate(expr, p.__getitem__)), _point(context, p)) for p in _valuations(expr)]
     kept = [(value, point) for value, point in cases if low <= value <= high]

@@ -27,7 +27,7 @@ from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
 
 __all__ = [
-    "Edge", "Event", "LocalAutomaton", "Parameter", "PhaseStep", "Plant", "PlantState",
+    "Edge", "Event", "LocalAutomaton", "EventParameter", "PhaseStep", "Plant", "PlantState",
     "StateVariable", "VariableKind", "is_optional", "value_parts", "value_type",
 ]  # fmt: skip
 
@@ -77,7 +77,7 @@ class StateVariable:
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class EventParameter:
     """A part of an event's value that a synthesis variable or guard takes, or a test of data.
 
     ``path`` is that of the ``ValueRef``; ``values`` are all it can be, in order. ``None`` stands
@@ -162,7 +162,7 @@ class Event:
     key: str
     index: int
     controllable: bool
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[EventParameter, ...]
     phase: PhaseStep | None
     automata: tuple[LocalAutomaton, ...]
     requirement: Expr | None

@@ -9,8 +9,8 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import (
     Edge,
     Event,
+    EventParameter,
     LocalAutomaton,
-    Parameter,
     PhaseStep,
     Plant,
     StateVariable,
@@ -236,7 +236,7 @@ class _Context:
 
     def _parameters(
         self, automata: Iterable[LocalAutomaton], scope: tuple[EventKind, str]
-    ) -> Iterator[Parameter]:
+    ) -> Iterator[EventParameter]:
         """The parts of the value that guards and updates take, in order of appearance."""
         found: set[tuple[str | int, ...]] = set()
         for edge in (edge for automaton in automata for edge in automaton.edges):
@@ -248,7 +248,7 @@ class _Context:
                     found.add(part.path)
                     yield self._parameter(part, scope)
 
-    def _parameter(self, reference: ValueRef, scope: tuple[EventKind, str]) -> Parameter:
+    def _parameter(self, reference: ValueRef, scope: tuple[EventKind, str]) -> EventParameter:
         test = reference.test if isinstance(reference, ChoiceRef) else None
         labels = None
         values: Sequence[Value | None] | None = self.view.values(scope, reference)
@@ -259,7 +259,7 @@ class _Context:
             if may_be_missing(reference):
                 values = (*values, None)
         optional = reference.optional
-        return Parameter(reference.path, reference.type, values, labels, test, optional)
+        return EventParameter(reference.path, reference.type, values, labels, test, optional)
 
     def _after_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         variable = self.variable_index[VariableKind.LOCATION, component.name]

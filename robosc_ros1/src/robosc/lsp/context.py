@@ -14,7 +14,7 @@ from robosc.language.operators import symbols
 from robosc.language.tokens import STRING, Tokens, is_word, tokenize
 from robosc.source import Source, common_ends
 
-__all__ = ["Block", "Context", "Landmarks", "context_at"]
+__all__ = ["OpenBlock", "Context", "Landmarks", "context_at"]
 
 _BLOCKS = ("file", "robot", "library", "for", "component", "behaviour", "state", "enum")
 _STARTS = {block: starts_of(block) for block in _BLOCKS}
@@ -30,7 +30,7 @@ _EXPECT_NAME = frozenset({
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class OpenBlock:
     """An open brace: what it belongs to, the name of that, and the words in front of it."""
 
     kind: str
@@ -46,14 +46,14 @@ class Context:
     comment or a string nothing is expected: ``inside_text``.
     """
 
-    blocks: tuple[Block, ...]
+    blocks: tuple[OpenBlock, ...]
     words: tuple[str, ...]
     prefix: str
     start: int
     inside_text: bool = False
 
     @property
-    def block(self) -> Block:
+    def block(self) -> OpenBlock:
         return self.blocks[-1]
 
     @property
@@ -68,11 +68,11 @@ class Context:
         """The word behind the first of these; empty if there is none."""
         return self.word(self.words.index(word) + 1) if word in self.words else ""
 
-    def around(self, kind: str) -> Block | None:
+    def around(self, kind: str) -> OpenBlock | None:
         return next((b for b in reversed(self.blocks) if b.kind == kind), None)
 
 
-_FILE = Block("file", "", ())
+_FILE = OpenBlock("file", "", ())
 
 
 class Landmarks:
@@ -83,9 +83,9 @@ class Landmarks:
 
     def __init__(self) -> None:
         self._text = ""
-        self._places: list[tuple[int, tuple[Block, ...]]] = [(0, (_FILE,))]
+        self._places: list[tuple[int, tuple[OpenBlock, ...]]] = [(0, (_FILE,))]
 
-    def last(self, text: str, offset: int) -> tuple[int, tuple[Block, ...]]:
+    def last(self, text: str, offset: int) -> tuple[int, tuple[OpenBlock, ...]]:
         """The last known place up to an offset in a text, and the blocks that are open there."""
         same, _ = common_ends(self._text, text)
         behind_same = bisect_right(self._places, same, key=lambda place: place[0])
@@ -93,7 +93,7 @@ class Landmarks:
         self._text = text
         return self._places[bisect_right(self._places, offset, key=lambda place: place[0]) - 1]
 
-    def add(self, offset: int, blocks: tuple[Block, ...]) -> None:
+    def add(self, offset: int, blocks: tuple[OpenBlock, ...]) -> None:
         if offset > self._places[-1][0]:
             self._places.append((offset, blocks))
 
@@ -166,31 +166,31 @@ def _begins(kind: str, word: str, words: list[str]) -> bool:
     return not (word in ("state", "marked") and last in ("initial", "marked"))
 
 
-def _opened(block: Block, words: list[str]) -> Block:
+def _opened(block: OpenBlock, words: list[str]) -> OpenBlock:
     """The block that a brace opens behind these words."""
     header = tuple(words)
     first = words[0] if words else ""
     name = words[1].lstrip("^") if len(words) > 1 else ""
     match block.kind:
         case "file":
-            return Block("library" if first == "library" else "robot", name, header)
+            return OpenBlock("library" if first == "library" else "robot", name, header)
         case "robot" | "library" | "for":
             if first == "datatype":
                 kind = "enum" if "enum" in words[1:2] else "object"
-                return Block(kind, words[2].lstrip("^") if len(words) > 2 else "", header)
+                return OpenBlock(kind, words[2].lstrip("^") if len(words) > 2 else "", header)
             if first == "for":
-                return Block("for", "", header)
+                return OpenBlock("for", "", header)
             if first in ("requirement", "prefer"):
-                return Block("commands", "", header)
+                return OpenBlock("commands", "", header)
             if first == "provide":
-                return Block("data", "", header)
-            return Block("component", name, header)
+                return OpenBlock("data", "", header)
+            return OpenBlock("component", name, header)
         case "component":
-            return Block("behaviour", "", header)
+            return OpenBlock("behaviour", "", header)
         case "behaviour":
             state = words.index("state") if "state" in words else -1
             named = words[state + 1] if 0 <= state < len(words) - 1 else ""
-            return Block("state", named.lstrip("^"), header)
+            return OpenBlock("state", named.lstrip("^"), header)
         case "data":
-            return Block("data", words[-2].lstrip("^") if len(words) > 1 else "", header)
-    return Block("unknown", "", header)
+            return OpenBlock("data", words[-2].lstrip("^") if len(words) > 1 else "", header)
+    return OpenBlock("unknown", "", header)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from robosc.supervisor import Supervisor
 
 __all__ = [
-    "Derived", "GuardText", "answer", "command", "derived_from", "main", "moved", "request_for",
+    "Derived", "ShownGuard", "answer", "command", "derived_from", "main", "moved", "request_for",
 ]  # fmt: skip
 
 _MOST_STATES = 2**24
@@ -32,7 +32,7 @@ _MOST_STATES = 2**24
 
 
 @dataclass(frozen=True, slots=True)
-class GuardText:
+class ShownGuard:
     """When a command (by key) is allowed; ``reasons`` with their remedies, why it is restricted."""
 
     communication: str
@@ -48,7 +48,7 @@ class Derived:
 
     source: Source
     diagnostics: tuple[Diagnostic, ...] = ()
-    guards: tuple[GuardText, ...] = ()
+    guards: tuple[ShownGuard, ...] = ()
 
 
 # --- on the side of the server -------------------------------------------------------------------
@@ -81,7 +81,7 @@ def derived_from(source: Source, text: bytes | str) -> Derived | None:
     except ValueError:
         return None
     guards = (
-        GuardText(g["communication"], g["event"], g["text"], g["status"], _pairs(g["reasons"]))
+        ShownGuard(g["communication"], g["event"], g["text"], g["status"], _pairs(g["reasons"]))
         for g in document["guards"]
     )
     diagnostics = (_diagnostic(source, item) for item in document["diagnostics"])

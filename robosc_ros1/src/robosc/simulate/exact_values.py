@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from robosc.ir.automaton import Event, Parameter, Plant, StateVariable
+from robosc.ir.automaton import Event, EventParameter, Plant, StateVariable
 from robosc.model.expr import VariableRef, path_text, walk
 from robosc.runtime.values import jsonable
 
@@ -46,7 +46,7 @@ def _text(value: Any) -> str:
     return json.dumps(jsonable(value))
 
 
-def _label(of: Parameter | StateVariable, value: Any) -> str:
+def _label(of: EventParameter | StateVariable, value: Any) -> str:
     """What users see of the class that a value is in."""
     assert of.labels is not None
     return of.labels[of.values.index(value)]

@@ -38,7 +38,7 @@ from robosc.simulate.machine import (
     few_values,
     label,
 )
-from robosc.simulate.state import State
+from robosc.simulate.state import SystemState
 from robosc.simulate.values import (
     Given,
     complete,
@@ -113,7 +113,7 @@ class Execution:
         return self._inputs
 
     @property
-    def state(self) -> State:
+    def state(self) -> SystemState:
         return state_of_controller(self._controller)
 
     @property

@@ -8,7 +8,7 @@ from robosc.emit.controller import controller_context
 from robosc.emit.engine import render
 from robosc.emit.naming import file_of
 from robosc.runtime.model import Controller
-from robosc.simulate.state import State
+from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
 
 __all__ = ["make_controller", "state_of_controller"]
@@ -26,10 +26,10 @@ def make_controller(supervisor: Supervisor) -> Controller:
     return controller
 
 
-def state_of_controller(controller: Controller) -> State:
+def state_of_controller(controller: Controller) -> SystemState:
     phases = {
         c.key: c.phases[getattr(controller, c.phase)]
         for c in controller.COMMUNICATIONS
         if c.phase is not None
     }
-    return State(controller.components(), controller.variables(), phases)
+    return SystemState(controller.components(), controller.variables(), phases)

@@ -14,7 +14,7 @@ from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
 from robosc.model.expr import Expr
 from robosc.simulate.faults import InvalidLine
-from robosc.simulate.state import State
+from robosc.simulate.state import SystemState
 from robosc.simulate.values import Given
 from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import listing
@@ -102,7 +102,7 @@ class Machine(Protocol):
     def plant(self) -> Plant: ...
 
     @property
-    def state(self) -> State: ...
+    def state(self) -> SystemState: ...
 
     @property
     def time(self) -> float | None:

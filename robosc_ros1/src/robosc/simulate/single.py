@@ -14,7 +14,7 @@ from typing import Any
 from robosc.ir.automaton import (
     Edge,
     Event,
-    Parameter,
+    EventParameter,
     Plant,
     PlantState,
     VariableKind,
@@ -49,7 +49,7 @@ from robosc.simulate.machine import (
     label,
 )
 from robosc.simulate.reasons import reasons
-from robosc.simulate.state import State, is_true, sent_data, state_of
+from robosc.simulate.state import SystemState, is_true, sent_data, state_of
 from robosc.simulate.values import (
     Given,
     complete,
@@ -107,7 +107,7 @@ class SingleEvents:
         return self._now[0]
 
     @property
-    def state(self) -> State:
+    def state(self) -> SystemState:
         return state_of(self.plant, *self._now)
 
     def restart(self) -> None:
@@ -184,7 +184,7 @@ class SingleEvents:
         def look(leaf: Leaf) -> Value | None:
             return part_given(given, leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
 
-        def value(parameter: Parameter) -> Value | None:
+        def value(parameter: EventParameter) -> Value | None:
             if parameter.path in given or parameter.test is None:
                 return given.get(parameter.path, parameter.values[0])
             try:
@@ -367,7 +367,7 @@ class SingleEvents:
         return event, {**free, **taken}
 
 
-def _data(robot: Robot, key: str, state: State) -> dict[str, Any] | None:
+def _data(robot: Robot, key: str, state: SystemState) -> dict[str, Any] | None:
     """What a request carries now; None also where nothing has come of it yet."""
     try:
         return sent_data(robot, key, state)

@@ -22,11 +22,11 @@ from robosc.model.expr import (
 from robosc.model.types import ArrayType, DoubleType, IntegerType, ObjectType, Type, Value
 from robosc.runtime.values import widen
 
-__all__ = ["State", "is_true", "sent_data", "state_of"]
+__all__ = ["SystemState", "is_true", "sent_data", "state_of"]
 
 
 @dataclass(frozen=True)
-class State:
+class SystemState:
     """Component to its state, ``Component.variable`` to its value, key to the phase."""
 
     components: Mapping[str, str]
@@ -74,14 +74,14 @@ def is_true(condition: Expr, look: Callable[[Leaf], Value | None]) -> bool:
         return False
 
 
-def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value | None]) -> State:
+def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value | None]) -> SystemState:
     """A state of the plant, with the data beside it, in model order."""
     found: dict[VariableKind, dict[str, Value]] = {kind: {} for kind in VariableKind}
     for variable, index in zip(plant.variables, state, strict=True):
         found[variable.kind][variable.name] = variable.values[index]
     known = {**found[VariableKind.DATA], **data}
     variables = {key: known[key] for key in plant.robot.variables}
-    return State(
+    return SystemState(
         {name: str(value) for name, value in found[VariableKind.LOCATION].items()},
         variables,
         {key: str(phase) for key, phase in found[VariableKind.PHASE].items()},
@@ -89,7 +89,7 @@ def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value | None]) 
     )
 
 
-def sent_data(robot: Robot, key: str, state: State) -> dict[str, Any] | None:
+def sent_data(robot: Robot, key: str, state: SystemState) -> dict[str, Any] | None:
     """What a request carries now: the fields of the first provide statement that holds.
 
     None: there is none, so that all fields keep their defaults.
@@ -107,7 +107,7 @@ def sent_data(robot: Robot, key: str, state: State) -> dict[str, Any] | None:
     return None
 
 
-def _plain(data: Data, type_: Type, state: State) -> Any:
+def _plain(data: Data, type_: Type, state: SystemState) -> Any:
     """Provided data as plain values; integers become floating point where the field is."""
     if isinstance(data, DataObject):
         inner = dict(type_.properties) if isinstance(type_, ObjectType) else {}

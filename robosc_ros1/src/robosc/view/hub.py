@@ -12,7 +12,7 @@ import threading
 from collections import deque
 from collections.abc import Iterable
 
-__all__ = ["Follower", "Hub", "compact"]
+__all__ = ["HubFollower", "Hub", "compact"]
 
 _KEPT = 5000
 _LONGEST = 1_000_000
@@ -64,8 +64,8 @@ class Hub:
             self._latest["run"] = self._version, str(self._version)
             self._changed.notify_all()
 
-    def follow(self) -> Follower:
-        return Follower(self)
+    def follow(self) -> HubFollower:
+        return HubFollower(self)
 
     def news(self, version: int, seen: int, timeout: float) -> tuple[str | None, int, int]:
         """What came after a version and a number of events, as one document; None if nothing did.
@@ -92,7 +92,7 @@ class Hub:
             return text, self._version, self._added
 
 
-class Follower:
+class HubFollower:
     """One who follows. Not to be shared between threads."""
 
     def __init__(self, hub: Hub) -> None:

@@ -13,7 +13,7 @@ from robosc.language.operators import BINARY
 from robosc.model.expr import Binary, Expr, Literal
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType, Type, Value
 
-__all__ = ["Classes", "Comparison", "Condition"]
+__all__ = ["Classes", "Comparison", "ClassCondition"]
 
 Comparison: TypeAlias = tuple[str, Value]
 """An operator and the constant that stands right of it."""
@@ -23,7 +23,7 @@ _NAN = math.nan
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class ClassCondition:
     """That one of some conjunctions of comparisons holds; ``negated``: that none does."""
 
     alternatives: tuple[tuple[Comparison, ...], ...]
@@ -117,7 +117,7 @@ class Classes(Sequence[Any]):
             asked.add((_OPPOSITE[operator], constant))
         return not asked.isdisjoint(self.comparisons)
 
-    def condition(self, needed: Collection[int], free: Collection[int]) -> Condition:
+    def condition(self, needed: Collection[int], free: Collection[int]) -> ClassCondition:
         """A short condition that holds in all needed classes and in no other than the free ones."""
         if isinstance(self.type, StringType):
             wanted = self._members_of(needed, free, negated=False)
@@ -125,7 +125,7 @@ class Classes(Sequence[Any]):
             return min((c for c in (wanted, unwanted) if c), key=lambda c: c.length)
         found = []
         if not self._holds_nan(needed):
-            found.append(Condition(self._runs(needed, free), False))
+            found.append(ClassCondition(self._runs(needed, free), False))
         others = [number for number in range(len(self._members)) if number not in free]
         rest = [number for number in range(len(self._members)) if number not in needed]
         if not self._holds_nan(others):
@@ -234,26 +234,28 @@ class Classes(Sequence[Any]):
 
     def _members_of(
         self, needed: Collection[int], free: Collection[int], negated: bool
-    ) -> Condition | None:
+    ) -> ClassCondition | None:
         """Equal to one of some constants, or to none; None where "any other" cannot be told so."""
         others = [n for n in range(len(self._members)) if n not in free]
         regions = self._in_regions(others if negated else needed)
         if any(self._regions[region].begins is None for region in regions):
             return None
         named = [(("=", self._regions[region].representative),) for region in sorted(regions)]
-        return _turned(tuple(named), self.type) if negated else Condition(tuple(named), False)
+        return _turned(tuple(named), self.type) if negated else ClassCondition(tuple(named), False)
 
 
 _OPPOSITE = {"=": "!=", "<": ">=", "<=": ">", ">": "<=", ">=": "<"}
 
 
-def _turned(runs: tuple[tuple[Comparison, ...], ...], type_: Type) -> Condition:
+def _turned(runs: tuple[tuple[Comparison, ...], ...], type_: Type) -> ClassCondition:
     """That none of the runs holds, as a comparison where that says the same."""
     if all(len(run) == 1 for run in runs):
         flat = [run[0] for run in runs]
         if not isinstance(type_, DoubleType) or all(operator == "=" for operator, _ in flat):
-            return Condition((tuple((_OPPOSITE[op], constant) for op, constant in flat),), False)
-    return Condition(runs, True)
+            return ClassCondition(
+                (tuple((_OPPOSITE[op], constant) for op, constant in flat),), False
+            )
+    return ClassCondition(runs, True)
 
 
 def _strings(constants: Sequence[str]) -> Iterator[_Region]:
