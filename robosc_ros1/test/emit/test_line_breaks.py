@@ -78,6 +78,14 @@ def test_what_a_text_over_several_lines_says_stays() -> None:
     assert break_long_lines(source) == source
 
 
+def test_a_formatted_text_is_broken_between_its_words() -> None:
+    words = " ".join(["requirement", "Station[i].load", "{{braces}}", "{"] * 4)
+    line = f'    text=f"{words.replace("{", "{{")} (i = {{i - 1}})",'
+    broken = break_long_lines(line)
+    assert max(map(len, broken.splitlines())) <= WIDTH
+    assert eval(f"dict({broken})", {"i": 3}) == eval(f"dict({line})", {"i": 3})
+
+
 def test_a_tuple_keeps_its_brackets() -> None:
     assert unparenthesised("((a or b))") == "a or b"
     assert unparenthesised("(a) or (b)") == "(a) or (b)"

@@ -29,7 +29,7 @@ _LEVELS = (
 _OPERATORS = frozenset(operator for level in _LEVELS for operator in level)
 _HEAD = re.compile(r"(?:(?:if|elif|return) |[\w.]+ = )(?=.)")
 _DOCSTRING = re.compile(r'"""(.*)"""')
-_TEXT = re.compile(r"""(?P<head>\w+=|)(?P<text>"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*')(?P<tail>,?)""")
+_TEXT = re.compile(r"""(?P<head>\w+=|)(?P<text>f?"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*')(?P<tail>,?)""")
 """A string literal and nothing else, maybe of an argument."""
 
 
@@ -117,13 +117,18 @@ def _expression(text: str, indent: str) -> list[str]:
 def _literals(head: str, text: str, tail: str, indent: str) -> list[str]:
     """A long string as several that stand one below the other."""
     inner = indent + _INDENT if head else indent
-    words = re.findall(r"\S*\s*", ast.literal_eval(text))
+    if text.startswith("f"):
+        words = re.findall(r"(?:\{[^}]*\}|\S)*\s*", text[2:-1])
+        quoted = 'f"{}"'.format
+    else:
+        words = re.findall(r"\S*\s*", ast.literal_eval(text))
+        quoted = _quoted
     lines = [""]
     for word in words:
-        if lines[-1] and len(inner + repr(lines[-1] + word)) > WIDTH:
+        if lines[-1] and len(inner + quoted(lines[-1] + word)) > WIDTH:
             lines.append("")
         lines[-1] += word
-    parts = [inner + _quoted(line) for line in lines]
+    parts = [inner + quoted(line) for line in lines]
     if head:
         return [f"{indent}{head}(", *parts, f"{indent}){tail}"]
     return [*parts[:-1], parts[-1] + tail]
