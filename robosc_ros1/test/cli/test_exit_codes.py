@@ -137,7 +137,7 @@ def test_ranges_that_nobody_can_enumerate(
     model: Callable[[str], str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(pipeline, "_CHECK_SECONDS", math.inf)
+    monkeypatch.setattr(pipeline, "CHECK_SECONDS", math.inf)
     name = model(models.WIDE.replace("RANGE", values))
     done = robosc("check", "--json", name)
     assert code(done) == 0

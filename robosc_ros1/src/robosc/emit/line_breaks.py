@@ -29,7 +29,8 @@ _LEVELS = (
 _OPERATORS = frozenset(operator for level in _LEVELS for operator in level)
 _HEAD = re.compile(r"(?:(?:if|elif|return) |[\w.]+ = )(?=.)")
 _DOCSTRING = re.compile(r'"""(.*)"""')
-_TEXT = re.compile(r"""(?P<head>\w+=|)(?P<text>f?"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*')(?P<tail>,?)""")
+_STRING = r"""f?"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'"""
+_TEXT = re.compile(rf"(?P<head>\w+=|)(?P<text>{_STRING})(?P<tail>,?)")
 """A string literal and nothing else, maybe of an argument."""
 
 
@@ -117,12 +118,12 @@ def _expression(text: str, indent: str) -> list[str]:
 def _literals(head: str, text: str, tail: str, indent: str) -> list[str]:
     """A long string as several that stand one below the other."""
     inner = indent + _INDENT if head else indent
-    if text.startswith("f"):
-        words = re.findall(r"(?:\{[^}]*\}|\S)*\s*", text[2:-1])
-        quoted = 'f"{}"'.format
-    else:
-        words = re.findall(r"\S*\s*", ast.literal_eval(text))
-        quoted = _quoted
+    formatted = text.startswith("f")
+    words = re.findall(
+        r"(?:\{[^}]*\}|\S)*\s*" if formatted else r"\S*\s*",
+        text[2:-1] if formatted else ast.literal_eval(text),
+    )
+    quoted = _formatted if formatted else _quoted
     lines = [""]
     for word in words:
         if lines[-1] and len(inner + quoted(lines[-1] + word)) > WIDTH:
@@ -132,6 +133,10 @@ def _literals(head: str, text: str, tail: str, indent: str) -> list[str]:
     if head:
         return [f"{indent}{head}(", *parts, f"{indent}){tail}"]
     return [*parts[:-1], parts[-1] + tail]
+
+
+def _formatted(text: str) -> str:
+    return f'f"{text}"'
 
 
 def _quoted(text: str) -> str:
