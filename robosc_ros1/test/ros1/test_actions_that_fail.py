@@ -125,8 +125,9 @@ def test_a_server_that_stood_still_answers_for_a_goal_that_is_over(
         await_acceptance(ear)
         with stage.puppet() as other, stopped(puppet.process.pid):
             assert node.tells(event("error", "run"))["detail"].startswith("server lost")
+            mark = ear.mark
             want(other, False)
-            node.shows(lambda s: s["variables"]["Switches.run"] is False)
+            node.shows(lambda s: s["variables"]["Switches.run"] is False, since=mark)
         puppet.wait(lambda line: line.get("cancelled") == "/run", "the cancel")
         puppet.do("action", **RUN, mode="succeed")
         want(puppet, True)
