@@ -62,10 +62,22 @@ def group_of(item: pytest.Item) -> str:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Where changes are judged, a test that was skipped has failed."""
+    """Where changes are judged, a test that was skipped has failed; what failed is kept in a file.
+
+    Each line of .cache/failed-tests is "slow" or "quick", a space, and the test as pytest takes it.
+    """
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
-    if os.environ.get("CI") and reporter is not None and reporter.stats.get("skipped"):
+    if not os.environ.get("CI") or reporter is None:
+        return
+    if reporter.stats.get("skipped"):
         session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
+    failed = {}
+    for report in reporter.stats.get("failed", []) + reporter.stats.get("error", []):
+        # Side by side, pytest-xdist appends the group.
+        test = report.nodeid.rpartition("@")[0] or report.nodeid
+        failed[test] = "slow" if "slow" in report.keywords else "quick"
+    lines = "".join(f"{speed} {test}\n" for test, speed in failed.items())
+    (REPOSITORY / ".cache" / "failed-tests").write_text(lines)
 
 
 @pytest.fixture(scope="session")
