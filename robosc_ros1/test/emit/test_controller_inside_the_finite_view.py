@@ -8,138 +8,22 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping
-from types import MappingProxyType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from data_models import SAMPLES, data_model
-from emit.generated_code import controller_class
+from emit.steps_of_controllers import Run, step
 from quick import quick_first
 
-from robosc.ir.automaton import Event, EventParameter, PlantState, StateVariable, VariableKind
-from robosc.ir.expr import Leaf, Undefined
-from robosc.ir.finite.terms import value_of
 from robosc.ir.lower import lower
-from robosc.ir.step import Verdict, holds, outcome
+from robosc.ir.step import holds
 from robosc.model.entities import EventKind
-from robosc.model.evaluation import part_of_value
-from robosc.model.expr import StateRef, ValueRef, VariableRef
 from robosc.model.resolve import load
-from robosc.model.types import Value
-from robosc.runtime.values import Mismatch
-from robosc.simulate.start import supervisor_with
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import synthesize
 from robosc.synthesis.parameters import weight
-
-
-class Run:
-    """A controller at work, and the state of the plant that its data belong to."""
-
-    def __init__(
-        self, supervisor: Supervisor, parameters: Mapping[str, Value] = MappingProxyType({})
-    ) -> None:
-        make, context = controller_class(supervisor)
-        self.supervisor = supervisor = supervisor_with(supervisor, parameters)
-        self.plant = supervisor.plant
-        self.controller = make()
-        self.controller.configure(parameters)
-        self.busy = {key: name for name, key in _phases(self.controller).items()}
-        self.attributes = dict(context.variables)
-        self.guards = {id(g.event): g for g in supervisor.guards}
-
-    def look(self, leaf: Leaf, value: Value | None = None) -> Value | None:
-        match leaf:
-            case VariableRef(component=component, variable=name):
-                found: Value = getattr(self.controller, self.attributes[f"{component}.{name}"])
-                return found
-            case StateRef(component=component, state=name):
-                return bool(self.controller.components()[component] == name)
-            case ValueRef(path=path):
-                return part_of_value(value, path)
-        raise TypeError(leaf)
-
-    def state(self) -> PlantState:
-        return tuple(v.values.index(self.value(v)) for v in self.plant.variables)
-
-    def value(self, variable: StateVariable) -> Any:
-        if variable.kind is VariableKind.TEST:
-            assert variable.test is not None
-            return value_of(variable.test, self.look)
-        if variable.kind is VariableKind.LOCATION:
-            return self.controller.components()[variable.name]
-        if variable.kind is VariableKind.PHASE:
-            return variable.values[int(getattr(self.controller, self.busy[variable.name]))]
-        return getattr(self.controller, self.attributes[variable.name])
-
-    def perform(self, event: Event, value: Value | None) -> bool:
-        """Let the controller take an event if it may; whether it did."""
-        table = self.controller.COMMANDS if event.controllable else self.controller.INPUTS
-        if event.kind is EventKind.TAU:
-            steps = [
-                t
-                for t in self.controller.TAUS
-                if (t.component, t.number) == (event.key, event.index)
-            ]
-            return any(_call(self.controller, tau.step) is not None for tau in steps)
-        entry = next(e for e in table if (e.key, e.kind) == (event.key, event.kind.value))
-        if event.controllable:
-            conditions = (entry.guard, entry.synchronisation)
-            if event.phase is not None and getattr(self.controller, entry.busy):
-                return False
-            if not all(_call(self.controller, c) for c in conditions if c is not None):
-                return False
-            _call(self.controller, entry.apply)
-            return True
-        try:
-            read = value if isinstance(value, int | float | str | None) else entry.read(None, value)
-            _call(self.controller, entry.apply, read)
-        except Mismatch:
-            return False
-        return True
-
-
-def _phases(controller: Any) -> dict[str, str]:
-    return {c.busy: c.key for c in controller.COMMANDS if c.busy is not None}
-
-
-def _call(controller: Any, method: Any, *arguments: Any) -> Any:
-    if method is None:
-        return None
-    if isinstance(method, str):
-        return getattr(controller, method)(*arguments)
-    return method(controller, *arguments)
-
-
-def taken(run: Run, parameter: EventParameter, value: Value | None) -> Value | None:
-    """What a part of the event's value is, or a test of it comes to, before the event."""
-    try:
-        if parameter.test is not None:
-            return value_of(parameter.test, lambda leaf: run.look(leaf, value))
-        return None if value is None else part_of_value(value, parameter.path)
-    except Undefined:
-        return None
-
-
-def step(run: Run, event: Event, value: Value | None) -> None:
-    before = run.state()
-    values = [taken(run, parameter, value) for parameter in event.parameters]
-    guard = run.guards.get(id(event))
-    if not run.perform(event, value):
-        return
-    after = run.state()
-    for number, parameter in enumerate(event.parameters):
-        if parameter.path[:1] and str(parameter.path[0]).startswith("new "):
-            name = str(parameter.path[0]).removeprefix("new ")
-            variable = next(v for v in run.plant.variables if v.name == name)
-            values[number] = run.value(variable)
-    if guard is not None:
-        assert holds(run.plant, guard.expr, before), (event, before)
-    expected = outcome(run.plant, event, tuple(values), before)
-    assert not isinstance(expected, Verdict), (event, value, before)
-    assert after == expected, (event, value, before)
 
 
 def small_supervisor(rng: random.Random, computed: bool, extra: str) -> Supervisor:
@@ -256,6 +140,82 @@ def test_steps_on_objects_and_arrays_are_steps_of_the_plant(seed: int) -> None:
     robot, diagnostics = load(Source("model.rscd", object_model(rng)))
     assert robot is not None, diagnostics
     run = Run(synthesize(lower(robot)))
+    for _ in range(150):
+        event = rng.choice(run.plant.events)
+        step(run, event, some_place(rng) if event.name == "place" else None)
+
+
+STATES = """
+robot R {{
+    interface links use Place from nowhere_msgs
+    datatype object Place {{ levels: array(double) }}
+    component Laser {{
+        outgoing message place with type: Place links links
+        behaviour {{
+            variable levels: array(double)
+            variable near: boolean
+            variable seen: integer
+            initial marked state s {{
+                on response from place {guard} do levels := value.levels, {action}
+            }}
+        }}
+    }}
+    component Gate {{
+        incoming message open with type: none
+        incoming message shut with type: none
+        service lift with request: none, response: none links links
+        behaviour {{
+            initial marked state closed {{ on request to open goto opened }}
+            marked state opened {{
+                on request to shut goto closed
+                on request to lift goto lifting
+            }}
+            state lifting {{
+                on response from lift goto opened
+                on error from lift goto closed
+            }}
+        }}
+    }}
+    requirement open needs {conditions[0]}
+    requirement {conditions[1]} disables shut
+    requirement lift needs {conditions[2]}
+    {never}
+}}
+"""
+OF_STATES = (
+    "any(Gate.closed and r < 1 for r in {0})", "all(r < 1 for r in {0} if Gate.opened)",
+    "count(r < 1 or Gate.lifting for r in {0}) > 1", "any(r < 1 => Gate.closed for r in {0})",
+    "!all((r < 1) = Gate.closed for r in {0})", "count(lift.busy or r < 1 for r in {0}) = 2",
+    "max(r for r in {0} if !Gate.opened) > 1", "any(r < 1 and lift.idle for r in {0})",
+    "sum(r for r in {0} if lift.idle and Gate.closed) < 2", "count(Gate.closed for r in {0}) = 0",
+    "any(r < 1 and !Gate.lifting and !Gate.opened for r in {0})",
+)  # fmt: skip
+
+
+def states_model(rng: random.Random) -> str:
+    """A robot whose conditions read data and states at once."""
+    chosen = [condition.format("Laser.levels") for condition in rng.sample(OF_STATES, 4)]
+    incoming = [condition.format("value.levels") for condition in rng.sample(OF_STATES, 2)]
+    given = rng.choice(
+        [f"near := {incoming[0]}", "seen := count(Gate.closed for r in value.levels)"]
+    )
+    return STATES.format(
+        guard=rng.choice(["", f"if {incoming[1]}"]),
+        action=given,
+        conditions=[*chosen[:2], rng.choice([chosen[2], "Laser.near", "Laser.seen > 1"])],
+        never=rng.choice(["", "", f"requirement never {chosen[3]}"]),
+    )
+
+
+@pytest.mark.parametrize("seed", quick_first(range(40), 8))
+def test_steps_are_steps_of_the_plant_where_conditions_on_arrays_read_states(seed: int) -> None:
+    rng = random.Random(seed)
+    robot, diagnostics = load(Source("model.rscd", states_model(rng)))
+    assert robot is not None, diagnostics
+    supervisor = synthesize(lower(robot))
+    if supervisor.empty:
+        return
+    run = Run(supervisor)
     for _ in range(150):
         event = rng.choice(run.plant.events)
         step(run, event, some_place(rng) if event.name == "place" else None)

@@ -15,7 +15,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
-from robosc.ir.expr import Leaf, evaluate
+from robosc.ir.expr import Leaf, conjunction, disjunction, evaluate
+from robosc.ir.finite.cases import by_state, reads_states
 from robosc.language.operators import MIRRORED
 from robosc.model.expr import (
     Binary,
@@ -133,19 +134,36 @@ class Terms:
         self._pairs: dict[tuple[Expr, Expr], TestRef] = {}
 
     def finite(self, expr: Expr) -> Expr:
-        """A deciding expression with its tests of data replaced by terms."""
+        """A deciding expression with its tests of data replaced by terms, which read no state."""
         match expr:
             case Unary(operator="!", operand=operand):
                 return replace(expr, operand=self.finite(operand))
             case Binary(operator=operator, left=left, right=right):
-                if operator not in MIRRORED or isinstance(left.type, BooleanType | EnumType):
+                if operator not in MIRRORED or isinstance(left.type, BooleanType):
+                    return replace(expr, left=self.finite(left), right=self.finite(right))
+                if reads_data(expr) and reads_states(expr):
+                    return self._by_states(expr)
+                if isinstance(left.type, EnumType):
                     return replace(expr, left=self.finite(left), right=self.finite(right))
                 return self._comparison(expr) if reads_data(expr) else self._whole(expr)
             case VariableRef() | ValueRef() | StateRef() | PhaseRef() | Literal():
                 return expr
             case Convert() if compared_in_rules(expr) is not None:
                 return expr
-        return self._seen(self.computed(expr)) if reads_data(expr) else self._whole(expr)
+        if not reads_data(expr):
+            return self._whole(expr)
+        if not reads_states(expr):
+            return self._seen(self.computed(expr))
+        if isinstance(expr.type, BooleanType):
+            return self._by_states(expr)
+        return self.choice(self.computed(expr))  # it is assigned: no later state depends on it
+
+    def _by_states(self, expr: Expr) -> Expr:
+        """A test of data that reads states, as a test without them in each of these states."""
+        cases = [(state, self.finite(test)) for state, test in by_state(expr)]
+        if len({test for _, test in cases}) == 1:
+            return cases[0][1]
+        return disjunction(conjunction(case) for case in cases)
 
     def _whole(self, expr: Expr) -> Expr:
         """An expression over what is finite, with parameters as the state has them."""

@@ -1,0 +1,138 @@
+"""A condition over data that reads states, taken apart by the states that it reads.
+
+``any(A.s and r < 1 for r in L.ranges)`` changes when A leaves s, which no assignment to data does.
+So it is ``A.s`` with ``any(r < 1 for r in L.ranges)``, or ``!A.s`` with what remains then: nothing
+that is over data reads a state any more (Shannon, "The synthesis of two-terminal switching
+circuits", 1949: the expansion by one variable).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+
+from robosc.ir.expr import conjunction, evaluate, negation
+from robosc.model.expr import (
+    FALSE,
+    TRUE,
+    Aggregate,
+    Binary,
+    Expr,
+    Holds,
+    Leaf,
+    Literal,
+    Operation,
+    PhaseRef,
+    StateRef,
+    Unary,
+    fold,
+    may_be_undefined,
+    parameters_of,
+    walk,
+    with_operands,
+)
+from robosc.model.types import Value
+
+__all__ = ["by_state", "reads_states"]
+
+
+def reads_states(expr: Expr) -> bool:
+    """Whether an expression reads in which state a component or a communication is."""
+    return any(isinstance(part, StateRef | PhaseRef) for part in walk(expr))
+
+
+def by_state(expr: Expr) -> Iterator[tuple[Expr, Expr]]:
+    """The states of the first component or communication that is read, and what remains in each.
+
+    Just one of these conditions over states holds; the last is that it is in none of those named.
+    """
+    read = [part for part in walk(expr) if isinstance(part, StateRef | PhaseRef)]
+    named = list(dict.fromkeys(part for part in read if _owner(part) == _owner(read[0])))
+    for current in (*named, None):
+        given = {part: part == current for part in named}
+        where = conjunction(map(negation, named)) if current is None else current
+        yield where, _given(expr, given)
+
+
+def _owner(part: StateRef | PhaseRef) -> tuple[type, str]:
+    return type(part), part.component if isinstance(part, StateRef) else part.communication
+
+
+def _given(expr: Expr, states: Mapping[StateRef | PhaseRef, bool]) -> Expr:
+    """The expression in those states, shorter where that decides; undefined where it was."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        if isinstance(node, StateRef | PhaseRef) and node in states:
+            return TRUE if states[node] else FALSE
+        return node
+
+    return fold(expr, leaf, lambda node, operands: _shortened(with_operands(node, operands)))
+
+
+def _shortened(expr: Expr) -> Expr:
+    if not isinstance(expr, Operation):
+        return expr
+    match expr:
+        case Binary(left=left, right=right) if expr.operation.is_lazy:
+            return _connected(expr, left, right)
+        case Unary(operator="!", operand=operand):
+            return negation(operand)
+        case Holds(operand=operand):
+            return _present(expr, operand)
+        case Aggregate(array=array) as through:
+            known = None if may_be_undefined(array) else _of_none(through)
+            every = replace(through, condition=None) if through.condition == TRUE else through
+            return known or every
+    constant = all(isinstance(part, Literal) for part in expr.operands)
+    if constant and not any(True for _ in parameters_of(expr)):
+        return Literal(evaluate(expr, _nothing), expr.type)
+    return expr
+
+
+def _connected(expr: Binary, left: Expr, right: Expr) -> Expr:
+    """``and``, ``or``, ``=>`` with a side that is known."""
+    operation = expr.operation
+    if isinstance(left, Literal):
+        return Literal(operation.decided, expr.type) if left.value is operation.decider else right
+    if not isinstance(right, Literal):
+        return expr
+    if right.value is not operation.decided:
+        return left if operation.decider == operation.decided else negation(left)
+    return expr if may_be_undefined(left) else right
+
+
+def _of_none(expr: Aggregate) -> Literal | None:
+    """What an aggregate gives that no element counts for, if its array is there; else None."""
+    none = expr.condition == FALSE or (
+        expr.element == {"any": FALSE, "count": FALSE, "all": TRUE}.get(expr.operator)
+    )
+    if not none or expr.operator in ("min", "max"):
+        return None
+    return Literal(expr.operation.scalar([]), expr.type)
+
+
+def _present(expr: Holds, operand: Expr) -> Expr:
+    """Whether a condition holds for which only the presence of arrays may be left to ask."""
+    arrays: dict[Expr, None] = {}
+
+    def strict(node: Operation, operands: tuple[Expr, ...]) -> Expr:
+        found = with_operands(node, operands)
+        known = _of_none(found) if isinstance(found, Aggregate) else None
+        if known is not None and isinstance(found, Aggregate):
+            arrays.setdefault(found.array)
+        return known or _shortened(found)
+
+    def bound(node: Aggregate, array: Expr, visit: Callable[[Expr], Expr]) -> Expr:
+        return strict(node, (array, *node.operands[1:]))
+
+    lazy = any(isinstance(part, Binary) and part.operation.is_lazy for part in walk(operand))
+    known = fold(operand, lambda node: node, strict, bound=bound)
+    if known == FALSE:
+        return FALSE
+    if known == TRUE and not lazy:
+        return conjunction(Holds(array) for array in arrays if may_be_undefined(array))
+    return expr
+
+
+def _nothing(leaf: Leaf) -> Value | None:
+    raise AssertionError(f"{leaf} is no constant")

@@ -1,0 +1,135 @@
+"""Generated controllers at work, each step held against the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from emit.generated_code import controller_class
+
+from robosc.ir.automaton import Event, EventParameter, PlantState, StateVariable, VariableKind
+from robosc.ir.expr import Leaf, Undefined
+from robosc.ir.finite.terms import value_of
+from robosc.ir.step import Verdict, holds, outcome
+from robosc.model.entities import EventKind
+from robosc.model.evaluation import part_of_value
+from robosc.model.expr import PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.model.types import Value
+from robosc.runtime.values import Mismatch
+from robosc.simulate.start import supervisor_with
+from robosc.supervisor import Supervisor
+
+__all__ = ["Run", "step"]
+
+
+class Run:
+    """A controller at work, and the state of the plant that its data belong to."""
+
+    def __init__(
+        self, supervisor: Supervisor, parameters: Mapping[str, Value] = MappingProxyType({})
+    ) -> None:
+        make, context = controller_class(supervisor)
+        self.supervisor = supervisor = supervisor_with(supervisor, parameters)
+        self.plant = supervisor.plant
+        self.controller = make()
+        self.controller.configure(parameters)
+        self.busy = {key: name for name, key in _phases(self.controller).items()}
+        self.attributes = dict(context.variables)
+        self.guards = {id(g.event): g for g in supervisor.guards}
+
+    def look(self, leaf: Leaf, value: Value | None = None) -> Value | None:
+        match leaf:
+            case VariableRef(component=component, variable=name):
+                found: Value = getattr(self.controller, self.attributes[f"{component}.{name}"])
+                return found
+            case StateRef(component=component, state=name):
+                return bool(self.controller.components()[component] == name)
+            case PhaseRef(communication=key, phase=phase):
+                phases = self.plant.robot.communications[key].phases
+                assert phases is not None
+                return phases.names[int(getattr(self.controller, self.busy[key]))] == phase
+            case ValueRef(path=path):
+                return part_of_value(value, path)
+        raise TypeError(leaf)
+
+    def state(self) -> PlantState:
+        return tuple(v.values.index(self.value(v)) for v in self.plant.variables)
+
+    def value(self, variable: StateVariable) -> Any:
+        if variable.kind is VariableKind.TEST:
+            assert variable.test is not None
+            return value_of(variable.test, self.look)
+        if variable.kind is VariableKind.LOCATION:
+            return self.controller.components()[variable.name]
+        if variable.kind is VariableKind.PHASE:
+            return variable.values[int(getattr(self.controller, self.busy[variable.name]))]
+        return getattr(self.controller, self.attributes[variable.name])
+
+    def perform(self, event: Event, value: Value | None) -> bool:
+        """Let the controller take an event if it may; whether it did."""
+        table = self.controller.COMMANDS if event.controllable else self.controller.INPUTS
+        if event.kind is EventKind.TAU:
+            steps = [
+                t
+                for t in self.controller.TAUS
+                if (t.component, t.number) == (event.key, event.index)
+            ]
+            return any(_call(self.controller, tau.step) is not None for tau in steps)
+        entry = next(e for e in table if (e.key, e.kind) == (event.key, event.kind.value))
+        if event.controllable:
+            conditions = (entry.guard, entry.synchronisation)
+            if event.phase is not None and getattr(self.controller, entry.busy):
+                return False
+            if not all(_call(self.controller, c) for c in conditions if c is not None):
+                return False
+            _call(self.controller, entry.apply)
+            return True
+        try:
+            read = value if isinstance(value, int | float | str | None) else entry.read(None, value)
+            _call(self.controller, entry.apply, read)
+        except Mismatch:
+            return False
+        return True
+
+
+def _phases(controller: Any) -> dict[str, str]:
+    return {c.busy: c.key for c in controller.COMMANDS if c.busy is not None}
+
+
+def _call(controller: Any, method: Any, *arguments: Any) -> Any:
+    if method is None:
+        return None
+    if isinstance(method, str):
+        return getattr(controller, method)(*arguments)
+    return method(controller, *arguments)
+
+
+def taken(run: Run, parameter: EventParameter, value: Value | None) -> Value | None:
+    """What a part of the event's value is, or a test of it comes to, before the event."""
+    try:
+        if parameter.test is not None:
+            return value_of(parameter.test, lambda leaf: run.look(leaf, value))
+        return None if value is None else part_of_value(value, parameter.path)
+    except Undefined:
+        return None
+
+
+def step(run: Run, event: Event, value: Value | None) -> None:
+    """Take an event if the controller does, and ask for a step of the plant."""
+    before = run.state()
+    values = [taken(run, parameter, value) for parameter in event.parameters]
+    guard = run.guards.get(id(event))
+    if not run.perform(event, value):
+        return
+    after = run.state()
+    for number, parameter in enumerate(event.parameters):
+        if parameter.path[:1] and str(parameter.path[0]).startswith("new "):
+            name = str(parameter.path[0]).removeprefix("new ")
+            variable = next(v for v in run.plant.variables if v.name == name)
+            values[number] = run.value(variable)
+    if guard is not None:
+        assert holds(run.plant, guard.expr, before), (event, before)
+    expected = outcome(run.plant, event, tuple(values), before)
+    assert not isinstance(expected, Verdict), (event, value, before)
+    assert after == expected, (event, value, before)
