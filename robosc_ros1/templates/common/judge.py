@@ -123,6 +123,8 @@ class Judge:
         """A message of ``~state``, whose subscription must be the last that is made."""
         document = json.loads(message.data)
         with self._changed:
+            if self.number is None:
+                self._look_at_start(document)
             if self._latched:
                 # It may be from before the events were connected: some after it would be missing.
                 self._latched = False
@@ -172,10 +174,22 @@ class Judge:
                 continue
             self.faults += state.differences(document) + state.wrong_clocks(document)
             self.guide.see_state(state)
-            for command in document["commands"]:
-                event = command["event"]
-                what = "%(kind)s of %(name)s is shown" % event
-                self._judge_reasons(what, event, command["blocked_by"], state)
+            self._judge_commands(document, state)
+
+    def _look_at_start(self, document):
+        """Judge a state that was told before the controller is followed."""
+        state = Shadow(PLANT)
+        if document["number"] == 0:
+            self.faults += state.differences(document)
+        state.sync(document)
+        self._judge_commands(document, state)
+
+    def _judge_commands(self, document, state):
+        """Whether a document is right about which commands are enabled in its state."""
+        for command in document["commands"]:
+            event = command["event"]
+            what = "%(kind)s of %(name)s is shown" % event
+            self._judge_reasons(what, event, command["blocked_by"], state)
 
     def _judge_reasons(self, what, event, blocked_by, state):
         """Whether it is right that a command is allowed (nothing blocks it), or blocked so."""
@@ -202,17 +216,14 @@ class Judge:
         # While it cannot happen anyway, a guard may say anything.
         if requirements != violated and not elsewhere:
             yield "not all that is violated"
-        if told["synthesis"] and not elsewhere and ("request", key) not in state.restricted:
+        is_restricted = not violated and not elsewhere and not state.is_safe("request", key)
+        if bool(told["synthesis"]) != is_restricted and not elsewhere:
             yield "synthesis"
 
     def _wrong_cancel(self, key, told, state):
         """What is wrong with the reasons for which a cancel is blocked."""
-        possible = state.busy[key] and state.synchronises("cancel", key)
-        allowed = possible and bool(state.violated(key))
-        if told["synthesis"] and possible and ("cancel", key) in state.restricted:
-            return
-        if any(told.values()) == allowed:
-            yield "requirements" if possible else "its phase"
+        if any(told.values()) == state.is_enabled("cancel", key):
+            yield "requirements" if state.busy[key] else "its phase"
 
     def _count(self):
         self.faults += self.shadow.broken_invariants()

@@ -252,7 +252,7 @@ class Shadow:
                     transition
                 )
         self.preferences = plant["preferences"]
-        self.restricted = {(kind, key) for kind, key in plant["restricted"]}
+        self.restricted = {(kind, key): tree for kind, key, tree in plant["restricted"]}
         # How often each requirement was seen to be met, and to be violated.
         self.requirements_seen = [[0, 0] for _ in plant["requirements"]]
 
@@ -591,15 +591,22 @@ class Shadow:
             raise Wrong("%s requested against: %s" % (key, "; ".join(violated)))
         if not self.synchronises("request", key):
             raise Wrong("%s requested, which a component blocks: %s" % (key, self.states))
+        if not self.is_safe("request", key):
+            raise Wrong("%s requested, which synthesis forbids: %s" % (key, self.states))
         for other in self.preferences.get(key, ()):
             if self.is_enabled("request", other):
                 raise Wrong("%s requested while %s is enabled, which is preferred" % (key, other))
 
     def is_enabled(self, kind, key):
-        """Whether a command is possible and allowed for certain: not if synthesis restricts it."""
-        if self.busy.get(key, False) != (kind == "cancel") or (kind, key) in self.restricted:
+        """Whether a command is possible and allowed."""
+        if self.busy.get(key, False) != (kind == "cancel") or not self.synchronises(kind, key):
             return False
-        return bool(self.violated(key)) == (kind == "cancel") and self.synchronises(kind, key)
+        return bool(self.violated(key)) == (kind == "cancel") and self.is_safe(kind, key)
+
+    def is_safe(self, kind, key):
+        """Whether synthesis allows a command that is possible and that the requirements allow."""
+        tree = self.restricted.get((kind, key))
+        return tree is None or self.evaluate(tree)
 
     def synchronises(self, kind, key):
         """Whether a command is possible in all components, its phase apart."""
@@ -616,6 +623,8 @@ class Shadow:
     def _check_cancel(self, key):
         if not self.violated(key):
             raise Wrong("%s cancelled though every requirement on it is met" % key)
+        if not self.is_safe("cancel", key):
+            raise Wrong("%s cancelled, which synthesis forbids: %s" % (key, self.states))
 
     def data(self, key):
         """The fields that a request must carry now; None: no provide statement applies.

@@ -74,3 +74,39 @@ def test_mutants_without_a_difference_are_equivalent(watched: tuple[Any, str]) -
 
     assert comparison("self.motor_entries + 2")[1:] == (True, None)
     assert comparison("self.motor_entries + 0").difference is not None
+
+
+LANE = """
+robot Lane {
+    component Car[1..2] {
+        incoming message go with identifier: "/car_{index}/go", type: none
+        outgoing message there with identifier: "/car_{index}/there", type: none
+        behaviour {
+            initial marked state away { on request to go goto coming }
+            state coming { on response from there goto inside }
+            marked state inside { on request to go goto leaving }
+            state leaving { on response from there goto away }
+        }
+    }
+    requirement never all(c.inside or c.leaving for c in Car)
+}
+"""
+"""Synthesis forbids a car to come while the other one is not away."""
+
+
+@pytest.mark.parametrize(
+    "guard",
+    ["False", "self.car_1 == 'away'", "self.car_1 == 'away' or self.car_2 == 'away'"],
+)
+def test_it_knows_what_synthesis_forbids(tmp_path: Path, guard: str) -> None:
+    """More than it forbids is as wrong as less."""
+    supervisor = supervisor_of(LANE)
+    source = controller_source(supervisor)
+    method = "    def can_request_car_1_go(self):\n"
+    assert method in source
+    faulty = source.replace(method, f"{method}        return {guard}\n")
+    with judging_modules(tmp_path, supervisor) as judging:
+        judge = judged(judging, source)
+        assert judge.faults == []
+        assert not [text for text in judge.guide.unseen(judge.shadow) if "on response" in text]
+        assert judged(judging, faulty).faults != []

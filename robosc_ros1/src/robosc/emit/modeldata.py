@@ -227,7 +227,8 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
     """What an interpreter needs: expressions and types as nested lists.
 
     ``restricted`` are the commands (kind, communication) that synthesis forbids where requirements
-    do not; ``preferences`` has, by communication, those that are preferred to it.
+    do not, with what it demands where they can happen; ``preferences`` has, by communication, those
+    that are preferred to it.
 
     Expressions are ``["=", left, right]`` and the like, ``["!", e]``, ``["negative", e]``, and the
     leaves ``["literal", v]``, ``["variable", "C.v"]``, ``["state", "C", "s"]``,
@@ -263,7 +264,7 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
         "enums": _enum_tables(enums),
         "preferences": {key: list(others) for key, others in robot.yields_to.items()},
         "restricted": [
-            [guard.event.kind.value, guard.event.key]
+            [guard.event.kind.value, guard.event.key, _tree(guard.expr, enums)]
             for guard in guards
             if guard.status != "as required" and guard.event.kind is not EventKind.TAU
         ],
