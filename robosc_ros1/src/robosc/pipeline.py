@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from robosc.supervisor import Supervisor
     from robosc.synthesis.dense.engine import Progress
     from robosc.synthesis.explore import Graph
-    from robosc.synthesis.verify.check import VerifyReport
+    from robosc.synthesis.verify.findings import VerifyReport
 
 __all__ = [
     "Checked", "Generated", "Loaded", "Mode", "Options", "Output", "Target", "check",

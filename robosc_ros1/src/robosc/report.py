@@ -16,7 +16,7 @@ from robosc.synthesis.system import make_step
 if TYPE_CHECKING:
     from robosc.pipeline import Generated
     from robosc.synthesis.explore import Graph
-    from robosc.synthesis.verify.check import VerifyReport
+    from robosc.synthesis.verify.findings import VerifyReport
 
 __all__ = ["diagnostics", "generated_text", "graph_text", "supervisor_text", "verify_text"]
 

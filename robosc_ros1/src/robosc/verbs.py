@@ -114,7 +114,7 @@ def _explore(args: Arguments) -> int:
 def _verify(args: Arguments) -> int:
     from robosc import pipeline, report
     from robosc.synthesis.documents import step_document
-    from robosc.synthesis.verify.check import verify_document
+    from robosc.synthesis.verify.findings import verify_document
 
     loaded = pipeline.load(args.model, _options(args))
     tell(loaded.diagnostics)

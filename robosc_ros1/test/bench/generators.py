@@ -16,7 +16,8 @@ from dataclasses import dataclass, replace
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
 from robosc.ir.expr import negation
 from robosc.ir.step import Verdict, holds, outcome, valuations
-from robosc.model.expr import TRUE, Binary, Expr, StateRef, Unary, VariableRef, walk
+from robosc.model.expr import TRUE, Binary, Expr, StateRef, Unary, VariableRef
+from robosc.model.traversal import walk
 
 __all__ = ["Automaton", "Automata", "automata_of"]
 

@@ -19,7 +19,8 @@ from robosc.emit.python import path_text
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.entities import EventKind
-from robosc.model.expr import ValueRef, walk
+from robosc.model.expr import ValueRef
+from robosc.model.traversal import walk
 from robosc.model.types import (
     BooleanType,
     DoubleType,

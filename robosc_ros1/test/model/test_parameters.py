@@ -11,9 +11,9 @@ from robosc.errors import render_all
 from robosc.ir.expr import to_dsl
 from robosc.model.entities import Robot
 from robosc.model.evaluation import evaluate
-from robosc.model.expr import parameters_of
 from robosc.model.parameters import with_parameters
 from robosc.model.resolve import load
+from robosc.model.traversal import parameters_of
 
 ROBOT = """
 constant margin: double = 0.5

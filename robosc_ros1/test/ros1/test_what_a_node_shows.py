@@ -14,7 +14,7 @@ from ros1.stage import Puppet, Stage, event
 from ros_support import Completed, Master, Workspace, await_condition
 from runtime.schemas import validate
 
-from robosc.simulate.replay import read_log
+from robosc.simulate.event_log import read_log
 
 INT = "std_msgs/Int16"
 RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}

@@ -10,7 +10,8 @@ import pytest
 from emit.generated_code import supervisor_of
 from ros2.ros2_support import HERE, Graph, Process
 
-from robosc.simulate.replay import read_log, replay
+from robosc.simulate.event_log import read_log
+from robosc.simulate.replay import replay
 
 Start = Callable[..., Process]
 ACTION = "robosc_testing/action/Move"

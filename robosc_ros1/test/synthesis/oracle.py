@@ -41,8 +41,8 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
-    walk,
 )
+from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, BooleanType, EnumType, IntegerType, ObjectType, Type
 
 OracleState = tuple[Any, ...]

@@ -13,7 +13,8 @@ from synthesis.oracle import Event, Oracle
 from synthesis.subject import robot_of
 
 from robosc import pipeline
-from robosc.model.expr import PhaseRef, walk
+from robosc.model.expr import PhaseRef
+from robosc.model.traversal import walk
 from robosc.synthesis.documents import synthesize_document
 
 pytestmark = pytest.mark.slow

@@ -19,7 +19,8 @@ from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.verify import check
-from robosc.synthesis.verify.check import VerifyReport, verify, verify_document
+from robosc.synthesis.verify.check import verify
+from robosc.synthesis.verify.findings import VerifyReport, verify_document
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,8 @@ from runtime.schemas import validate
 from view.watching import line_follower, log_of
 
 from robosc.errors import UsageError
-from robosc.simulate.replay import Follower, read_log
+from robosc.simulate.event_log import read_log
+from robosc.simulate.replay import Follower
 from robosc.view.hub import Hub
 from robosc.view.recorded import Recording
 from robosc.view.server import Unable

@@ -34,9 +34,8 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
-    rewritten,
-    walk,
 )
+from robosc.model.traversal import rewritten, walk
 from robosc.model.types import (
     BooleanType,
     EnumRule,

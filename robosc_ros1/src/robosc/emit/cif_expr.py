@@ -29,9 +29,8 @@ from robosc.model.expr import (
     PhaseRef,
     StateRef,
     VariableRef,
-    fold,
-    walk,
 )
+from robosc.model.traversal import fold, walk
 from robosc.model.types import (
     BooleanType,
     EnumType,

@@ -40,7 +40,8 @@ from robosc.emit.views import (
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.language.functions import HELPERS
 from robosc.model.entities import EventKind, Kind
-from robosc.model.expr import TRUE, may_be_undefined
+from robosc.model.expr import TRUE
+from robosc.model.traversal import may_be_undefined
 from robosc.model.types import (
     EnumType,
 )

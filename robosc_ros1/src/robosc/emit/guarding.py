@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from robosc.errors import ModelError, Note
 from robosc.ir.expr import evaluate
 from robosc.model.entities import Communication, Data, DataArray, DataObject, Kind, Robot
-from robosc.model.expr import Binary, Expr, Literal, Unary, walk
+from robosc.model.expr import Binary, Expr, Literal, Unary
 from robosc.model.report import Report
+from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, ObjectType, Value
 
 __all__ = ["CommandMatch", "command_matches"]

@@ -7,7 +7,8 @@ from typing import Any
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, VariableKind
 from robosc.ir.expr import to_dsl
-from robosc.model.expr import Expr, path_text
+from robosc.model.expr import Expr
+from robosc.model.traversal import path_text
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import synthesize_document
 

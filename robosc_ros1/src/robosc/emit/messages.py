@@ -17,7 +17,8 @@ from robosc.model.entities import (
     Provide,
     Robot,
 )
-from robosc.model.expr import Convert, Literal, all_names, path_text, walk
+from robosc.model.expr import Convert, Literal
+from robosc.model.traversal import all_names, path_text, walk
 from robosc.model.types import (
     ArrayType,
     DoubleType,

@@ -43,8 +43,8 @@ from robosc.model.expr import (
     StateRef,
     ValueRef,
     VariableRef,
-    fold,
 )
+from robosc.model.traversal import fold
 from robosc.model.types import (
     ArrayType,
     BooleanType,

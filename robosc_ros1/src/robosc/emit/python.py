@@ -23,6 +23,8 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
+)
+from robosc.model.traversal import (
     all_names,
     fold,
     may_be_undefined,

@@ -20,7 +20,8 @@ from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariabl
 from robosc.ir.expr import exact, may_be_huge
 from robosc.language.events import EventKind
 from robosc.model.entities import Variable
-from robosc.model.expr import Expr, may_be_undefined
+from robosc.model.expr import Expr
+from robosc.model.traversal import may_be_undefined
 from robosc.model.types import DoubleType, IntegerType
 
 __all__ = ["Reactions", "alike", "attributes_read"]

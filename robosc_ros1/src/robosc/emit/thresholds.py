@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 
 from robosc.model.entities import Behaviour, Robot
-from robosc.model.expr import Binary, Convert, Expr, Literal, ValueRef, VariableRef, walk
+from robosc.model.expr import Binary, Convert, Expr, Literal, ValueRef, VariableRef
+from robosc.model.traversal import walk
 from robosc.model.types import EnumType, ObjectType, Type
 
 __all__ = ["thresholds"]

@@ -22,7 +22,8 @@ from typing import Literal, TypeAlias
 from robosc.ir.expr import exact
 from robosc.ir.finite.view import FiniteView
 from robosc.model.entities import Assignment, EventKind, Robot
-from robosc.model.expr import Expr, TestRef, ValueRef, walk
+from robosc.model.expr import Expr, TestRef, ValueRef
+from robosc.model.traversal import walk
 from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
 

@@ -31,11 +31,8 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
-    fold,
-    may_be_undefined,
-    walk,
-    with_operands,
 )
+from robosc.model.traversal import fold, may_be_undefined, walk, with_operands
 from robosc.model.types import (
     ArrayType,
     BooleanType,

@@ -18,14 +18,10 @@ from robosc.ir.automaton import (
 )
 from robosc.ir.combining import Taken, result_transitions, taken_in
 from robosc.ir.expr import Leaf, conjunction, disjunction, negation, to_dsl
+from robosc.ir.finite.builder import finite_view
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import Term
-from robosc.ir.finite.view import (
-    FiniteView,
-    finite_view,
-    may_be_missing,
-    reference_to,
-)
+from robosc.ir.finite.view import FiniteView, may_be_missing, reference_to
 from robosc.language.events import EventSort
 from robosc.model.entities import (
     Behaviour,
@@ -38,7 +34,8 @@ from robosc.model.entities import (
     Tau,
     Variable,
 )
-from robosc.model.expr import TRUE, ChoiceRef, Expr, Holds, TestRef, ValueRef, VariableRef, walk
+from robosc.model.expr import TRUE, ChoiceRef, Expr, Holds, TestRef, ValueRef, VariableRef
+from robosc.model.traversal import walk
 from robosc.model.types import Type, Value, domain
 
 __all__ = ["lower"]

@@ -13,17 +13,8 @@ from typing import NamedTuple, TypeAlias
 
 from robosc.ir.expr import conjunction, disjunction, junction, negation
 from robosc.model.evaluation import evaluate
-from robosc.model.expr import (
-    FALSE,
-    TRUE,
-    Expr,
-    Leaf,
-    Literal,
-    Operation,
-    ValueRef,
-    fold,
-    with_operands,
-)
+from robosc.model.expr import FALSE, TRUE, Expr, Leaf, Literal, Operation, ValueRef
+from robosc.model.traversal import fold, with_operands
 from robosc.model.types import BooleanType, Value
 
 __all__ = ["PartValues", "assigned", "holds"]

@@ -18,8 +18,8 @@ from robosc.model.expr import (
     TestRef,
     ValueRef,
     VariableRef,
-    all_names,
 )
+from robosc.model.traversal import all_names
 from robosc.model.types import Value
 
 __all__ = ["Outcome", "Values", "Verdict", "holds", "missing_together", "outcome", "valuations"]

@@ -20,13 +20,14 @@ from robosc.model.entities import (
 )
 from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, BOOLEAN, expected_type
-from robosc.model.expr import Expr, ValueRef, walk
+from robosc.model.expr import Expr, ValueRef
 from robosc.model.expressions import Incoming, Typer, is_value, no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.reach import check_reach
 from robosc.model.report import Report, listing
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.targets import Targets
+from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value
 from robosc.model.values import check_range, coerce, default_value, describe
 from robosc.source import Span

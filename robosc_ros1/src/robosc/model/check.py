@@ -30,12 +30,11 @@ from robosc.model.expr import (
     PhaseRef,
     ValueRef,
     VariableRef,
-    walk,
-    walk_all,
 )
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, ComponentTable
+from robosc.model.traversal import walk, walk_all
 from robosc.model.types import ArrayType, EnumType, ObjectType, domain
 from robosc.model.value_scope import ValueScope
 from robosc.model.values import describe

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterable, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from typing import Any, cast
 
 from robosc.language.operators import BINARY, MIRRORED
+from robosc.model.copies_scope import Scope, filled_in, with_place
 from robosc.model.quantified import Chains, at_least, joined
 from robosc.model.report import Report
 from robosc.source import Span
@@ -45,8 +46,6 @@ __all__ = ["copy_name", "over_copies", "write_out"]
 MOST_COPIES = 10_000
 """More copies of one component, or of the statements of one ``for``, are an error."""
 
-_PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
-
 
 def copy_name(name: str, index: int) -> str:
     """The name of one copy: ``Station[3]``."""
@@ -65,7 +64,7 @@ def write_out(node: FileNode, report: Report) -> FileNode:
     writer = _Writer(several, report)
     declarations: list[DeclarationNode] = []
     for item in node.declarations:
-        declarations += writer.declaration(item, _Scope())
+        declarations += writer.declaration(item, Scope())
     return replace(
         node,
         declarations=tuple(declarations),
@@ -88,34 +87,8 @@ def over_copies(node: ExprNode, components: Iterable[str], report: Report) -> Ex
         name: RangeNode(min(indexes), max(indexes), span=node.span)
         for name, indexes in found.items()
     }
-    written: ExprNode = _Writer(several, report).node(node, _Scope())
+    written: ExprNode = _Writer(several, report).node(node, Scope())
     return written
-
-
-@dataclass(frozen=True)
-class _Scope:
-    """What names mean in the copy that is being written.
-
-    ``numbers`` are ``index`` and the variables of ``for``, ``components`` the variables that go
-    through components, and ``conditions`` those that are named in the ``for``.
-    """
-
-    numbers: Mapping[str, int] = field(default_factory=dict)
-    components: Mapping[str, str] = field(default_factory=dict)
-    conditions: Mapping[str, ExprNode] = field(default_factory=dict)
-
-    def number(self, name: str, value: int) -> _Scope:
-        return replace(self, numbers={**self.numbers, name: value})
-
-    def component(self, name: str, component: str) -> _Scope:
-        return replace(self, components={**self.components, name: component})
-
-    def condition(self, name: str, value: ExprNode) -> _Scope:
-        return replace(self, conditions={**self.conditions, name: value})
-
-    def place(self) -> str:
-        """``(i = 3)``, for messages and comments."""
-        return ", ".join(f"{name} = {value}" for name, value in self.numbers.items())
 
 
 class _Writer:
@@ -132,7 +105,7 @@ class _Writer:
 
     # --- declarations ---
 
-    def declaration(self, item: DeclarationNode, scope: _Scope) -> Iterable[DeclarationNode]:
+    def declaration(self, item: DeclarationNode, scope: Scope) -> Iterable[DeclarationNode]:
         if isinstance(item, ForNode):
             return self._for(item, scope)
         if isinstance(item, ComponentNode | ImportNode) and item.indexes is not None:
@@ -155,7 +128,7 @@ class _Writer:
     ) -> list[DeclarationNode]:
         copies: list[DeclarationNode] = []
         for index in self._indexes(indexes):
-            scope = _Scope({"index": index})
+            scope = Scope({"index": index})
             name = replace(item.name, text=copy_name(item.name.text, index))
             if isinstance(item, ComponentNode):
                 items = tuple(self.node(part, scope) for part in item.items)
@@ -168,7 +141,7 @@ class _Writer:
                 )
         return copies
 
-    def _for(self, node: ForNode, scope: _Scope) -> list[DeclarationNode]:
+    def _for(self, node: ForNode, scope: Scope) -> list[DeclarationNode]:
         written: list[DeclarationNode] = []
         for index in self._indexes(node.indexes):
             inner = scope.number(node.variable.text, index)
@@ -178,12 +151,12 @@ class _Writer:
                     inner = inner.condition(statement.name.text, value)
                     continue
                 for copy in self.declaration(statement, inner):
-                    written.append(_placed(copy, statement, inner))
+                    written.append(with_place(copy, statement, inner))
         return written
 
     # --- any node ---
 
-    def node(self, node: Any, scope: _Scope) -> Any:
+    def node(self, node: Any, scope: Scope) -> Any:
         """The node in a scope; the same node where nothing in it depends on the scope."""
         if isinstance(node, tuple):
             parts = tuple(self.node(part, scope) for part in node)
@@ -196,9 +169,9 @@ class _Writer:
             return node
         match node:
             case StringNode(text=text):
-                return replace(node, text=_filled(text, scope))
+                return replace(node, text=filled_in(text, scope))
             case LiteralNode(value=str() as text):
-                return replace(node, value=_filled(text, scope))
+                return replace(node, value=filled_in(text, scope))
             case Access():
                 return self._access(node, scope)
             case MemberNode(object=ElementNode(array=Access(path=()) as array, index=index)) if (
@@ -217,7 +190,7 @@ class _Writer:
                 return self._aggregate(node, scope)
         return self._parts(node, scope)
 
-    def _parts(self, node: Any, scope: _Scope) -> Any:
+    def _parts(self, node: Any, scope: Scope) -> Any:
         changes = {}
         for name in _parts_of(cast(Hashable, type(node))):
             part = getattr(node, name)
@@ -226,7 +199,7 @@ class _Writer:
                 changes[name] = copy
         return replace(node, **changes) if changes else node
 
-    def _named(self, part: Any, scope: _Scope) -> Any:
+    def _named(self, part: Any, scope: Scope) -> Any:
         """What a statement names: never the number or the condition that a bare name stands for."""
         if isinstance(part, tuple):
             parts = tuple(self._named(one, scope) for one in part)
@@ -234,7 +207,7 @@ class _Writer:
         copy = self.node(part, scope)
         return copy if isinstance(copy, Access) else part
 
-    def _depends(self, node: Any, scope: _Scope) -> bool:
+    def _depends(self, node: Any, scope: Scope) -> bool:
         """Does anything in a node depend on an index, or name one of several components?"""
         if scope.components or scope.conditions:
             return True
@@ -246,12 +219,12 @@ class _Writer:
             found = self._touched[id(node)] = not words.isdisjoint(names)
         return found
 
-    def _is_several(self, access: Access, scope: _Scope) -> bool:
+    def _is_several(self, access: Access, scope: Scope) -> bool:
         return access.root.text in self._several and access.root.text not in scope.components
 
     # --- names ---
 
-    def _access(self, node: Access, scope: _Scope) -> ExprNode:
+    def _access(self, node: Access, scope: Scope) -> ExprNode:
         name = node.root.text
         if name in scope.components:
             return replace(node, root=replace(node.root, text=scope.components[name]))
@@ -284,11 +257,11 @@ class _Writer:
         root = replace(node.root, text=copy_name(name, index))
         return Access(root, path, span=node.span)
 
-    def _member(self, array: Access, index: ExprNode, node: MemberNode, scope: _Scope) -> Access:
+    def _member(self, array: Access, index: ExprNode, node: MemberNode, scope: Scope) -> Access:
         found = self._constant(index, scope)
         return self._one(replace(array, span=node.span), found, node.path)
 
-    def _constant(self, node: ExprNode, scope: _Scope) -> int | None:
+    def _constant(self, node: ExprNode, scope: Scope) -> int | None:
         """The value of an index; None after an error."""
         value = _value(self.node(node, scope))
         if value is None:
@@ -303,7 +276,7 @@ class _Writer:
 
     # --- conditions over components ---
 
-    def _members(self, node: AggregateNode, scope: _Scope) -> list[str] | None:
+    def _members(self, node: AggregateNode, scope: Scope) -> list[str] | None:
         """The components that an aggregate goes through; None: it goes through data."""
         array = node.array
         base = array.array if isinstance(array, SliceNode) else array
@@ -322,7 +295,7 @@ class _Writer:
             first, last = max(first, low or first), min(last, high or last)
         return [copy_name(name, index) for index in range(first, last + 1)]
 
-    def _aggregate(self, node: AggregateNode, scope: _Scope) -> ExprNode:
+    def _aggregate(self, node: AggregateNode, scope: Scope) -> ExprNode:
         """The node written out; once for all copies if it does not depend on their index."""
         if scope.components or not _is_alike(node, scope):
             return self._over_components(node, scope)
@@ -330,7 +303,7 @@ class _Writer:
             self._aggregates[id(node)] = self._over_components(node, scope)
         return self._aggregates[id(node)]
 
-    def _over_components(self, node: AggregateNode, scope: _Scope) -> ExprNode:
+    def _over_components(self, node: AggregateNode, scope: Scope) -> ExprNode:
         members = self._members(node, scope)
         if members is None:
             parts: ExprNode = self._parts(node, scope)
@@ -357,14 +330,14 @@ class _Writer:
         self._report.add("not-over-components", node.span, message, hint)
         return LiteralNode(0, span=node.span)
 
-    def _known_element(self, node: AggregateNode, component: str, scope: _Scope) -> ExprNode:
+    def _known_element(self, node: AggregateNode, component: str, scope: Scope) -> ExprNode:
         """The same for all copies that ask about one component."""
         key = id(node), component
         if key not in self._elements:
             self._elements[key] = self._element(node, component, scope)
         return self._elements[key]
 
-    def _element(self, node: AggregateNode, component: str, scope: _Scope) -> ExprNode:
+    def _element(self, node: AggregateNode, component: str, scope: Scope) -> ExprNode:
         """What an aggregate says of one component, its condition included."""
         inner = scope.component(node.variable.text, component)
         element: ExprNode = self.node(node.element, inner)
@@ -375,7 +348,7 @@ class _Writer:
         return BinaryNode(operator, condition, element, operator_span=node.span, span=node.span)
 
     def _count(
-        self, node: BinaryNode, many: AggregateNode, operator: str, bound: ExprNode, scope: _Scope
+        self, node: BinaryNode, many: AggregateNode, operator: str, bound: ExprNode, scope: Scope
     ) -> ExprNode:
         """A comparison of a count with a number."""
         members = self._members(many, scope)
@@ -397,7 +370,7 @@ class _Writer:
         return written
 
 
-def _is_alike(node: ExprNode, scope: _Scope) -> bool:
+def _is_alike(node: ExprNode, scope: Scope) -> bool:
     """Whether a node names neither numbers nor conditions of a scope: it is alike in all copies."""
     words = set(re.findall(r"\w+", node.span.text))
     return words.isdisjoint({*scope.numbers, *scope.conditions})
@@ -417,19 +390,6 @@ def _value(node: Any) -> int | None:
                 return None
             return int(BINARY[operator].scalar(*numbers))
     return None
-
-
-def _filled(text: str, scope: _Scope) -> str:
-    """A string with the numbers of ``{index}`` and ``{i}`` in it."""
-    return _PLACEHOLDER.sub(
-        lambda match: str(scope.numbers.get(match[1], match[0])),
-        text,
-    )
-
-
-def _placed(copy: Any, statement: Any, scope: _Scope) -> Any:
-    """The copy of a statement, with the indexes that it is for."""
-    return replace(copy, place=scope.place()) if hasattr(copy, "place") and not copy.place else copy
 
 
 _NAMING = frozenset({"communication", "communications", "function", "over", "preferred", "target"})

@@ -25,10 +25,8 @@ from robosc.model.expr import (
     ParameterRef,
     Part,
     ValueRef,
-    fold,
-    parameters_of,
-    walk,
 )
+from robosc.model.traversal import fold, parameters_of, walk
 from robosc.model.types import EnumType, Value
 from robosc.runtime.functions import element, is_so
 from robosc.runtime.values import Undefined

@@ -22,8 +22,9 @@ from robosc.model.entities import (
     data_expressions,
     display_names,
 )
-from robosc.model.expr import Expr, PhaseRef, VariableRef, reads_value, walk
+from robosc.model.expr import Expr, PhaseRef, VariableRef
 from robosc.model.report import Report
+from robosc.model.traversal import reads_value, walk
 from robosc.source import Span
 
 __all__ = ["check_freshness"]

@@ -7,7 +7,8 @@ comparisons, so that all later stages have a condition that is always true or fa
 from __future__ import annotations
 
 from robosc.language.operators import BINARY
-from robosc.model.expr import Binary, Expr, Holds, Unary, VariableRef, may_be_undefined, walk
+from robosc.model.expr import Binary, Expr, Holds, Unary, VariableRef
+from robosc.model.traversal import may_be_undefined, walk
 from robosc.model.types import ArrayType, BooleanType, ObjectType
 
 __all__ = ["condition_on_data"]

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from robosc.ir.automaton import Event, EventParameter, Plant, StateVariable
-from robosc.model.expr import VariableRef, path_text, walk
+from robosc.model.expr import VariableRef
+from robosc.model.traversal import path_text, walk
 from robosc.runtime.values import jsonable
 
 __all__ = ["data_behind", "value_with_classes"]

@@ -17,7 +17,8 @@ from robosc.emit.config import declared_communications, declared_parameters
 from robosc.ir.automaton import Event, Plant, value_parts, value_type
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind, Kind, Robot
-from robosc.model.expr import Expr, path_text
+from robosc.model.expr import Expr
+from robosc.model.traversal import path_text
 from robosc.model.types import IntegerType, ObjectType
 from robosc.runtime import model as runtime
 from robosc.runtime.calls import Failure

@@ -9,7 +9,8 @@ from typing import Any
 
 from robosc.ir.automaton import Event
 from robosc.ir.expr import to_dsl
-from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef, walk
+from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef
+from robosc.model.traversal import walk
 from robosc.simulate.conditions import condition
 from robosc.simulate.faults import Failed, InvalidLine
 from robosc.simulate.machine import Happening, Machine, brought, find_events, label

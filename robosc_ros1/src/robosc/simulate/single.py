@@ -26,17 +26,9 @@ from robosc.ir.finite.terms import value_of
 from robosc.ir.step import Values, Verdict, valuations
 from robosc.language.operators import MIRRORED
 from robosc.model.entities import EventKind, Robot
-from robosc.model.expr import (
-    Binary,
-    Expr,
-    Literal,
-    TestRef,
-    ValueRef,
-    VariableRef,
-    path_text,
-    walk,
-)
+from robosc.model.expr import Binary, Expr, Literal, TestRef, ValueRef, VariableRef
 from robosc.model.presence import condition_on_data
+from robosc.model.traversal import path_text, walk
 from robosc.model.types import DoubleType, IntegerType, Value, domain
 from robosc.runtime.values import widen
 from robosc.simulate.faults import InvalidLine, Refused

@@ -21,7 +21,8 @@ from robosc.ir.expr import Leaf
 from robosc.ir.step import Values, missing_together
 from robosc.model.entities import Robot
 from robosc.model.evaluation import part_of_value
-from robosc.model.expr import ValueRef, path_text
+from robosc.model.expr import ValueRef
+from robosc.model.traversal import path_text
 from robosc.model.types import (
     ArrayType,
     BooleanType,

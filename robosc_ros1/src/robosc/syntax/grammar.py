@@ -6,377 +6,65 @@ It is built once, on first use, and works on the kinds of tokens. ``a - b`` in a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from functools import cache, partial
-from typing import Any, cast
+from functools import cache
+from typing import Any
 
 from pyparsing import ParserElement, ZeroOrMore
 
-from robosc.language.attributes import Attribute, Value, attributes_of
-from robosc.language.keywords import Role, words_of
-from robosc.language.tokens import pattern
 from robosc.syntax import terminals as t
+from robosc.syntax.behaviours import behaviour_rule, condition_part
 from robosc.syntax.blocks import Block, Child, Items, Rule
+from robosc.syntax.declarations import (
+    communication_rule,
+    data_part,
+    datatype_rule,
+    enum_rules,
+    interface_rule,
+    object_rules,
+    value_rules,
+)
 from robosc.syntax.elements import (
     built,
     choice,
     either,
-    in_words,
     keyword,
     label,
-    listed,
     maybe,
-    nested,
     nothing,
     symbol,
     terminal,
 )
-from robosc.syntax.expressions import ACCESS, Expression
+from robosc.syntax.expressions import Expression
 from robosc.syntax.nodes import (
-    ActionNode,
-    AfterNode,
     ArgumentNode,
-    ArrayNode,
-    AssignmentNode,
     BehaviourNode,
-    CommunicationNode,
     ComponentNode,
-    ConditionNode,
-    ConstantNode,
-    DataFieldNode,
-    DataObjectNode,
-    EnumNode,
-    EnumRuleNode,
     ForNode,
     ImportNode,
-    InterfaceNode,
-    MessageNode,
-    ObjectNode,
-    ParameterNode,
     PreferNode,
-    PropertyNode,
     ProvideNode,
     RequirementNode,
-    ResultTransitionNode,
-    RosTypeNode,
-    ServiceNode,
-    StateNode,
     StringNode,
-    TauNode,
-    VariableNode,
 )
-from robosc.syntax.reading import Build, Fault, Reading
-from robosc.syntax.values import make_access, make_name
+from robosc.syntax.reading import Fault, Reading
+from robosc.syntax.values import make_name, make_node, make_tuple
 
 __all__ = ["library_block", "robot_block"]
-
-
-def _node(kind: Callable[..., Any], *first: Any, fixed: int | None = None) -> Build:
-    """Builds a node from its parts in order; those from ``fixed`` on become one tuple."""
-
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
-        if fixed is not None:
-            parts[fixed:] = [tuple(parts[fixed:])]
-        return kind(*first, *parts, span=reading.span(start, end))
-
-    return build
-
-
-def _tuple(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
-    return tuple(parts)
-
-
-# --- data types and interfaces -------------------------------------------------------------------
-
-
-def _object_block() -> Block:
-    properties = Rule(
-        t.name("a property name or '}'")
-        - symbol(":", "':' after the property name")
-        - t.type_("a type after ':'"),
-        _node(PropertyNode),
-    )
-    begins = pattern("WORD ':'")
-    return Block(
-        Items(("a property 'name: type'",), {}, free=properties, begins=begins, item=begins)
-    )
-
-
-def _enum_block() -> Block:
-    # What an operator follows is no value: it is missing, and this begins the next rule.
-    value = "WORD (?! '->' | INFIX | '<>' | '==' | '=<' | '=/=' | '.' | '..' | '[' )"
-    condition = Expression("a rule 'condition -> value' or '}'") - symbol("->")
-    default = terminal("default '->'", "", lambda reading, start, end, parts: None)
-    rules = Rule(
-        either([default, condition], "a rule 'condition -> value' or '}'")
-        - terminal(value, "the name of the value after '->'", make_name),
-        _node(EnumRuleNode),
-    )
-    begins = pattern("value | default")
-    return Block(
-        Items(
-            ("a rule 'condition -> value'",),
-            {},
-            free=rules,
-            begins=begins,
-            item=begins,
-            past=pattern(f"'->' {value}"),
-            lines=True,
-        )
-    )
-
-
-def _datatype(object_block: Block, enum_block: Block) -> Rule:
-    object_rule = choice("object", "'object'") - t.name("a name for the object")
-    enum_rule = (
-        choice("enum", "'enum'")
-        - t.name("a name for the enum")
-        - keyword("from", "'from' and the type that is converted")
-        - t.type_("the type that is converted after 'from'")
-        - keyword("to", "'to' after the type")
-    )
-
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> ObjectNode | EnumNode:
-        kind: Any = ObjectNode if parts[0] == "object" else EnumNode
-        node: ObjectNode | EnumNode = kind(*parts[1:], span=reading.span(start, end))
-        return node
-
-    return Rule(
-        either([object_rule, enum_rule], "'object' or 'enum' after 'datatype'"),
-        build,
-        block=lambda parts: object_block if parts[0] == "object" else enum_block,
-    )
-
-
-def _interface() -> Rule:
-    grammar = (
-        t.name("a name for the interface")
-        - keyword("use", "'use' and the ROS type")
-        - t.name("the name of the ROS type after 'use'")
-        - keyword("from", "'from' and the ROS package")
-        - t.name("the name of the ROS package after 'from'")
-    )
-    return Rule(grammar, _node(InterfaceNode))
-
-
-# --- communications ------------------------------------------------------------------------------
-
-
-def _communication(word: str) -> Rule:
-    """A message, service or action, its attributes as the table says."""
-    if word in ("incoming", "outgoing"):
-        kind: Any = partial(cast(Any, MessageNode), word)
-        named = keyword("message", f"'message' after '{word}'") - t.name("a name for the message")
-    else:
-        kind = ServiceNode if word == "service" else ActionNode
-        named = t.name(f"a name for the {word}")
-    attributes = attributes_of(word)
-    types = [attribute.name for attribute in attributes if attribute.value is Value.TYPE]
-    start = keyword("with", f"'with' and '{types[0]}:'")
-
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> CommunicationNode:
-        name, *pairs = parts
-        given = {"identifier": None, "links": None, **dict(pairs)}
-        if "type" in given and "type" not in types:
-            definition = replace(given.pop("type"), folder=_FOLDERS[word])
-            given |= {type_: replace(definition, part=n) for n, type_ in enumerate(types)}
-        node: CommunicationNode = kind(name=name, **given, span=reading.span(start, end))
-        return node
-
-    return Rule(named - start - _attributes(attributes, 0), build, tail=_links_missing)
-
-
-_FOLDERS = {"service": "srv", "action": "action"}
-
-
-def _attributes(attributes: Sequence[Attribute], place: int) -> ParserElement:
-    """Those from a place on; each leaves its name and its value."""
-    optional = [attribute for attribute in attributes if not attribute.required]
-    required = [attribute for attribute in attributes if attribute.required]
-    first = required[0].name
-    choices = {}
-    for later, attribute in enumerate(optional[place:], place + 1):
-        comma = symbol(",", f"',' and '{first}:'")
-        choices[attribute.name] = _attribute(attribute) - comma - _attributes(attributes, later)
-    ending = _attribute(required[0])
-    for attribute in required[1:]:
-        ending = ending - symbol(",", f"',' and '{attribute.name}:'") - _attribute(attribute)
-    links = keyword("links") - t.name("the name of an interface after 'links'")
-    choices[first] = ending - maybe(built(links, _named("links")), ("links", None))
-    if first != "type":
-        definition = label("type") - t.ros_type("a ROS type 'package/Type' after 'type:'")
-        choices["type"] = built(definition, _named("type"))
-    expected = in_words(f"'{name}:'" for name in choices)
-    return either(list(choices.values()), expected if place else f"{expected} after 'with'")
-
-
-def _attribute(attribute: Attribute) -> ParserElement:
-    values = {Value.STRING: t.string, Value.DURATION: t.duration, Value.TYPE: t.type_}
-    value = values[attribute.value](f"{attribute.value.value} after '{attribute.name}:'")
-    return built(label(attribute.name) - value, _named(attribute.name))
-
-
-def _named(name: str) -> Build:
-    return lambda reading, start, end, parts: (name, parts[0])
-
-
-def _links_missing(node: Any) -> tuple[str, ...]:
-    type_ = node.type if isinstance(node, MessageNode) else node.request
-    return () if node.links or isinstance(type_, RosTypeNode) else ("'links'",)
-
-
-# --- names for values ----------------------------------------------------------------------------
-
-
-def _values() -> dict[str, Rule]:
-    """Constants, parameters and conditions."""
-
-    def typed(what: str, value: ParserElement) -> ParserElement:
-        return (
-            t.name(f"a name for the {what}")
-            - symbol(":", f"':' after the name of the {what}")
-            - t.type_("a type after ':'")
-            - symbol("=", "'=' and a value")
-            - value
-        )
-
-    condition = (
-        t.name("a name for the condition")
-        - symbol("=", "'=' after the name of the condition")
-        - Expression("a condition after '='")
-    )
-    return {
-        "constant": Rule(typed("constant", _data()), _node(ConstantNode)),
-        "parameter": Rule(
-            typed("parameter", Expression("a value after '='")), _node(ParameterNode)
-        ),
-        "condition": Rule(condition, _node(ConditionNode)),
-    }
-
-
-# --- behaviour -----------------------------------------------------------------------------------
-
-
-def _condition() -> ParserElement:
-    return keyword("if") - Expression("a condition after 'if'")
-
-
-def _transitions() -> dict[str, Rule]:
-    goto = maybe(keyword("goto") - t.name("the name of a state after 'goto'"))
-    assignment = built(
-        terminal(ACCESS, "a variable to assign to", make_access)
-        - symbol(":=", "':=' after the variable")
-        - Expression("a value after ':='"),
-        _node(AssignmentNode),
-    )
-    assignments = maybe(built(keyword("do") - listed(assignment), _tuple), ())
-    events = words_of(Role.EVENT)
-    expected = in_words(f"'{word}'" for word in events) + " after 'on'"
-    result = (
-        terminal(" | ".join(events), expected, _build_event)
-        - terminal("from | to", "'from' or 'to' after the kind of event")
-        - t.communication("the name of a communication")
-        - maybe(_condition())
-        - assignments
-        - goto
-    )
-    after = t.duration("a duration after 'after'") - maybe(_condition()) - assignments - goto
-    tau = maybe(_condition()) + goto
-    return {
-        "on": Rule(result, _build_result, tail=_clauses_missing),
-        "transition": Rule(tau, _node(TauNode), tail=_clauses_missing),
-        "after": Rule(after, _node(AfterNode), tail=_clauses_missing),
-    }
-
-
-def _clauses_missing(node: Any) -> tuple[str, ...]:
-    """The clauses that may still follow at the end of a transition."""
-    assigns = not isinstance(node, TauNode)
-    if node.goto:
-        return ()
-    if assigns and node.assignments:
-        return ("','", "'goto'")
-    clauses = ("'do'", "'goto'") if assigns else ("'goto'",)
-    return clauses if node.guard else ("'if'", *clauses)
-
-
-def _build_event(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
-    return reading.text(start), reading.span(start, end)
-
-
-def _build_result(reading: Reading, start: int, end: int, parts: list[Any]) -> ResultTransitionNode:
-    (event, event_span), communication, guard, assignments, goto = parts
-    span = reading.span(start, end)
-    return ResultTransitionNode(
-        event, event_span, communication, guard, assignments, goto, span=span
-    )
-
-
-def _state(block: Block, first: str) -> Rule:
-    """A state that begins with ``initial``, ``marked`` or ``state``."""
-    named = t.name("a name for the state")
-    plain = keyword("state", f"'state' after '{first}'") - named
-    flag = choice("marked", "") if first == "initial" else terminal("initial", "", _late_initial)
-    second = maybe(flag)
-    initial = second - keyword("state", "'marked' or 'state' after 'initial'") - named
-
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> StateNode:
-        also = parts.pop(0) is not None if first != "state" else False
-        is_initial = first == "initial" or (first == "marked" and also)
-        is_marked = first == "marked" or (first == "initial" and also)
-        name, transitions = parts
-        span = reading.span(start, end)
-        return StateNode(name, is_initial, is_marked, transitions, span=span)
-
-    grammar = {"initial": initial, "marked": second + plain, "state": named}[first]
-    return Rule(grammar, build, block=lambda parts: block)
-
-
-def _late_initial(reading: Reading, start: int, end: int, parts: list[Any]) -> bool:
-    reading.report("syntax", "'initial' stands before 'marked'", start)
-    return True
-
-
-def _variable() -> Rule:
-    grammar = (
-        t.name("a name for the variable")
-        - symbol(":", "':' after the name of the variable")
-        - t.type_("a type after ':'")
-        - maybe(symbol("=") - Expression("an initial value after '='"))
-    )
-    return Rule(grammar, _node(VariableNode), tail=lambda node: () if node.initial else ("'='",))
-
-
-def _behaviour_block() -> Block:
-    transitions = _transitions()
-    advice = (
-        ("if", "'if' stands before 'do' and 'goto'"),
-        ("do", "'do' stands before 'goto', and only after 'on'"),
-        ("':='", "write '=' for an initial value"),
-    )
-    state_block = Block(Items(("'on'", "'transition'", "'after'"), transitions, advice=advice))
-    rules = {
-        "variable": _variable(),
-        **{word: _state(state_block, word) for word in ("initial", "marked", "state")},
-        "on": transitions["on"],
-        "transition": transitions["transition"],
-    }
-    return Block(
-        Items(("'variable'", "'state'", "'on'", "'transition'"), rules, advice=advice),
-        child=Child(state_block, lambda node, late: None),
-    )
 
 
 # --- components ----------------------------------------------------------------------------------
 
 
 def _component_block() -> Block:
-    behaviour_block = _behaviour_block()
-    values = _values()
+    behaviour_block = behaviour_rule()
+    values = value_rules()
     rules = {
-        **{word: _communication(word) for word in ("incoming", "outgoing", "service", "action")},
-        "behaviour": Rule(nothing(), _node(BehaviourNode), block=lambda parts: behaviour_block),
+        **{
+            word: communication_rule(word) for word in ("incoming", "outgoing", "service", "action")
+        },
+        "behaviour": Rule(nothing(), make_node(BehaviourNode), block=lambda parts: behaviour_block),
         **values,
     }
     words: tuple[str, ...] = (
@@ -415,7 +103,7 @@ def _component(block: Block) -> Rule:
         terminal("(?! prefix ) NAME (?= ':' )", "a name", make_name)
         - symbol(":")
         - Expression("a value after ':'"),
-        _node(ArgumentNode),
+        make_node(ArgumentNode),
     )
     expected = "'prefix:' or the name of a constant or parameter"
     given = either([prefix, argument], expected)
@@ -426,7 +114,7 @@ def _component(block: Block) -> Rule:
         - keyword("import", "'import' and the name of a component")
         - t.name("the name of a component after 'import'")
         - maybe(keyword("with") - first - ZeroOrMore(symbol(",") - given)),
-        _tuple,
+        make_tuple,
     )
     return Rule(
         t.name("a name for the component") - maybe(_several()) - maybe(imported),
@@ -499,7 +187,7 @@ def _prefer() -> Rule:
         - keyword("over", "'over' and the name of a communication")
         - t.communications("the name of a communication after 'over'")
     )
-    return Rule(grammar, _node(PreferNode))
+    return Rule(grammar, make_node(PreferNode))
 
 
 def _for(block: Block) -> Rule:
@@ -508,44 +196,27 @@ def _for(block: Block) -> Rule:
         - keyword("in", "'in' after the name")
         - t.range_()
     )
-    return Rule(grammar, _node(ForNode), block=lambda parts: block)
+    return Rule(grammar, make_node(ForNode), block=lambda parts: block)
 
 
 def _provide() -> Rule:
     grammar = (
         t.communication("the name of a communication after 'provide'")
         - keyword("with", "'with' and the data")
-        - _data()
-        - maybe(_condition())
+        - data_part()
+        - maybe(condition_part())
     )
-    return Rule(grammar, _node(ProvideNode), tail=lambda node: () if node.condition else ("'if'",))
-
-
-def _data() -> ParserElement:
-    return nested(_datum, t.MAX_NESTING, "objects are")
-
-
-def _datum(inner: ParserElement) -> ParserElement:
-    """An expression, an object or an array, whose parts are ``inner``."""
-    field = built(
-        t.name("a property name") - symbol(":", "':' after the property name") - inner,
-        _node(DataFieldNode),
+    return Rule(
+        grammar, make_node(ProvideNode), tail=lambda node: () if node.condition else ("'if'",)
     )
-    filled = listed(field) - symbol("}", "',' or '}'")
-    braces = symbol("{") - either([symbol("}"), filled], "a property name or '}'")
-    made = built(braces, _node(DataObjectNode, fixed=0))
-    elements = listed(inner) - symbol("]", "',' or ']'")
-    brackets = symbol("[") - either([symbol("]"), elements], "a value or ']'")
-    array = built(brackets, _node(ArrayNode, fixed=0))
-    return either([made, array, Expression("a value")], "a value or '{'")
 
 
 # --- files ---------------------------------------------------------------------------------------
 
 
 def _file_block(kind: str) -> Block:
-    component_block, object_block, enum_block = _component_block(), _object_block(), _enum_block()
-    values = _values()
+    component_block, object_block, enum_block = _component_block(), object_rules(), enum_rules()
+    values = value_rules()
     statements = {
         "requirement": _requirement(),
         "provide": _provide(),
@@ -558,8 +229,8 @@ def _file_block(kind: str) -> Block:
         "component": _component(component_block),
         "requirement": statements["requirement"],
         "provide": statements["provide"],
-        "datatype": _datatype(object_block, enum_block),
-        "interface": _interface(),
+        "datatype": datatype_rule(object_block, enum_block),
+        "interface": interface_rule(),
         **values,
         "prefer": statements["prefer"],
         "for": statements["for"],

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 from robosc.language.keywords import RESERVED
 from robosc.language.tokens import BAD_NUMBER, INTEGER
 from robosc.source import Span
-from robosc.syntax.nodes import Access, Name
-from robosc.syntax.reading import Fault, Reading
+from robosc.syntax.nodes import (
+    Access,
+    Name,
+)
+from robosc.syntax.reading import Build, Fault, Reading
 
-__all__ = ["make_access", "make_integer", "make_name", "make_number", "make_parts", "make_string"]
+__all__ = [
+    "make_access",
+    "make_integer",
+    "make_name",
+    "make_node",
+    "make_number",
+    "make_parts",
+    "make_string",
+    "make_tuple",
+]
 
 MAX_INTEGER = 2**64 - 1
 """The largest whole number of any ROS type (uint64)."""
@@ -91,3 +104,18 @@ def make_string(reading: Reading, at: int) -> str:
         return escape
 
     return re.sub(r"\\(.)", replace, body)
+
+
+def make_node(kind: Callable[..., Any], *first: Any, fixed: int | None = None) -> Build:
+    """Builds a node from its parts in order; those from ``fixed`` on become one tuple."""
+
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
+        if fixed is not None:
+            parts[fixed:] = [tuple(parts[fixed:])]
+        return kind(*first, *parts, span=reading.span(start, end))
+
+    return build
+
+
+def make_tuple(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
+    return tuple(parts)

@@ -10,7 +10,8 @@ from math import prod
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
-from robosc.model.expr import FALSE, TRUE, Binary, Call, Expr, Unary, ValueRef, walk
+from robosc.model.expr import FALSE, TRUE, Binary, Call, Expr, Unary, ValueRef
+from robosc.model.traversal import walk
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear
 from robosc.synthesis.bdd.manager import available, install_hint

@@ -10,7 +10,7 @@ from typing import Any
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
 from robosc.ir.expr import to_dsl
 from robosc.ir.step import Values
-from robosc.model.expr import path_text
+from robosc.model.traversal import path_text
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
 from robosc.synthesis.system import make_step

@@ -7,7 +7,7 @@ from math import log10
 
 from robosc.ir.automaton import Event
 from robosc.model.entities import EventKind
-from robosc.model.expr import path_text
+from robosc.model.traversal import path_text
 from robosc.model.types import Value
 from robosc.supervisor import Step
 

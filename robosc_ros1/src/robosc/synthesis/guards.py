@@ -20,7 +20,8 @@ from typing import Any, Protocol
 
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.expr import conjunction
-from robosc.model.expr import FALSE, TRUE, Expr, Unary, walk
+from robosc.model.expr import FALSE, TRUE, Expr, Unary
+from robosc.model.traversal import walk
 from robosc.supervisor import Guard, Status
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.precondition import precondition

@@ -30,8 +30,8 @@ from robosc.model.expr import (
     TestRef,
     Unary,
     VariableRef,
-    walk,
 )
+from robosc.model.traversal import walk
 from robosc.model.types import BooleanType, IntegerType
 from robosc.synthesis.sum_of_products import Diagrams, Product, TooLarge
 from robosc.synthesis.vectorised import Bools

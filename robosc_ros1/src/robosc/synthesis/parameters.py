@@ -9,7 +9,8 @@ from math import prod
 from robosc.ir.automaton import Event
 from robosc.ir.partial_evaluation import PartValues
 from robosc.ir.step import Values, valuations
-from robosc.model.expr import Expr, ValueRef, walk
+from robosc.model.expr import Expr, ValueRef
+from robosc.model.traversal import walk
 
 __all__ = ["choices", "weight"]
 

@@ -12,18 +12,8 @@ from math import prod
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.expr import conjunction, disjunction, junction, negation
-from robosc.model.expr import (
-    FALSE,
-    TRUE,
-    Binary,
-    Expr,
-    Leaf,
-    Literal,
-    PhaseRef,
-    StateRef,
-    Unary,
-    rewritten,
-)
+from robosc.model.expr import FALSE, TRUE, Binary, Expr, Leaf, Literal, PhaseRef, StateRef, Unary
+from robosc.model.traversal import rewritten
 from robosc.synthesis.vectorised import axis_of, support
 
 __all__ = ["precondition"]

@@ -27,8 +27,8 @@ from robosc.model.expr import (
     TestRef,
     ValueRef,
     VariableRef,
-    walk,
 )
+from robosc.model.traversal import walk
 from robosc.model.types import EnumType
 from robosc.synthesis.vectorised import axis_of
 

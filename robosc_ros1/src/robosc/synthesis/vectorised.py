@@ -29,9 +29,8 @@ from robosc.model.expr import (
     StateRef,
     TestRef,
     VariableRef,
-    fold,
-    walk,
 )
+from robosc.model.traversal import fold, walk
 from robosc.model.types import EnumType, StringType, Type
 
 __all__ = ["Bools", "IndexArrays", "Indexes", "axis_of", "evaluate_vectorised", "support"]

@@ -17,7 +17,8 @@ from robosc.errors import UsageError
 from robosc.runtime.model import Controller
 from robosc.runtime.report import dump, state_document
 from robosc.runtime.values import jsonable
-from robosc.simulate.replay import Follower, LogEntry, read_log
+from robosc.simulate.event_log import LogEntry, read_log
+from robosc.simulate.replay import Follower
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.series import Collector

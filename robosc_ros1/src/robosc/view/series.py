@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from robosc.runtime.model import Controller
-from robosc.simulate.replay import LogEntry
+from robosc.simulate.event_log import LogEntry
 
 __all__ = ["Collector"]
 

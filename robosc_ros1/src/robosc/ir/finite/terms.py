@@ -32,12 +32,8 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
-    may_be_undefined,
-    parameters_of,
-    reads_value,
-    rewritten,
-    walk,
 )
+from robosc.model.traversal import may_be_undefined, parameters_of, reads_value, rewritten, walk
 from robosc.model.types import (
     BooleanType,
     DoubleType,

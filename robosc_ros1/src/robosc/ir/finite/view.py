@@ -9,61 +9,43 @@ the same for equal expressions.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from typing import TypeAlias
 
-from robosc.ir.combining import result_transitions
-from robosc.ir.expr import Leaf, evaluate, to_dsl
-from robosc.ir.finite.classes import Classes, Comparison
+from robosc.ir.expr import Leaf
+from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import (
     Term,
     Terms,
-    compared_in_rules,
-    is_constant,
     reads_parameters,
     value_of,
 )
-from robosc.language.operators import MIRRORED
 from robosc.model.entities import (
     Assignment,
-    Component,
     EventKind,
-    Provide,
     ResultTransition,
     Robot,
     Variable,
-    data_expressions,
 )
 from robosc.model.expr import (
     Aggregate,
     Binary,
     ChoiceRef,
-    Convert,
     Expr,
     Holds,
     Literal,
     Operation,
     ParameterRef,
     TestRef,
-    Unary,
     ValueRef,
     VariableRef,
-    may_be_undefined,
-    rewritten,
-    walk,
 )
+from robosc.model.traversal import may_be_undefined, walk
 from robosc.model.types import (
-    ArrayType,
-    BooleanType,
-    DoubleType,
-    IntegerType,
-    ObjectType,
     Value,
-    domain,
 )
 
-__all__ = ["FiniteView", "finite_view", "may_be_missing", "reference_to", "sent_wholes"]
+__all__ = ["FiniteView", "may_be_missing", "reference_to"]
 
 Scope: TypeAlias = tuple[EventKind, str] | None
 """Where ``value`` means something: an event, by its communication's key."""
@@ -71,8 +53,6 @@ _Node: TypeAlias = tuple[Scope, Term]
 _StateTerm: TypeAlias = VariableRef | TestRef
 _Key: TypeAlias = tuple[str, EventKind, str, tuple[Assignment, ...]]
 """Assignments that are made at once, with their component, event and communication."""
-
-_EXACT_IN_DOUBLE = 2**53
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,267 +127,12 @@ class FiniteView:
         return isinstance(expr, Operation) and any(map(self._needs_nothing, expr.operands))
 
 
-def finite_view(robot: Robot) -> FiniteView:
-    """The finite view of a robot without errors."""
-    return _Builder(robot).build()
-
-
 def reference_to(variable: Variable) -> VariableRef:
     return VariableRef(variable.component, variable.name, variable.type)
 
 
 def _key(component: str, transition: ResultTransition) -> _Key:
     return component, transition.event, transition.communication, transition.assignments
-
-
-class _Builder:
-    def __init__(self, robot: Robot) -> None:
-        self.robot = robot
-        self.terms = Terms(partial(to_dsl, robot=robot))
-        self.variables = robot.variables
-        self.states: dict[_StateTerm, None] = {}
-        """Terms of the state, in order of appearance; the list of work while it grows."""
-        self.comparisons: dict[_Node, set[Comparison]] = {}
-        self.leader: dict[_Node, _Node] = {}
-        self.turned: list[_Node] = []
-        """Terms that become one another's opposite."""
-        self.updates: dict[_Key, dict[_StateTerm, Expr]] = {}
-        self.small = True
-        self.free: dict[str, None] = {}
-
-    def build(self) -> FiniteView:
-        for scope, expr in self._deciding():
-            self._note(scope, self.terms.finite(expr))
-        self.small = all(
-            abs(constant) < _EXACT_IN_DOUBLE
-            for found in self.comparisons.values()
-            for _, constant in found
-            if isinstance(constant, int | float)
-        )
-        for provide in self.robot.provides:
-            for variable in sent_wholes(provide):
-                self.states.setdefault(self.terms.computed(Holds(variable)))
-        worked = 0
-        while worked < len(self.states):
-            term = list(self.states)[worked]
-            worked += 1
-            for component, transition in self._transitions():
-                update = self._update(term, component, transition)
-                if update is not None:
-                    key = _key(component.name, transition)
-                    self.updates.setdefault(key, {})[term] = update
-                    self._join(term, (transition.event, transition.communication), update)
-        classes = self._classes()
-        return FiniteView(
-            robot=self.robot,
-            tests=tuple(t for t in self.states if isinstance(t, TestRef)),
-            variables={
-                f"{t.component}.{t.variable}": classes[None, t]
-                for t in self.states
-                if isinstance(t, VariableRef)
-            },
-            free=tuple(self.free),
-            _terms=self.terms,
-            _classes=classes,
-            _updates={key: tuple(found.items()) for key, found in self.updates.items()},
-        )
-
-    # --- what decides
-
-    def _transitions(self) -> Iterator[tuple[Component, ResultTransition]]:
-        for component in self.robot.components:
-            if component.behaviour is not None:
-                for transition in result_transitions(component.behaviour):
-                    yield component, transition
-
-    def _deciding(self) -> Iterator[tuple[Scope, Expr]]:
-        for component in self.robot.components:
-            if component.behaviour is not None:
-                for tau in component.behaviour.all_taus:
-                    yield from ((None, e) for e in (tau.guard,) if e is not None)
-        for component, transition in self._transitions():
-            scope = transition.event, transition.communication
-            if transition.guard is not None:
-                yield scope, transition.guard
-            for assignment in transition.assignments:
-                variable = self.variables[f"{component.name}.{assignment.variable}"]
-                if variable.in_state and domain(variable.type) is not None:
-                    yield scope, assignment.value
-        yield from ((None, requirement.condition) for requirement in self.robot.requirements)
-        for provide in self.robot.provides:
-            if provide.condition is not None:
-                yield None, provide.condition
-
-    def _note(self, scope: Scope, expr: Expr) -> None:
-        """The terms of a deciding expression, and what they are compared with."""
-        for part in walk(expr):
-            if isinstance(part, TestRef):
-                self.states.setdefault(part)
-            if isinstance(part.type, BooleanType) and any(_is_free(side) for side in _sides(part)):
-                self.free.setdefault(to_dsl(part, self.robot))
-            match part:
-                case Binary(operator=operator, left=left, right=right) if operator in MIRRORED:
-                    if _is_term(left) and is_constant(right):
-                        self._compare(scope, left, operator, right)
-                    elif _is_term(right) and is_constant(left):
-                        self._compare(scope, right, MIRRORED[operator], left)
-                case Convert(argument=argument):
-                    for operator, constant in compared_in_rules(part) or ():
-                        self._compare(scope, argument, operator, constant)
-
-    def _compare(self, scope: Scope, term: Expr, operator: str, constant: Expr) -> None:
-        assert isinstance(term, VariableRef | ValueRef | TestRef)
-        value = evaluate(constant, lambda leaf: None)
-        self.comparisons.setdefault(self._node(scope, term), set()).add((operator, value))
-        if isinstance(term, VariableRef):
-            self.states.setdefault(term)
-
-    # --- what assignments do
-
-    def _update(
-        self, term: _StateTerm, component: Component, transition: ResultTransition
-    ) -> Expr | None:
-        given = {
-            (component.name, assignment.variable): assignment.value
-            for assignment in transition.assignments
-        }
-        if isinstance(term, VariableRef):
-            value = given.get((term.component, term.variable))
-            return None if value is None else self._assigned(term, value)
-        read = {(p.component, p.variable) for p in _parts(term) if isinstance(p, VariableRef)}
-        changed = read & given.keys()
-        if not changed:
-            return None
-        uncertain = any(may_be_undefined(given[name]) for name in changed)
-        if (
-            self._together(read, component, transition)
-            # Of several changes at once some may not happen.
-            or (uncertain and (len(changed) > 1 or isinstance(term.subject, Holds)))
-            or any(self._rounded(name, given[name]) for name in changed)
-        ):
-            return _anything(term)
-        return self._substituted(term, given)
-
-    def _rounded(self, name: tuple[str, str], value: Expr) -> bool:
-        """Whether an integer becomes a double, and may not be the same number then."""
-        double = isinstance(self.variables[".".join(name)].type, DoubleType)
-        return double and isinstance(value.type, IntegerType) and not is_constant(value)
-
-    def _together(
-        self, read: set[tuple[str, str]], component: Component, transition: ResultTransition
-    ) -> bool:
-        """Whether another component may change what a test reads at the same time."""
-        return any(
-            other.name != component.name
-            and (also.event, also.communication) == (transition.event, transition.communication)
-            and any((other.name, a.variable) in read for a in also.assignments)
-            for other, also in self._transitions()
-        )
-
-    def _assigned(self, variable: VariableRef, value: Expr) -> Expr:
-        """What a variable with classes becomes."""
-        if is_constant(value):
-            return value
-        if self._rounded((variable.component, variable.variable), value) and not self.small:
-            return _anything(variable)
-        if isinstance(value, ParameterRef):
-            return self._parameter(value)
-        if isinstance(value, VariableRef | ValueRef):
-            if isinstance(value, VariableRef) and domain(value.type) is None:
-                self.states.setdefault(replace(value, span=None))
-            return value
-        return self._known(self.terms.computed(value))
-
-    def _parameter(self, reference: ParameterRef) -> TestRef:
-        """A parameter as a term of the state."""
-        test = self.terms.computed(replace(reference, span=None))
-        self.states.setdefault(test)
-        return test
-
-    def _substituted(self, test: TestRef, given: Mapping[tuple[str, str], Expr]) -> Expr:
-        subject = _substitute(test.subject, given)
-        if test.other is None:
-            if _is_there(subject):
-                return Literal(True, test.type)
-            if is_constant(subject):
-                return Literal(evaluate(subject, lambda leaf: None), test.type)
-            return self._known(self.terms.computed(subject))
-        other = _substitute(test.other, given)
-        if is_constant(subject) and is_constant(other):
-            constant = TestRef(subject, other, test.type, "")
-            return Literal(value_of(constant, lambda leaf: None), test.type)
-        pair, swapped = self.terms.pair(subject, other)
-        found = self._known(pair)
-        return Unary("-", found, test.type) if swapped else found
-
-    def _known(self, test: TestRef) -> TestRef | ChoiceRef:
-        """A test of the state if it is one, else a choice that comes with the event."""
-        return test if test in self.states else self.terms.choice(test)
-
-    # --- groups of terms that are compared with the same constants
-
-    def _node(self, scope: Scope, term: Term) -> _Node:
-        return (scope if isinstance(term, ValueRef) else None), term
-
-    def _find(self, node: _Node) -> _Node:
-        while (above := self.leader.get(node, node)) != node:
-            node = above
-        return node
-
-    def _join(self, term: Term, scope: Scope, update: Expr) -> None:
-        if isinstance(term, VariableRef) and isinstance(update, ChoiceRef):
-            computed = update.test.name if update.test is not None else None
-            self.free.setdefault(computed or f"{term.component}.{term.variable}")
-        if isinstance(update, Unary):
-            self.turned.append((None, term))
-            update = update.operand
-        if isinstance(update, VariableRef | ValueRef | TestRef) and domain(update.type) is None:
-            first = self._find((None, term))
-            self.comparisons.setdefault(self._node(scope, update), set())
-            self.leader[self._find(self._node(scope, update))] = first
-
-    def _classes(self) -> dict[_Node, Classes]:
-        turned = {self._find(node) for node in self.turned}
-        groups: dict[_Node, set[Comparison]] = {}
-        for node, found in self.comparisons.items():
-            leader = self._find(node)
-            more = {(MIRRORED[op], c) for op, c in found} if leader in turned else set()
-            groups.setdefault(leader, set()).update(found, more)
-        for term in self.states:
-            if domain(term.type) is None:
-                self.comparisons.setdefault((None, term), set())
-        return {
-            node: Classes(
-                node[1].type,
-                frozenset(groups.get(self._find(node), set())),
-                may_be_missing(node[1]),
-            )
-            for node in self.comparisons
-        }
-
-
-def _sides(expr: Expr) -> tuple[Expr, ...]:
-    """What a comparison compares; of anything else, that itself."""
-    if isinstance(expr, Binary) and expr.operation.is_comparison:
-        return expr.operands
-    return (expr,)
-
-
-def _is_free(expr: Expr) -> bool:
-    """Whether a term's outcome is not told by its values. A parameter has one all the time."""
-    if isinstance(expr, TestRef) and isinstance(expr.subject, ParameterRef):
-        return expr.other is not None
-    return isinstance(expr, TestRef | ChoiceRef)
-
-
-def _is_term(expr: Expr) -> bool:
-    return isinstance(expr, VariableRef | ValueRef | TestRef) and domain(expr.type) is None
-
-
-def _anything(term: VariableRef | TestRef) -> ChoiceRef:
-    """A choice of the environment: what the term comes to."""
-    name = f"{term.component}.{term.variable}" if isinstance(term, VariableRef) else term.name
-    return ChoiceRef((f"new {name}",), term.type)
 
 
 def _parts(test: TestRef) -> Iterator[Expr]:
@@ -429,29 +154,3 @@ def may_be_missing(term: Term) -> bool:
         case ValueRef():
             return may_be_undefined(term)
     return False
-
-
-def sent_wholes(provide: Provide) -> Iterator[VariableRef]:
-    """The objects and arrays that provided data read: until they are there, nothing is sent."""
-    for expr in data_expressions(provide.data):
-        for part in walk(expr):
-            if isinstance(part, VariableRef) and isinstance(part.type, ArrayType | ObjectType):
-                yield replace(part, span=None)
-
-
-def _is_there(subject: Expr) -> bool:
-    """Whether this asks for data that are there for sure."""
-    return (
-        isinstance(subject, Holds)
-        and isinstance(subject.operand.type, ArrayType | ObjectType)
-        and not may_be_undefined(subject.operand)
-    )
-
-
-def _substitute(expr: Expr, given: Mapping[tuple[str, str], Expr]) -> Expr:
-    def leaf(node: Literal | Leaf) -> Expr:
-        if isinstance(node, VariableRef):
-            return given.get((node.component, node.variable), node)
-        return node
-
-    return rewritten(expr, leaf)

@@ -15,17 +15,8 @@ from typing import TypeAlias
 from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.step import missing_together
 from robosc.model.evaluation import Undefined, evaluate
-from robosc.model.expr import (
-    Binary,
-    Expr,
-    Leaf,
-    Operation,
-    PhaseRef,
-    StateRef,
-    ValueRef,
-    fold,
-    walk,
-)
+from robosc.model.expr import Binary, Expr, Leaf, Operation, PhaseRef, StateRef, ValueRef
+from robosc.model.traversal import fold, walk
 from robosc.model.types import Value
 from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
 from robosc.synthesis.bdd.manager import Bdd, Manager

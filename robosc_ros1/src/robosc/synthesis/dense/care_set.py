@@ -12,7 +12,8 @@ import numpy as np
 from robosc.ir.automaton import Plant
 from robosc.model.expr import Expr
 from robosc.synthesis.dense.bitset import Bitset
-from robosc.synthesis.dense.layout import Dim, Layout
+from robosc.synthesis.dense.dimensions import Dim
+from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dropping import select
 from robosc.synthesis.minimise import (
     LARGEST_TABLE,

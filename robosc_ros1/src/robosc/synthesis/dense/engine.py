@@ -30,8 +30,9 @@ from robosc.synthesis.dense.images import (
     uncontrolled,
 )
 from robosc.synthesis.dense.layout import Layout
+from robosc.synthesis.dense.merging import Condition, EventRules
 from robosc.synthesis.dense.operations import Operation, sweep_order
-from robosc.synthesis.dense.transitions import Compiler, Condition, EventRules
+from robosc.synthesis.dense.transitions import Compiler
 from robosc.synthesis.vectorised import Bools, Indexes
 
 __all__ = ["DenseEngine", "DenseSolution", "EventOperations", "Progress"]

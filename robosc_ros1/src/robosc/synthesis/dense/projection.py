@@ -15,10 +15,11 @@ import numpy as np
 
 from robosc.ir.automaton import Plant
 from robosc.synthesis.dense.bitset import Bitset, add, count, places
+from robosc.synthesis.dense.dimensions import Dim
 from robosc.synthesis.dense.images import Stages, forward, image
-from robosc.synthesis.dense.layout import Dim, Layout
+from robosc.synthesis.dense.layout import Layout
+from robosc.synthesis.dense.merging import Condition, EventRules, TransitionRule
 from robosc.synthesis.dense.operations import sweep_order
-from robosc.synthesis.dense.transitions import Condition, EventRules, TransitionRule
 
 __all__ = ["projected_layout"]
 

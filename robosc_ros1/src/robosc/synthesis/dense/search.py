@@ -19,7 +19,7 @@ from robosc.model.expr import Expr
 from robosc.synthesis.dense.bitset import WORD, Bitset, add, members, places
 from robosc.synthesis.dense.engine import DenseSolution, EventOperations
 from robosc.synthesis.dense.layout import Layout
-from robosc.synthesis.dense.transitions import Condition, TransitionRule, Writes
+from robosc.synthesis.dense.merging import Condition, TransitionRule, Writes
 from robosc.synthesis.vectorised import Bools, Indexes
 
 __all__ = ["DenseSystem"]

@@ -10,7 +10,8 @@ from collections.abc import Iterator, Sequence
 from math import prod
 
 from robosc.ir.automaton import Event, LocalAutomaton, Plant
-from robosc.model.expr import Expr, ValueRef, walk
+from robosc.model.expr import Expr, ValueRef
+from robosc.model.traversal import walk
 from robosc.synthesis.vectorised import support
 
 __all__ = ["stages_of"]

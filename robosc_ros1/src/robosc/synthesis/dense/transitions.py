@@ -26,76 +26,26 @@ from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariabl
 from robosc.ir.expr import junction
 from robosc.ir.finite.classes import Classes
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
-from robosc.model.expr import Expr, TestRef, Unary, ValueRef, VariableRef, walk
+from robosc.model.expr import Expr, TestRef, Unary, ValueRef, VariableRef
+from robosc.model.traversal import walk
 from robosc.model.types import BooleanType, EnumType
+from robosc.synthesis.dense.merging import (
+    ALWAYS,
+    Condition,
+    EventRules,
+    Factor,
+    Merger,
+    TransitionRule,
+    Writes,
+    as_writes,
+)
 from robosc.synthesis.dense.stages import stages_of
 from robosc.synthesis.parameters import choices, weight
 from robosc.synthesis.vectorised import Bools, IndexArrays, evaluate_vectorised, support
 
-__all__ = ["ALWAYS", "Compiler", "Condition", "EventRules", "Factor", "TransitionRule", "Writes"]
+__all__ = ["Compiler"]
 
 _WIDE = 2**16
-
-Writes: TypeAlias = tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
-"""Rectangles (old values, new values): each old value of one leads to each new value of it."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Factor:
-    """A test over several axes: a boolean array for any columns of them."""
-
-    axes: tuple[int, ...]
-    test: Callable[[IndexArrays], Bools]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Condition:
-    """All of: the value of each axis in ``allowed`` is permitted, and each factor holds."""
-
-    allowed: dict[int, Bools]
-    factors: tuple[Factor, ...] = ()
-
-    def key(self) -> tuple[object, ...]:
-        return (
-            tuple((axis, self.allowed[axis].tobytes()) for axis in sorted(self.allowed)),
-            tuple(sorted(id(factor) for factor in self.factors)),
-        )
-
-    def both(self, other: Condition) -> Condition | None:
-        """The conjunction; None if no value of some axis is left."""
-        allowed = dict(self.allowed)
-        for axis, values in other.allowed.items():
-            kept = allowed[axis] & values if axis in allowed else values
-            if not kept.any():
-                return None
-            allowed[axis] = kept
-        factors = {id(f): f for f in (*self.factors, *other.factors)}
-        return Condition(allowed, tuple(factors.values()))
-
-
-ALWAYS = Condition({})
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class TransitionRule:
-    condition: Condition
-    writes: dict[int, Writes]
-
-
-@dataclass(frozen=True, eq=False)
-class EventRules:
-    """One event of the plant.
-
-    ``range_violations`` tells where an update would leave its range, for some parameter values.
-    ``required`` are conditions that exclude each other; the requirement is their disjunction.
-    ``weight`` is the number of combinations of parameter values.
-    """
-
-    event: Event
-    stages: tuple[tuple[TransitionRule, ...], ...]
-    range_violations: tuple[Condition, ...]
-    required: tuple[Condition, ...]
-    weight: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,7 +169,7 @@ class Compiler:
         entry: Condition,
         writes: dict[int, Writes],
     ) -> tuple[tuple[TransitionRule, ...], list[Condition]]:
-        merger = _Merger()
+        merger = Merger()
         range_violations: dict[tuple[object, ...], Condition] = {}
         for options in product(*(self._options(automaton) for automaton in automata)):
             condition: Condition | None = entry
@@ -229,7 +179,7 @@ class Compiler:
                 here = Condition({option.axis: self._values(option.axis, sources)})
                 condition = condition.both(here) if condition is not None else None
                 if any(source != target for source, target in option.targets):
-                    written[option.axis] = _rectangles(
+                    written[option.axis] = as_writes(
                         {source: {target} for source, target in option.targets}
                     )
             if condition is not None:
@@ -264,7 +214,7 @@ class Compiler:
         options: Sequence[_Option],
         entry: Condition,
         writes: dict[int, Writes],
-        merger: _Merger,
+        merger: Merger,
     ) -> Iterator[Condition]:
         """Add the rules of one choice of edges to ``merger``; yield where a range is left."""
         free = self._free_writes(event, options)
@@ -342,7 +292,7 @@ class Compiler:
             column = np.arange(size)
             new = np.broadcast_to(indexes({axis: column}), (size,))
             inside = Condition({axis: new >= 0})
-            rectangles = _rectangles({int(v): {int(new[v])} for v in column if new[v] >= 0})
+            rectangles = as_writes({int(v): {int(new[v])} for v in column if new[v] >= 0})
             outside = (Condition({axis: new < 0}),) if (new < 0).any() else ()
             return ([({axis: rectangles}, inside)] if rectangles else []), outside
         cases: list[tuple[dict[int, Writes], Condition]] = []
@@ -412,56 +362,3 @@ def _conjoin(conditions: Iterable[Condition], cases: tuple[Condition, ...]) -> l
         for case in cases
         if (both := condition.both(case)) is not None
     ]
-
-
-def _rectangles(images: dict[int, set[int]]) -> Writes:
-    """Rectangles of a relation, old values with equal images in one."""
-    found: dict[tuple[int, ...], list[int]] = {}
-    for old, new in images.items():
-        found.setdefault(tuple(sorted(new)), []).append(old)
-    return tuple((tuple(old), new) for new, old in found.items())
-
-
-def _union(writes: Iterable[Writes]) -> Writes:
-    together: dict[tuple[int, ...], set[int]] = {}
-    for one in writes:
-        for old, new in one:
-            together.setdefault(old, set()).update(new)
-    if len(together) == 1:  # as a rule, an assignment of what came in: too many pairs to list
-        return tuple((old, tuple(sorted(new))) for old, new in together.items())
-    images: dict[int, set[int]] = {}
-    for old, after in together.items():
-        for value in old:
-            images.setdefault(value, set()).update(after)
-    return _rectangles(images)
-
-
-class _Merger:
-    """Collects rules; those with one condition whose writes form a product become one rule."""
-
-    def __init__(self) -> None:
-        self._found: dict[tuple[object, ...], tuple[Condition, list[dict[int, Writes]]]] = {}
-
-    def add(self, condition: Condition, writes: dict[int, Writes]) -> None:
-        self._found.setdefault(condition.key(), (condition, []))[1].append(writes)
-
-    def rules(self) -> tuple[TransitionRule, ...]:
-        found: list[TransitionRule] = []
-        for condition, several in self._found.values():
-            distinct = list({tuple(sorted(w.items())): w for w in several}.values())
-            merged = _product(distinct) if len(distinct) > 1 else None
-            found.extend(TransitionRule(condition, w) for w in ([merged] if merged else distinct))
-        return tuple(found)
-
-
-def _product(several: list[dict[int, Writes]]) -> dict[int, Writes] | None:
-    """One write that stands for several, if they are all combinations of writes per axis."""
-    axes = several[0].keys()
-    if any(writes.keys() != axes for writes in several):
-        return None
-    per_axis = {axis: dict.fromkeys(writes[axis] for writes in several) for axis in axes}
-    if prod(len(each) for each in per_axis.values()) != len(several):
-        return None
-    return {
-        axis: _union(each) if len(each) > 1 else next(iter(each)) for axis, each in per_axis.items()
-    }

@@ -18,7 +18,8 @@ from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.expr import conjunction, negation
 from robosc.ir.step import Outcome, Verdict
 from robosc.model.entities import EventKind, Requirement
-from robosc.model.expr import FALSE, StateRef, VariableRef, walk
+from robosc.model.expr import FALSE, StateRef, VariableRef
+from robosc.model.traversal import walk
 from robosc.source import Span
 from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.explain.blocking import why_blocked

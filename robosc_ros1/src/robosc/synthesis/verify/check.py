@@ -20,15 +20,14 @@ control of a class of discrete event processes", SIAM J. Control Optim. 25(1), 1
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from collections.abc import Iterator
+from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Event, PlantState, VariableKind
-from robosc.model.entities import EventKind
+from robosc.ir.automaton import PlantState, VariableKind
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import available, install_hint
+from robosc.synthesis.verify.findings import Check, Verdict, VerifyReport, state_text
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
 from robosc.synthesis.verify.steps import (
     Coding,
@@ -39,41 +38,10 @@ from robosc.synthesis.verify.steps import (
     condition,
 )
 
-__all__ = ["DEFAULT_LIMIT", "Check", "VerifyReport", "verify", "verify_document"]
+__all__ = ["DEFAULT_LIMIT", "verify"]
 
 DEFAULT_LIMIT: Final = 1 << 20  # states; about a minute and 700 MB
 _MOST_STEPS: Final = 1 << 24  # each takes 16 bytes
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """One property: ``detail`` says in a sentence what fails, ``trace`` leads there."""
-
-    name: str
-    holds: bool
-    detail: str | None = None
-    trace: tuple[Step, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class VerifyReport:
-    """What was found; ``states`` and ``transitions`` are those under the guards.
-
-    ``properties`` are the controller properties as synthesis found them, by name; one that fails
-    is a warning and leaves the supervisor right. Where the guards are not even safe, nothing is
-    said about what comes after.
-    """
-
-    robot: str
-    checks: tuple[Check, ...]
-    states: int
-    transitions: int
-    properties: tuple[tuple[str, bool], ...] = ()
-    method: Literal["explicit", "symbolic"] = "explicit"
-
-    @property
-    def verified(self) -> bool:
-        return all(check.holds for check in self.checks)
 
 
 def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
@@ -102,32 +70,15 @@ def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """What a search found under the guards of a supervisor.
-
-    ``others`` are the checks of a supervisor that is safe. ``keeps_initial`` tells whether the
-    initial states can be kept safe and nonblocking.
-    """
-
-    method: Literal["explicit", "symbolic"]
-    keeps_initial: bool
-    safe: Check
-    others: Callable[[], Iterable[Check]]
-    states: int
-    transitions: int
-    plant_states: Callable[[], int | None]
-
-
-def _by_sets(supervisor: Supervisor) -> _Found:
+def _by_sets(supervisor: Supervisor) -> Verdict:
     from robosc.synthesis.verify.symbolic import answers  # loaded when it is needed
 
-    found = answers(supervisor, _text)
+    found = answers(supervisor, state_text)
     others = [
         Check("nonblocking", found.blocking is None, found.blocking),
         Check("maximally permissive", found.needless is None, found.needless),
     ]
-    return _Found(
+    return Verdict(
         "symbolic",
         found.keeps_initial,
         Check("safe", found.unsafe is None, found.unsafe),
@@ -136,28 +87,6 @@ def _by_sets(supervisor: Supervisor) -> _Found:
         found.transitions,
         lambda: found.plant_states,
     )
-
-
-def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> dict[str, object]:
-    """``verify --json``, version 1; ``event`` writes one step as ``explore --json`` does."""
-    return {
-        "version": 1,
-        "robot": report.robot,
-        "verified": report.verified,
-        "method": report.method,
-        "states": report.states,
-        "transitions": report.transitions,
-        "properties": dict(report.properties),
-        "checks": [
-            {
-                "name": check.name,
-                "holds": check.holds,
-                "detail": check.detail,
-                "trace": [event(step) for step in check.trace],
-            }
-            for check in report.checks
-        ],
-    }
 
 
 _Work: TypeAlias = tuple[int, Successors, bool, bool]
@@ -221,13 +150,13 @@ class _Verifier:
                 axes |= axes_of(self._plant, expr)
         return axes
 
-    def found(self) -> _Found:
+    def found(self) -> Verdict:
         self._refuse()
         graph = self._search()
         backward = Backward.of(graph)
         keepable = self._keepable(graph, backward)
         reached = Reached.of(graph)
-        return _Found(
+        return Verdict(
             "explicit",
             all(keepable[: graph.starts]),
             self._check_safe(graph, reached),
@@ -287,7 +216,7 @@ class _Verifier:
         for label, moves, _, _ in work:
             if moves[-1][1] is None:
                 event = self._plant.events[self._labelled[label][0]]
-                return f"the {_text(event)} may take a variable out of its range"
+                return f"the {state_text(event)} may take a variable out of its range"
         return None
 
     def _refuse(self) -> None:
@@ -361,7 +290,7 @@ class _Verifier:
             if state in graph.violations:
                 label = graph.violations[state]
                 event = self._plant.events[self._labelled[label][0]]
-                detail = f"the {_text(event)} happens against a requirement"
+                detail = f"the {state_text(event)} happens against a requirement"
                 step = self._step(graph.codes[state], label)
                 return Check("safe", False, detail, (*self._trace(graph, reached, state), step))
         return Check("safe", True)
@@ -379,7 +308,7 @@ class _Verifier:
             for target, label in graph.steps(state):
                 if label < 0 and keepable[target]:
                     event = self._plant.events[self._labelled[~label][0]]
-                    detail = f"the {_text(event)} is forbidden without need"
+                    detail = f"the {state_text(event)} is forbidden without need"
                     step = self._step(graph.codes[state], ~label)
                     trace = (*self._trace(graph, reached, state), step)
                     return Check("maximally permissive", False, detail, trace)
@@ -438,9 +367,9 @@ def _check_controllable(supervisor: Supervisor) -> Check:
     guards = {guard.event.identity for guard in supervisor.guards}
     for event in supervisor.plant.events:
         if event.controllable and event.identity not in guards:
-            return Check("controllable", False, f"the {_text(event)} has no guard")
+            return Check("controllable", False, f"the {state_text(event)} has no guard")
         if not event.controllable and event.identity in guards:
-            return Check("controllable", False, f"the {_text(event)} cannot be forbidden")
+            return Check("controllable", False, f"the {state_text(event)} cannot be forbidden")
     return Check("controllable", True)
 
 
@@ -461,10 +390,3 @@ def _check_counts(
     for name, claimed, found in figures:
         detail = None if claimed == found else f"{claimed} were counted, there are {found}"
         yield Check(name, claimed == found, detail)
-
-
-def _text(event: Event) -> str:
-    if event.kind.of_component:
-        word = "transition" if event.kind is EventKind.TAU else "after"
-        return f"{word} {event.index} of {event.name}"
-    return f"{event.kind.value} of {event.name}"

@@ -26,8 +26,8 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
-    walk,
 )
+from robosc.model.traversal import walk
 from robosc.model.types import Value
 
 __all__ = [

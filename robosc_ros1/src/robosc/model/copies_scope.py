@@ -1,0 +1,55 @@
+"""Names in one copy of a component or of the statements of a for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from robosc.syntax.nodes import (
+    ExprNode,
+)
+
+__all__ = ["Scope", "filled_in", "with_place"]
+
+_PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What names mean in the copy that is being written.
+
+    ``numbers`` are ``index`` and the variables of ``for``, ``components`` the variables that go
+    through components, and ``conditions`` those that are named in the ``for``.
+    """
+
+    numbers: Mapping[str, int] = field(default_factory=dict)
+    components: Mapping[str, str] = field(default_factory=dict)
+    conditions: Mapping[str, ExprNode] = field(default_factory=dict)
+
+    def number(self, name: str, value: int) -> Scope:
+        return replace(self, numbers={**self.numbers, name: value})
+
+    def component(self, name: str, component: str) -> Scope:
+        return replace(self, components={**self.components, name: component})
+
+    def condition(self, name: str, value: ExprNode) -> Scope:
+        return replace(self, conditions={**self.conditions, name: value})
+
+    def place(self) -> str:
+        """``(i = 3)``, for messages and comments."""
+        return ", ".join(f"{name} = {value}" for name, value in self.numbers.items())
+
+
+def filled_in(text: str, scope: Scope) -> str:
+    """A string with the numbers of ``{index}`` and ``{i}`` in it."""
+    return _PLACEHOLDER.sub(
+        lambda match: str(scope.numbers.get(match[1], match[0])),
+        text,
+    )
+
+
+def with_place(copy: Any, statement: Any, scope: Scope) -> Any:
+    """The copy of a statement, with the indexes that it is for."""
+    return replace(copy, place=scope.place()) if hasattr(copy, "place") and not copy.place else copy

@@ -1,0 +1,209 @@
+"""Walks over expressions: folds, replaced leaves, all parts, what is read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from typing import TypeVar
+
+from robosc.model.expr import (
+    Aggregate,
+    Binary,
+    Call,
+    ChoiceRef,
+    Convert,
+    ElementRef,
+    Expr,
+    Holds,
+    Leaf,
+    Literal,
+    Operation,
+    ParameterRef,
+    Part,
+    RosParameter,
+    TestRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+)
+from robosc.model.types import ArrayType, EnumType, ObjectType, Type
+from robosc.source import Span
+
+__all__ = [
+    "T",
+    "all_names",
+    "fold",
+    "may_be_undefined",
+    "parameters_of",
+    "part_of",
+    "path_text",
+    "reads_value",
+    "rewritten",
+    "walk",
+    "walk_all",
+    "with_operands",
+]
+
+T = TypeVar("T")
+
+
+def fold(
+    expr: Expr,
+    leaf: Callable[[Literal | Leaf], T],
+    strict: Callable[[Operation, tuple[T, ...]], T],
+    lazy: Callable[[Binary, T, Callable[[], T]], T] | None = None,
+    known: Callable[[Expr], T | None] | None = None,
+    bound: Callable[[Aggregate, T, Callable[[Expr], T]], T] | None = None,
+    total: Callable[[Callable[[], T]], T] | None = None,
+) -> T:
+    """What is made of an expression from what is made of its parts, from the leaves up.
+
+    ``strict`` is given the results for all operands, in order. ``lazy`` is called for operators
+    that may leave their right side alone, with the result of the left and a function that makes
+    that of the right; without it they count as strict. ``known`` may give the result for a part as
+    a whole, so that nothing below it is looked at. ``bound`` is given the result for the array of
+    an aggregate, and a function that makes those of its element and condition, once or for each
+    element of the array; without it these are operands like others. ``total`` is given a function
+    that makes the result for what is asked whether it holds.
+    """
+
+    def visit(node: Expr) -> T:
+        if known is not None:
+            found = known(node)
+            if found is not None:
+                return found
+        if isinstance(node, Binary):
+            left = visit(node.left)
+            if lazy is not None and node.operation.decider is not None:
+                return lazy(node, left, lambda: visit(node.right))
+            return strict(node, (left, visit(node.right)))
+        if bound is not None and isinstance(node, Aggregate):
+            return bound(node, visit(node.array), visit)
+        if total is not None and isinstance(node, Holds):
+            return total(lambda: visit(node.operand))
+        if isinstance(node, Operation):
+            return strict(node, tuple(visit(operand) for operand in node.operands))
+        return leaf(node)
+
+    return visit(expr)
+
+
+def rewritten(expr: Expr, leaf: Callable[[Literal | Leaf], Expr]) -> Expr:
+    """The expression with every leaf replaced."""
+    return fold(expr, leaf, with_operands)
+
+
+def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
+    """The operation on other operands."""
+    match node:
+        case Unary():
+            return replace(node, operand=operands[0])
+        case Binary():
+            return replace(node, left=operands[0], right=operands[1])
+        case Call():
+            return replace(node, operands=operands)
+        case Convert():
+            return replace(node, argument=operands[0])
+        case Part():
+            return part_of(operands[0], node.path, node.type, node.span)
+        case Holds():
+            return replace(node, operand=operands[0])
+        case Aggregate():
+            array, element, *condition = operands
+            return replace(
+                node, array=array, element=element, condition=condition[0] if condition else None
+            )
+
+
+def part_of(
+    whole: Expr, path: tuple[str | int, ...], type_: Type, span: Span | None = None
+) -> Expr:
+    """A part of what an expression gives."""
+    match whole:
+        case ChoiceRef():
+            return Part(whole, path, type_, span)
+        case ValueRef(path=before):
+            return ValueRef((*before, *path), type_, span, whole.optional)
+        case Part(operand=operand, path=before):
+            return Part(operand, (*before, *path), type_, span)
+    return Part(whole, path, type_, span)
+
+
+def may_be_undefined(expr: Expr) -> bool:
+    """Whether an expression can be undefined, as what reads an element of an array is."""
+    for part in walk(expr, inside=lambda node: not isinstance(node, Holds)):
+        match part:
+            case VariableRef(type=ArrayType() | ObjectType()):
+                return True  # it may hold nothing yet
+            case ValueRef(optional=True):
+                return True
+            case ValueRef(path=path) | ElementRef(path=path) | Part(path=path) if not all_names(
+                path
+            ):
+                return True
+            case Call(operator="element") | Aggregate(operator="min" | "max"):
+                return True
+    return False
+
+
+def all_names(path: tuple[str | int, ...]) -> bool:
+    """Whether a path goes through no array."""
+    return all(isinstance(part, str) for part in path)
+
+
+def walk(expr: Expr, inside: Callable[[Expr], bool] = lambda node: True) -> Iterator[Expr]:
+    """The expression and all its parts, in source order, without recursion.
+
+    Only the operands of those parts are visited for which ``inside`` holds.
+    """
+    stack = [expr]
+    while stack:
+        node = stack.pop()
+        yield node
+        if isinstance(node, Operation) and inside(node):
+            stack.extend(reversed(node.operands))
+
+
+def walk_all(exprs: Iterable[Expr]) -> Iterator[Expr]:
+    """All parts of several expressions; what they share is visited once."""
+    seen: dict[int, Expr] = {}  # which keeps them, so that no other can take their place
+    for expr in exprs:
+        stack = [expr]
+        while stack:
+            node = stack.pop()
+            if id(node) not in seen:
+                seen[id(node)] = node
+                yield node
+                if isinstance(node, Operation):
+                    stack.extend(reversed(node.operands))
+
+
+def parameters_of(expr: Expr) -> Iterator[RosParameter]:
+    """The parameters that an expression reads, also in tests and in the rules of enums."""
+    for part in walk(expr):
+        match part:
+            case ParameterRef(parameter=parameter):
+                yield parameter
+            case ChoiceRef(test=TestRef() as test) | (TestRef() as test):
+                yield from parameters_of(test.subject)
+                if test.other is not None:
+                    yield from parameters_of(test.other)
+            case (
+                Convert(type=enum)
+                | ValueRef(type=EnumType() as enum)
+                | Part(type=EnumType() as enum)
+                | ElementRef(type=EnumType() as enum)
+            ):
+                for rule in enum.rules:
+                    yield from parameters_of(rule.condition)
+
+
+def reads_value(expr: Expr) -> bool:
+    """Whether an expression reads what came in."""
+    return any(isinstance(part, ValueRef) for part in walk(expr))
+
+
+def path_text(path: tuple[str | int, ...]) -> str:
+    """A part of a value as users see it: ``pose.x``, ``ranges[0]``; empty for the whole."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")

@@ -1,0 +1,113 @@
+"""The event log of a generated node, read."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from robosc.errors import UsageError
+from robosc.language.events import EventKind
+
+__all__ = ["LogEntry", "read_log"]
+
+_KINDS = (*(kind.value for kind in EventKind), "stop")
+_OUTCOMES = ("applied", "mismatch", "failed", "stopped")
+
+
+@dataclass(frozen=True)
+class LogEntry:
+    """A line of a log; ``document`` is all of it."""
+
+    document: dict[str, Any]
+    file: str
+    line: int
+    number: int
+    kind: str
+    name: str
+    index: int
+    value: Any
+    outcome: str
+
+    @property
+    def text(self) -> str:
+        name = f"{self.name}.{self.kind}" if self.name else self.kind
+        return f"{name}{self.index}" if self.index else name
+
+
+def read_log(log: str) -> Iterator[LogEntry]:
+    """All events of a log and its older parts, oldest first.
+
+    A line that is no JSON, after others that are, was cut off when its node was killed, and is left
+    out; if others of that run follow, their numbers tell that it is missing.
+
+    Raises:
+        UsageError: a file cannot be read, or is no event log.
+    """
+    found = False
+    for path in _files(Path(log)):
+        try:
+            with path.open("rb") as file:
+                for number, line in enumerate(_lines(file), 1):
+                    document = _document(line)
+                    if line.strip() and (document is not None or not found):
+                        yield _entry(str(path), number, document)
+                        found = True
+        except (OSError, ValueError) as error:
+            raise UsageError(f"cannot read {path}: {_reason(error)}") from error
+
+
+_LONGEST_LINE = 2**24
+"""Bytes; a device such as /dev/zero has no lines at all."""
+
+
+def _lines(file: BinaryIO) -> Iterator[bytes]:
+    """Raises ValueError at a line that is longer than any event."""
+    while line := file.readline(_LONGEST_LINE + 1):
+        if len(line) > _LONGEST_LINE:
+            raise ValueError(f"no event has more than {_LONGEST_LINE >> 20} MB")
+        yield line
+
+
+def _document(line: bytes) -> Any:
+    """The JSON of a line; None if it is none."""
+    try:
+        return json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
+def _files(log: Path) -> list[Path]:
+    """The log after its older parts, oldest first."""
+    pattern = re.compile(re.escape(log.name) + r"\.(\d+)")
+    try:
+        older = [
+            (int(match[1]), path)
+            for path in log.parent.iterdir()
+            if (match := pattern.fullmatch(path.name))
+        ]
+    except OSError:
+        older = []
+    return [path for _, path in sorted(older, reverse=True)] + [log]
+
+
+def _entry(file: str, line: int, document: Any) -> LogEntry:
+    match document:
+        case {
+            "version": 1,
+            "number": int(number),
+            "event": {"kind": str(kind), "name": str(name)} as event,
+            "outcome": str(outcome),
+        } if kind in _KINDS and outcome in _OUTCOMES:
+            index = event.get("index", 0)
+            if isinstance(index, int) and isinstance(document.get("parameters", {}), dict):
+                value = event.get("value")
+                return LogEntry(document, file, line, number, kind, name, index, value, outcome)
+    raise UsageError(f"{file}:{line}: this is no event of a log, version 1")

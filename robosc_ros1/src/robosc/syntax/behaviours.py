@@ -1,0 +1,146 @@
+"""The grammar of behaviours: variables, states and transitions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyparsing import ParserElement
+
+from robosc.language.keywords import Role, words_of
+from robosc.syntax import terminals as t
+from robosc.syntax.blocks import Block, Child, Items, Rule
+from robosc.syntax.elements import (
+    built,
+    choice,
+    in_words,
+    keyword,
+    listed,
+    maybe,
+    symbol,
+    terminal,
+)
+from robosc.syntax.expressions import ACCESS, Expression
+from robosc.syntax.nodes import (
+    AfterNode,
+    AssignmentNode,
+    ResultTransitionNode,
+    StateNode,
+    TauNode,
+    VariableNode,
+)
+from robosc.syntax.reading import Reading
+from robosc.syntax.values import make_access, make_node, make_tuple
+
+__all__ = ["behaviour_rule", "condition_part"]
+
+
+def condition_part() -> ParserElement:
+    return keyword("if") - Expression("a condition after 'if'")
+
+
+def _transitions() -> dict[str, Rule]:
+    goto = maybe(keyword("goto") - t.name("the name of a state after 'goto'"))
+    assignment = built(
+        terminal(ACCESS, "a variable to assign to", make_access)
+        - symbol(":=", "':=' after the variable")
+        - Expression("a value after ':='"),
+        make_node(AssignmentNode),
+    )
+    assignments = maybe(built(keyword("do") - listed(assignment), make_tuple), ())
+    events = words_of(Role.EVENT)
+    expected = in_words(f"'{word}'" for word in events) + " after 'on'"
+    result = (
+        terminal(" | ".join(events), expected, _build_event)
+        - terminal("from | to", "'from' or 'to' after the kind of event")
+        - t.communication("the name of a communication")
+        - maybe(condition_part())
+        - assignments
+        - goto
+    )
+    after = t.duration("a duration after 'after'") - maybe(condition_part()) - assignments - goto
+    tau = maybe(condition_part()) + goto
+    return {
+        "on": Rule(result, _build_result, tail=_clauses_missing),
+        "transition": Rule(tau, make_node(TauNode), tail=_clauses_missing),
+        "after": Rule(after, make_node(AfterNode), tail=_clauses_missing),
+    }
+
+
+def _clauses_missing(node: Any) -> tuple[str, ...]:
+    """The clauses that may still follow at the end of a transition."""
+    assigns = not isinstance(node, TauNode)
+    if node.goto:
+        return ()
+    if assigns and node.assignments:
+        return ("','", "'goto'")
+    clauses = ("'do'", "'goto'") if assigns else ("'goto'",)
+    return clauses if node.guard else ("'if'", *clauses)
+
+
+def _build_event(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
+    return reading.text(start), reading.span(start, end)
+
+
+def _build_result(reading: Reading, start: int, end: int, parts: list[Any]) -> ResultTransitionNode:
+    (event, event_span), communication, guard, assignments, goto = parts
+    span = reading.span(start, end)
+    return ResultTransitionNode(
+        event, event_span, communication, guard, assignments, goto, span=span
+    )
+
+
+def _state(block: Block, first: str) -> Rule:
+    """A state that begins with ``initial``, ``marked`` or ``state``."""
+    named = t.name("a name for the state")
+    plain = keyword("state", f"'state' after '{first}'") - named
+    flag = choice("marked", "") if first == "initial" else terminal("initial", "", _late_initial)
+    second = maybe(flag)
+    initial = second - keyword("state", "'marked' or 'state' after 'initial'") - named
+
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> StateNode:
+        also = parts.pop(0) is not None if first != "state" else False
+        is_initial = first == "initial" or (first == "marked" and also)
+        is_marked = first == "marked" or (first == "initial" and also)
+        name, transitions = parts
+        span = reading.span(start, end)
+        return StateNode(name, is_initial, is_marked, transitions, span=span)
+
+    grammar = {"initial": initial, "marked": second + plain, "state": named}[first]
+    return Rule(grammar, build, block=lambda parts: block)
+
+
+def _late_initial(reading: Reading, start: int, end: int, parts: list[Any]) -> bool:
+    reading.report("syntax", "'initial' stands before 'marked'", start)
+    return True
+
+
+def _variable() -> Rule:
+    grammar = (
+        t.name("a name for the variable")
+        - symbol(":", "':' after the name of the variable")
+        - t.type_("a type after ':'")
+        - maybe(symbol("=") - Expression("an initial value after '='"))
+    )
+    return Rule(
+        grammar, make_node(VariableNode), tail=lambda node: () if node.initial else ("'='",)
+    )
+
+
+def behaviour_rule() -> Block:
+    transitions = _transitions()
+    advice = (
+        ("if", "'if' stands before 'do' and 'goto'"),
+        ("do", "'do' stands before 'goto', and only after 'on'"),
+        ("':='", "write '=' for an initial value"),
+    )
+    state_block = Block(Items(("'on'", "'transition'", "'after'"), transitions, advice=advice))
+    rules = {
+        "variable": _variable(),
+        **{word: _state(state_block, word) for word in ("initial", "marked", "state")},
+        "on": transitions["on"],
+        "transition": transitions["transition"],
+    }
+    return Block(
+        Items(("'variable'", "'state'", "'on'", "'transition'"), rules, advice=advice),
+        child=Child(state_block, lambda node, late: None),
+    )

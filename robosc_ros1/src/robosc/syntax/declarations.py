@@ -1,0 +1,237 @@
+"""The grammar of data types, interfaces, communications, constants and parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, cast
+
+from pyparsing import ParserElement
+
+from robosc.language.attributes import Attribute, Value, attributes_of
+from robosc.language.tokens import pattern
+from robosc.syntax import terminals as t
+from robosc.syntax.blocks import Block, Items, Rule
+from robosc.syntax.elements import (
+    built,
+    choice,
+    either,
+    in_words,
+    keyword,
+    label,
+    listed,
+    maybe,
+    nested,
+    symbol,
+    terminal,
+)
+from robosc.syntax.expressions import Expression
+from robosc.syntax.nodes import (
+    ActionNode,
+    ArrayNode,
+    CommunicationNode,
+    ConditionNode,
+    ConstantNode,
+    DataFieldNode,
+    DataObjectNode,
+    EnumNode,
+    EnumRuleNode,
+    InterfaceNode,
+    MessageNode,
+    ObjectNode,
+    ParameterNode,
+    PropertyNode,
+    RosTypeNode,
+    ServiceNode,
+)
+from robosc.syntax.reading import Build, Reading
+from robosc.syntax.values import make_name, make_node
+
+__all__ = [
+    "communication_rule",
+    "data_part",
+    "datatype_rule",
+    "enum_rules",
+    "interface_rule",
+    "object_rules",
+    "value_rules",
+]
+
+
+def object_rules() -> Block:
+    properties = Rule(
+        t.name("a property name or '}'")
+        - symbol(":", "':' after the property name")
+        - t.type_("a type after ':'"),
+        make_node(PropertyNode),
+    )
+    begins = pattern("WORD ':'")
+    return Block(
+        Items(("a property 'name: type'",), {}, free=properties, begins=begins, item=begins)
+    )
+
+
+def enum_rules() -> Block:
+    # What an operator follows is no value: it is missing, and this begins the next rule.
+    value = "WORD (?! '->' | INFIX | '<>' | '==' | '=<' | '=/=' | '.' | '..' | '[' )"
+    condition = Expression("a rule 'condition -> value' or '}'") - symbol("->")
+    default = terminal("default '->'", "", lambda reading, start, end, parts: None)
+    rules = Rule(
+        either([default, condition], "a rule 'condition -> value' or '}'")
+        - terminal(value, "the name of the value after '->'", make_name),
+        make_node(EnumRuleNode),
+    )
+    begins = pattern("value | default")
+    return Block(
+        Items(
+            ("a rule 'condition -> value'",),
+            {},
+            free=rules,
+            begins=begins,
+            item=begins,
+            past=pattern(f"'->' {value}"),
+            lines=True,
+        )
+    )
+
+
+def datatype_rule(object_block: Block, enum_block: Block) -> Rule:
+    object_rule = choice("object", "'object'") - t.name("a name for the object")
+    enum_rule = (
+        choice("enum", "'enum'")
+        - t.name("a name for the enum")
+        - keyword("from", "'from' and the type that is converted")
+        - t.type_("the type that is converted after 'from'")
+        - keyword("to", "'to' after the type")
+    )
+
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> ObjectNode | EnumNode:
+        kind: Any = ObjectNode if parts[0] == "object" else EnumNode
+        node: ObjectNode | EnumNode = kind(*parts[1:], span=reading.span(start, end))
+        return node
+
+    return Rule(
+        either([object_rule, enum_rule], "'object' or 'enum' after 'datatype'"),
+        build,
+        block=lambda parts: object_block if parts[0] == "object" else enum_block,
+    )
+
+
+def interface_rule() -> Rule:
+    grammar = (
+        t.name("a name for the interface")
+        - keyword("use", "'use' and the ROS type")
+        - t.name("the name of the ROS type after 'use'")
+        - keyword("from", "'from' and the ROS package")
+        - t.name("the name of the ROS package after 'from'")
+    )
+    return Rule(grammar, make_node(InterfaceNode))
+
+
+def communication_rule(word: str) -> Rule:
+    """A message, service or action, its attributes as the table says."""
+    if word in ("incoming", "outgoing"):
+        kind: Any = partial(cast(Any, MessageNode), word)
+        named = keyword("message", f"'message' after '{word}'") - t.name("a name for the message")
+    else:
+        kind = ServiceNode if word == "service" else ActionNode
+        named = t.name(f"a name for the {word}")
+    attributes = attributes_of(word)
+    types = [attribute.name for attribute in attributes if attribute.value is Value.TYPE]
+    start = keyword("with", f"'with' and '{types[0]}:'")
+
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> CommunicationNode:
+        name, *pairs = parts
+        given = {"identifier": None, "links": None, **dict(pairs)}
+        if "type" in given and "type" not in types:
+            definition = replace(given.pop("type"), folder=_FOLDERS[word])
+            given |= {type_: replace(definition, part=n) for n, type_ in enumerate(types)}
+        node: CommunicationNode = kind(name=name, **given, span=reading.span(start, end))
+        return node
+
+    return Rule(named - start - _attributes(attributes, 0), build, tail=_links_missing)
+
+
+_FOLDERS = {"service": "srv", "action": "action"}
+
+
+def _attributes(attributes: Sequence[Attribute], place: int) -> ParserElement:
+    """Those from a place on; each leaves its name and its value."""
+    optional = [attribute for attribute in attributes if not attribute.required]
+    required = [attribute for attribute in attributes if attribute.required]
+    first = required[0].name
+    choices = {}
+    for later, attribute in enumerate(optional[place:], place + 1):
+        comma = symbol(",", f"',' and '{first}:'")
+        choices[attribute.name] = _attribute(attribute) - comma - _attributes(attributes, later)
+    ending = _attribute(required[0])
+    for attribute in required[1:]:
+        ending = ending - symbol(",", f"',' and '{attribute.name}:'") - _attribute(attribute)
+    links = keyword("links") - t.name("the name of an interface after 'links'")
+    choices[first] = ending - maybe(built(links, _named("links")), ("links", None))
+    if first != "type":
+        definition = label("type") - t.ros_type("a ROS type 'package/Type' after 'type:'")
+        choices["type"] = built(definition, _named("type"))
+    expected = in_words(f"'{name}:'" for name in choices)
+    return either(list(choices.values()), expected if place else f"{expected} after 'with'")
+
+
+def _attribute(attribute: Attribute) -> ParserElement:
+    values = {Value.STRING: t.string, Value.DURATION: t.duration, Value.TYPE: t.type_}
+    value = values[attribute.value](f"{attribute.value.value} after '{attribute.name}:'")
+    return built(label(attribute.name) - value, _named(attribute.name))
+
+
+def _named(name: str) -> Build:
+    return lambda reading, start, end, parts: (name, parts[0])
+
+
+def _links_missing(node: Any) -> tuple[str, ...]:
+    type_ = node.type if isinstance(node, MessageNode) else node.request
+    return () if node.links or isinstance(type_, RosTypeNode) else ("'links'",)
+
+
+def value_rules() -> dict[str, Rule]:
+    """Constants, parameters and conditions."""
+
+    def typed(what: str, value: ParserElement) -> ParserElement:
+        return (
+            t.name(f"a name for the {what}")
+            - symbol(":", f"':' after the name of the {what}")
+            - t.type_("a type after ':'")
+            - symbol("=", "'=' and a value")
+            - value
+        )
+
+    condition = (
+        t.name("a name for the condition")
+        - symbol("=", "'=' after the name of the condition")
+        - Expression("a condition after '='")
+    )
+    return {
+        "constant": Rule(typed("constant", data_part()), make_node(ConstantNode)),
+        "parameter": Rule(
+            typed("parameter", Expression("a value after '='")), make_node(ParameterNode)
+        ),
+        "condition": Rule(condition, make_node(ConditionNode)),
+    }
+
+
+def data_part() -> ParserElement:
+    return nested(_datum, t.MAX_NESTING, "objects are")
+
+
+def _datum(inner: ParserElement) -> ParserElement:
+    """An expression, an object or an array, whose parts are ``inner``."""
+    field = built(
+        t.name("a property name") - symbol(":", "':' after the property name") - inner,
+        make_node(DataFieldNode),
+    )
+    filled = listed(field) - symbol("}", "',' or '}'")
+    braces = symbol("{") - either([symbol("}"), filled], "a property name or '}'")
+    made = built(braces, make_node(DataObjectNode, fixed=0))
+    elements = listed(inner) - symbol("]", "',' or ']'")
+    brackets = symbol("[") - either([symbol("]"), elements], "a value or ']'")
+    array = built(brackets, make_node(ArrayNode, fixed=0))
+    return either([made, array, Expression("a value")], "a value or '{'")

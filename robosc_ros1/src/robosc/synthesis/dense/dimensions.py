@@ -1,0 +1,71 @@
+"""Dimensions of the array of states: state variables that are numbered together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from robosc.synthesis.dense.merging import Writes
+from robosc.synthesis.vectorised import Indexes
+
+__all__ = ["Dim"]
+
+
+@dataclass(frozen=True, eq=False)
+class Dim:
+    """Axes in one dimension: row i of ``table`` are their values at position i."""
+
+    axes: tuple[int, ...]
+    table: Indexes
+
+    @property
+    def size(self) -> int:
+        return len(self.table)
+
+    @cached_property
+    def positions(self) -> dict[tuple[int, ...], int]:
+        return {tuple(row): position for position, row in enumerate(self.table.tolist())}
+
+    @cached_property
+    def _spread(self) -> tuple[int, ...]:
+        """One more than the largest value of each axis."""
+        return tuple(int(n) + 1 for n in self.table.max(axis=0))
+
+    @cached_property
+    def _codes(self) -> tuple[Indexes, Indexes]:
+        """The rows as single numbers, ascending, and the position of each."""
+        codes = np.ravel_multi_index(tuple(self.table.T), self._spread)
+        order = np.argsort(codes)
+        return codes[order], order
+
+    def find(self, columns: Sequence[Indexes]) -> Indexes:
+        """The positions of many rows, each of which must be there; one array per axis."""
+        codes, order = self._codes
+        found = np.searchsorted(codes, np.ravel_multi_index(tuple(columns), self._spread))
+        return np.asarray(order[found], dtype=np.intp)
+
+    def images(self, writes: Mapping[int, Writes]) -> list[tuple[int, ...]]:
+        """Per position, those that writes of the dimension's axes lead to.
+
+        Combinations that the dimension leaves out belong to states that are never reached.
+        """
+        relations = [
+            None if (found := writes.get(axis)) is None else _relation(found) for axis in self.axes
+        ]
+        images = []
+        for row in self.table.tolist():
+            choices = [
+                (value,) if relation is None else relation.get(value, ())
+                for value, relation in zip(row, relations, strict=True)
+            ]
+            image = (self.positions.get(new) for new in product(*choices))
+            images.append(tuple(position for position in image if position is not None))
+        return images
+
+
+def _relation(writes: Writes) -> dict[int, tuple[int, ...]]:
+    return {value: new for old, new in writes for value in old}

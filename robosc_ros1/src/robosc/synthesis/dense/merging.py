@@ -1,0 +1,136 @@
+"""Rules of one event: what they are, and their merging where conditions or writes are alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from math import prod
+from typing import TypeAlias
+
+from robosc.ir.automaton import Event
+from robosc.synthesis.vectorised import Bools, IndexArrays
+
+__all__ = [
+    "ALWAYS",
+    "Condition",
+    "EventRules",
+    "Factor",
+    "Merger",
+    "TransitionRule",
+    "Writes",
+    "as_writes",
+]
+
+Writes: TypeAlias = tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
+"""Rectangles (old values, new values): each old value of one leads to each new value of it."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Factor:
+    """A test over several axes: a boolean array for any columns of them."""
+
+    axes: tuple[int, ...]
+    test: Callable[[IndexArrays], Bools]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Condition:
+    """All of: the value of each axis in ``allowed`` is permitted, and each factor holds."""
+
+    allowed: dict[int, Bools]
+    factors: tuple[Factor, ...] = ()
+
+    def key(self) -> tuple[object, ...]:
+        return (
+            tuple((axis, self.allowed[axis].tobytes()) for axis in sorted(self.allowed)),
+            tuple(sorted(id(factor) for factor in self.factors)),
+        )
+
+    def both(self, other: Condition) -> Condition | None:
+        """The conjunction; None if no value of some axis is left."""
+        allowed = dict(self.allowed)
+        for axis, values in other.allowed.items():
+            kept = allowed[axis] & values if axis in allowed else values
+            if not kept.any():
+                return None
+            allowed[axis] = kept
+        factors = {id(f): f for f in (*self.factors, *other.factors)}
+        return Condition(allowed, tuple(factors.values()))
+
+
+ALWAYS = Condition({})
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TransitionRule:
+    condition: Condition
+    writes: dict[int, Writes]
+
+
+@dataclass(frozen=True, eq=False)
+class EventRules:
+    """One event of the plant.
+
+    ``range_violations`` tells where an update would leave its range, for some parameter values.
+    ``required`` are conditions that exclude each other; the requirement is their disjunction.
+    ``weight`` is the number of combinations of parameter values.
+    """
+
+    event: Event
+    stages: tuple[tuple[TransitionRule, ...], ...]
+    range_violations: tuple[Condition, ...]
+    required: tuple[Condition, ...]
+    weight: int
+
+
+def as_writes(images: dict[int, set[int]]) -> Writes:
+    """Rectangles of a relation, old values with equal images in one."""
+    found: dict[tuple[int, ...], list[int]] = {}
+    for old, new in images.items():
+        found.setdefault(tuple(sorted(new)), []).append(old)
+    return tuple((tuple(old), new) for new, old in found.items())
+
+
+def _union(writes: Iterable[Writes]) -> Writes:
+    together: dict[tuple[int, ...], set[int]] = {}
+    for one in writes:
+        for old, new in one:
+            together.setdefault(old, set()).update(new)
+    if len(together) == 1:  # as a rule, an assignment of what came in: too many pairs to list
+        return tuple((old, tuple(sorted(new))) for old, new in together.items())
+    images: dict[int, set[int]] = {}
+    for old, after in together.items():
+        for value in old:
+            images.setdefault(value, set()).update(after)
+    return as_writes(images)
+
+
+class Merger:
+    """Collects rules; those with one condition whose writes form a product become one rule."""
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[object, ...], tuple[Condition, list[dict[int, Writes]]]] = {}
+
+    def add(self, condition: Condition, writes: dict[int, Writes]) -> None:
+        self._found.setdefault(condition.key(), (condition, []))[1].append(writes)
+
+    def rules(self) -> tuple[TransitionRule, ...]:
+        found: list[TransitionRule] = []
+        for condition, several in self._found.values():
+            distinct = list({tuple(sorted(w.items())): w for w in several}.values())
+            merged = _product(distinct) if len(distinct) > 1 else None
+            found.extend(TransitionRule(condition, w) for w in ([merged] if merged else distinct))
+        return tuple(found)
+
+
+def _product(several: list[dict[int, Writes]]) -> dict[int, Writes] | None:
+    """One write that stands for several, if they are all combinations of writes per axis."""
+    axes = several[0].keys()
+    if any(writes.keys() != axes for writes in several):
+        return None
+    per_axis = {axis: dict.fromkeys(writes[axis] for writes in several) for axis in axes}
+    if prod(len(each) for each in per_axis.values()) != len(several):
+        return None
+    return {
+        axis: _union(each) if len(each) > 1 else next(iter(each)) for axis, each in per_axis.items()
+    }

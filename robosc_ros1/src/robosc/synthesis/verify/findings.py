@@ -1,0 +1,90 @@
+"""What the check of a supervisor found, and the document of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from robosc.ir.automaton import Event
+from robosc.model.entities import EventKind
+from robosc.supervisor import Step
+
+__all__ = ["Check", "Verdict", "VerifyReport", "state_text", "verify_document"]
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One property: ``detail`` says in a sentence what fails, ``trace`` leads there."""
+
+    name: str
+    holds: bool
+    detail: str | None = None
+    trace: tuple[Step, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class VerifyReport:
+    """What was found; ``states`` and ``transitions`` are those under the guards.
+
+    ``properties`` are the controller properties as synthesis found them, by name; one that fails
+    is a warning and leaves the supervisor right. Where the guards are not even safe, nothing is
+    said about what comes after.
+    """
+
+    robot: str
+    checks: tuple[Check, ...]
+    states: int
+    transitions: int
+    properties: tuple[tuple[str, bool], ...] = ()
+    method: Literal["explicit", "symbolic"] = "explicit"
+
+    @property
+    def verified(self) -> bool:
+        return all(check.holds for check in self.checks)
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What a search found under the guards of a supervisor.
+
+    ``others`` are the checks of a supervisor that is safe. ``keeps_initial`` tells whether the
+    initial states can be kept safe and nonblocking.
+    """
+
+    method: Literal["explicit", "symbolic"]
+    keeps_initial: bool
+    safe: Check
+    others: Callable[[], Iterable[Check]]
+    states: int
+    transitions: int
+    plant_states: Callable[[], int | None]
+
+
+def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> dict[str, object]:
+    """``verify --json``, version 1; ``event`` writes one step as ``explore --json`` does."""
+    return {
+        "version": 1,
+        "robot": report.robot,
+        "verified": report.verified,
+        "method": report.method,
+        "states": report.states,
+        "transitions": report.transitions,
+        "properties": dict(report.properties),
+        "checks": [
+            {
+                "name": check.name,
+                "holds": check.holds,
+                "detail": check.detail,
+                "trace": [event(step) for step in check.trace],
+            }
+            for check in report.checks
+        ],
+    }
+
+
+def state_text(event: Event) -> str:
+    if event.kind.of_component:
+        word = "transition" if event.kind is EventKind.TAU else "after"
+        return f"{word} {event.index} of {event.name}"
+    return f"{event.kind.value} of {event.name}"
