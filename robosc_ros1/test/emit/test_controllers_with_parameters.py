@@ -15,7 +15,7 @@ from emit.judged_controllers import judged, judging_modules
 from robosc import pipeline
 from robosc.emit import ros1, ros2
 from robosc.emit.config import Config, declared_communications, declared_parameters
-from robosc.emit.modeldata import plant_data
+from robosc.emit.plant_data import plant_data
 from robosc.errors import UsageError
 from robosc.model.parameters import with_parameters
 from robosc.runtime.settings import ParameterError, Settings, read

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robosc.emit.modeldata import plant_data
+from robosc.emit.plant_data import plant_data
 from robosc.errors import render_all
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions

@@ -30,8 +30,8 @@ THIRD_PARTY = {
     "networkx": ("synthesis", "report"),
     "jinja2": ("emit.engine",),
     "yaml": ("emit.config",),
-    "lsprotocol": ("lsp.server", "lsp.wire"),
-    "pygls": ("lsp.server", "verbs"),  # verbs tells what to install
+    "lsprotocol": ("lsp.open_texts", "lsp.server", "lsp.wire"),
+    "pygls": ("lsp.open_texts", "verbs"),  # verbs tells what to install
     "prompt_toolkit": ("simulate.terminal",),
     "rospkg": ("model.ros.packages",),
     "genmsg": ("model.ros.definitions",),

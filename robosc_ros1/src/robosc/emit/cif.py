@@ -21,7 +21,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from robosc.emit.cif_data import discrete_plant
-from robosc.emit.cif_expr import CifNames, CifScope, condition, in_range, initial, offset, update
+from robosc.emit.cif_expr import condition, in_range, update
+from robosc.emit.cif_names import CifNames, CifScope, initial, offset
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
 from robosc.ir.step import valuations

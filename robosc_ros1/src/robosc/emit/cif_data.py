@@ -13,14 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from robosc.errors import UsageError
-from robosc.ir.automaton import (
-    Edge,
-    Event,
-    EventParameter,
-    Plant,
-    StateVariable,
-    VariableKind,
-)
+from robosc.ir.automaton import Edge, Event, EventParameter, Plant, StateVariable, VariableKind
 from robosc.ir.expr import Leaf, conjunction, disjunction, evaluate
 from robosc.model.entities import Behaviour, Component, Robot, State, Variable
 from robosc.model.evaluation import converted

@@ -9,9 +9,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from math import prod
 
 from robosc.emit.config import declared_communications, declared_parameters
+from robosc.emit.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.copies import with_copies
 from robosc.emit.guards import GuardTexts, comment_lines, holds_where
 from robosc.emit.messages import converting_enums, provide_view, reading
@@ -37,23 +37,17 @@ from robosc.emit.views import (
     RequirementView,
     TauView,
 )
-from robosc.ir.automaton import Event, Plant, VariableKind
+from robosc.ir.automaton import Event, Plant
 from robosc.language.functions import HELPERS
 from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import TRUE
 from robosc.model.traversal import may_be_undefined
-from robosc.model.types import (
-    EnumType,
-)
+from robosc.model.types import EnumType
 from robosc.names import snake_case
 from robosc.runtime.model import Communication as Declared
-from robosc.runtime.model import Parameter
 from robosc.supervisor import Guard, Supervisor
 
 __all__ = ["ControllerContext", "controller_context"]
-
-STEP_LIMIT = 10_000
-"""No run to completion takes more steps, whatever the product of the components' states is."""
 
 _CALLED = re.compile(r"\bself\.(\w+)\(\)")
 _PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
@@ -71,41 +65,7 @@ def controller_context(supervisor: Supervisor, robot_file: str) -> ControllerCon
     builder = _Builder(supervisor)
     context = builder.build(robot_file)
     context = with_copies(context, builder.robot, builder.attributes, builder.names)
-    return replace(context, imports=_imports(context))
-
-
-def _tables(context: ControllerContext) -> tuple[str, ...]:
-    used = {
-        "Command": context.tables["commands"],
-        "Communication": context.tables["communications"],
-        "Input": context.tables["inputs"],
-        "Requirement": context.tables["requirements"],
-        "After": context.tables["afters"],
-        "Parameter": context.parameters,
-        "Rows": context.copies,
-        "Tau": context.tables["taus"],
-    }
-    return tuple(sorted(["Controller", *(name for name, entries in used.items() if entries)]))
-
-
-def _imports(context: ControllerContext) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """What is used of each module of the runtime: all expressions are text in the context."""
-    called = set(re.findall(r"(?<!\w)\w+(?=\()", repr(context).replace("\\n", " ")))
-    modules = {
-        "functions": [],
-        "values": ["copied", "given", "in_range", "now", "only_field", "optional"],
-    }
-    for name, function in HELPERS.items():
-        modules[function.__module__.rpartition(".")[2]].append(name)
-    used = {
-        module: [name for name in sorted(names) if name in called]
-        for module, names in modules.items()
-    }
-    reactions = [i.reaction for i in context.inputs] + [c.reaction for c in context.commands]
-    if "Mismatch" in called or any(reaction.busy for reaction in reactions):
-        used["values"].insert(0, "Mismatch")
-    used["model"] = list(_tables(context))
-    return tuple((module, tuple(names)) for module, names in sorted(used.items()) if names)
+    return replace(context, imports=imports_of(context))
 
 
 class _Builder:
@@ -175,7 +135,7 @@ class _Builder:
             robot=self.robot.name,
             source=robot_file,
             class_name=self.class_name,
-            step_bound=_step_bound(self.supervisor),
+            step_bound=bound_of_steps(self.supervisor),
             enums=tuple(self._enum_view(e) for e in self.enums),
             components=tuple(self._components()),
             phases=tuple(self._phase_views()),
@@ -194,7 +154,7 @@ class _Builder:
                 for p in self.robot.parameters
             ),
             parameter_rows=tuple(
-                map(_row, declared_parameters(self.robot, self.attributes.parameters))
+                map(parameter_row, declared_parameters(self.robot, self.attributes.parameters))
             ),
         )
         return context
@@ -408,34 +368,3 @@ class _Builder:
             tuple(moves),
             self._reads(*(text for text, _ in moves)),
         )
-
-
-def _step_bound(supervisor: Supervisor) -> int:
-    """Internal transitions that can follow one another without coming back to a state.
-
-    Synthesis knows the exact number unless the system is large or they have no end. Else: own
-    steps change nothing but their components' states, so there are no more situations than
-    combinations of those, nor than reachable states.
-    """
-    if supervisor.step_bound is not None:
-        return max(1, supervisor.step_bound)
-    plant = supervisor.plant
-    variables = {p.variable for e in plant.events if e.kind is EventKind.TAU for p in e.automata}
-    combinations = prod(
-        variable.size
-        for index, variable in enumerate(plant.variables)
-        if index in variables and variable.kind is VariableKind.LOCATION
-    )
-    return max(1, min(combinations, supervisor.controlled_states or combinations, STEP_LIMIT))
-
-
-def _row(parameter: Parameter) -> str:
-    """The entry of a parameter in the table, as arguments."""
-    parts = [literal(parameter.name), literal(parameter.type), literal(parameter.default)]
-    parts.append(literal(parameter.meaning))
-    if parameter.choices:
-        parts.append(f"choices=({', '.join(map(literal, parameter.choices))},)")
-    for name in ("minimum", "maximum"):
-        bound = getattr(parameter, name)
-        parts += [] if bound is None else [f"{name}={bound!r}"]
-    return ", ".join([*parts, f"attribute={literal(parameter.attribute)}"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from robosc.errors import Note
+from robosc.model.behaviour_rules import check_events, check_hiding, check_initial
 from robosc.model.communications import resolve_communication
 from robosc.model.durations import DURATION
 from robosc.model.entities import (
@@ -20,14 +21,14 @@ from robosc.model.entities import (
 )
 from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, BOOLEAN, expected_type
-from robosc.model.expr import Expr, ValueRef
-from robosc.model.expressions import Incoming, Typer, is_value, no_value
+from robosc.model.expr import Expr
+from robosc.model.expressions import Typer
+from robosc.model.incoming import Incoming, is_value, no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.reach import check_reach
 from robosc.model.report import Report, listing
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.targets import Targets
-from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value
 from robosc.model.values import check_range, coerce, default_value, describe
 from robosc.source import Span
@@ -79,7 +80,7 @@ class BehaviourResolver:
                         results.append(result)
                 case TauNode():
                     taus.append(self._tau(item))
-        self._check_events(nodes, results, None)
+        check_events(self._instance, self._report, nodes, results, None)
         behaviour = Behaviour(
             tuple(variables), tuple(states), tuple(results), tuple(taus), span=node.span
         )
@@ -179,7 +180,7 @@ class BehaviourResolver:
             result = self._result(item)
             if result is not None:
                 results.append(result)
-        self._check_events(nodes, results, node)
+        check_events(self._instance, self._report, nodes, results, node)
         return State(
             node.name.text,
             node.initial,
@@ -317,106 +318,16 @@ class BehaviourResolver:
         check_range(value, type_, f"'{target}'", self._report)
         return Assignment(target, coerce(value, type_), span=node.span)
 
-    # --- rules about one automaton ---------------------------------------------------------------
-
-    def _check_events(
-        self,
-        nodes: Sequence[ResultTransitionNode],
-        results: Sequence[ResultTransition],
-        state: StateNode | None,
-    ) -> None:
-        """Two transitions for one event need guards that exclude each other."""
-        node_at = {n.span.start: n for n in nodes}
-        seen: dict[tuple[EventKind, str], list[ResultTransitionNode]] = {}
-        for result in results:
-            node = node_at[result.span.start]
-            earlier = seen.setdefault((result.event, result.communication), [])
-            clash = next((e for e in earlier if e.guard is None or node.guard is None), None)
-            cut_short = self._instance.types.scope.is_cut_short
-            if clash is not None and not (cut_short(node.span) or cut_short(clash.span)):
-                where = f"in state '{state.name.text}'" if state else "for every state"
-                self._report.add(
-                    "duplicate-transition",
-                    node.event_span,
-                    f"there is a transition for '{node.event}' of"
-                    f" '{node.communication.span.text}' {where} already",
-                    "join them, or give each an 'if' that excludes the other",
-                    [Note("the first one is here", clash.event_span)],
-                )
-            earlier.append(node)
-
     def _check_states(self, node: BehaviourNode, behaviour: Behaviour) -> None:
         if self._instance.types.scope.is_damaged(node.span):
             self.whole = False
             return
         initial = [s for s in self._instance.states.values() if s.initial]
-        self._check_initial(node, initial)
-        self._check_hiding(behaviour)
+        check_initial(self._instance, self._report, initial)
+        check_hiding(behaviour, self._event_spans, self._report)
         if initial and self.whole:
             start = [s.name.text for s in initial]
             check_reach(self._instance, behaviour, start, self._report)
-
-    def _check_initial(self, node: BehaviourNode, initial: list[StateNode]) -> None:
-        name = self._instance.name
-        for state in initial[1:]:
-            self._report.add(
-                "several-initial-states",
-                state.name.span,
-                f"{name} has an initial state already",
-                f"remove 'initial' from '{state.name.text}' or from '{initial[0].name.text}'",
-                [Note("the first one is here", initial[0].name.span)],
-            )
-        if not initial:
-            states = [
-                f"initial {'marked ' if s.marked else ''}state {s.name.text}"
-                for s in self._instance.states.values()
-            ]
-            self._report.add(
-                "no-initial-state",
-                self._instance.node.name.span,
-                f"{name} has behaviour but no initial state",
-                f"write: {states[0]}" if states else "add: initial marked state idle {}",
-            )
-
-    def _check_hiding(self, behaviour: Behaviour) -> None:
-        common: dict[tuple[EventKind, str], list[ResultTransition]] = {}
-        for transition in behaviour.transitions:
-            common.setdefault((transition.event, transition.communication), []).append(transition)
-        for state in behaviour.states:
-            seen = set()
-            for transition in state.transitions:
-                key = (transition.event, transition.communication)
-                hidden = [t for t in common.get(key, ()) if _hides(transition, t)]
-                if not hidden or key in seen:
-                    continue
-                seen.add(key)
-                name = transition.communication.rpartition(".")[2]
-                self._report.add(
-                    "hidden-transition",
-                    self._event_spans[transition.span.start],
-                    f"in state '{state.name}' this hides the transition for"
-                    f" '{transition.event.value}'"
-                    f" of '{name}' that exists for every state",
-                    None,
-                    [Note("the hidden one is here", self._event_spans[hidden[0].span.start])],
-                )
-
-
-def _hides(own: ResultTransition, common: ResultTransition) -> bool:
-    """Whether something of a transition of the whole automaton is lost in the state.
-
-    Not where its own one needs a value that may not have come: the other is for when it did not.
-    """
-    if own.guard is not None and any(
-        isinstance(part, ValueRef) and part.optional for part in walk(own.guard)
-    ):
-        return False
-    assigned = {a.variable for a in own.assignments}
-    return (
-        own.event.synchronised
-        or common.goto is not None
-        or any(a.variable in assigned for a in common.assignments)
-    )
 
 
 def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 from robosc.errors import Note
 from robosc.language.events import EventKind
-from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import (
     Assignment,
     Behaviour,
@@ -35,6 +34,7 @@ from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, ComponentTable
 from robosc.model.traversal import walk, walk_all
+from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import ArrayType, EnumType, ObjectType, domain
 from robosc.model.value_scope import ValueScope
 from robosc.model.values import describe

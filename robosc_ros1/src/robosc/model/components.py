@@ -7,20 +7,15 @@ can refer forwards.
 from __future__ import annotations
 
 from robosc.errors import Note
-from robosc.model.datatypes import TypeDeclarations
 from robosc.model.durations import DURATION
 from robosc.model.entities import Communication, Kind
-from robosc.model.expressions import Typer, no_value
+from robosc.model.expressions import Typer
+from robosc.model.incoming import no_value
 from robosc.model.report import Report
 from robosc.model.ros.links import Binder, Payload
 from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
-from robosc.model.types import (
-    ArrayType,
-    EnumType,
-    NoneType,
-    ObjectType,
-    Type,
-)
+from robosc.model.type_declarations import TypeDeclarations
+from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.names import ros_name_fault, snake_case
 from robosc.source import Span
 from robosc.syntax.nodes import (

@@ -5,14 +5,16 @@ The simulator reads them from a person or a script: ``Motor.moving and Sensor.wa
 
 from __future__ import annotations
 
-from robosc.model.datatypes import TypeDeclarations, TypeTable
+from robosc.model.datatypes import TypeTable
 from robosc.model.entities import Communication, Component, Robot
 from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr
-from robosc.model.expressions import Typer, no_value
+from robosc.model.expressions import Typer
+from robosc.model.incoming import no_value
 from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
+from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import EnumType
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (

@@ -15,7 +15,7 @@ from functools import cache
 from typing import Any, cast
 
 from robosc.language.operators import BINARY, MIRRORED
-from robosc.model.copies_scope import Scope, filled_in, with_place
+from robosc.model.copies_scope import Scope, filled_in, is_alike, with_place
 from robosc.model.quantified import Chains, at_least, joined
 from robosc.model.report import Report
 from robosc.source import Span
@@ -297,7 +297,7 @@ class _Writer:
 
     def _aggregate(self, node: AggregateNode, scope: Scope) -> ExprNode:
         """The node written out; once for all copies if it does not depend on their index."""
-        if scope.components or not _is_alike(node, scope):
+        if scope.components or not is_alike(node, scope):
             return self._over_components(node, scope)
         if id(node) not in self._aggregates:
             self._aggregates[id(node)] = self._over_components(node, scope)
@@ -310,7 +310,7 @@ class _Writer:
             return parts
         function = node.function.text
         own = [part for part in (node.element, node.condition) if part is not None]
-        if not scope.components and all(_is_alike(part, scope) for part in own):
+        if not scope.components and all(is_alike(part, scope) for part in own):
             elements = [self._known_element(node, member, scope) for member in members]
             known = self._chains.setdefault(id(node), {})
         else:
@@ -368,12 +368,6 @@ class _Writer:
             self._report.add("not-over-components", many.span, message, hint)
             return LiteralNode(True, span=node.span)
         return written
-
-
-def _is_alike(node: ExprNode, scope: Scope) -> bool:
-    """Whether a node names neither numbers nor conditions of a scope: it is alike in all copies."""
-    words = set(re.findall(r"\w+", node.span.text))
-    return words.isdisjoint({*scope.numbers, *scope.conditions})
 
 
 def _value(node: Any) -> int | None:

@@ -7,11 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from robosc.syntax.nodes import (
-    ExprNode,
-)
+from robosc.syntax.nodes import ExprNode
 
-__all__ = ["Scope", "filled_in", "with_place"]
+__all__ = ["Scope", "filled_in", "is_alike", "with_place"]
 
 _PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
 
@@ -53,3 +51,9 @@ def filled_in(text: str, scope: Scope) -> str:
 def with_place(copy: Any, statement: Any, scope: Scope) -> Any:
     """The copy of a statement, with the indexes that it is for."""
     return replace(copy, place=scope.place()) if hasattr(copy, "place") and not copy.place else copy
+
+
+def is_alike(node: ExprNode, scope: Scope) -> bool:
+    """Whether a node names neither numbers nor conditions of a scope: it is alike in all copies."""
+    words = set(re.findall(r"\w+", node.span.text))
+    return words.isdisjoint({*scope.numbers, *scope.conditions})

@@ -6,19 +6,17 @@ and it lets the rules of one enum name the values of another.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from copy import copy
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import replace
 
-from robosc.errors import Diagnostic
-from robosc.language.keywords import BASIC_TYPES
-from robosc.model.expr import Expr, Literal
+from robosc.model.expr import Expr
+from robosc.model.known_types import KnownTypes
 from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.report import Report
-from robosc.model.ros.definitions import MessageDefinitions, Missing
-from robosc.model.ros.missing import KINDS, MissingDefinitions
-from robosc.model.ros.types import RosTypes, is_ros_type
+from robosc.model.ros.definitions import Missing
+from robosc.model.ros.missing import KINDS
 from robosc.model.scope import FileScope, report_duplicate
+from robosc.model.type_declarations import TypeDeclarations, rule_of
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -32,11 +30,8 @@ from robosc.model.types import (
     StringType,
     Type,
 )
-from robosc.model.value_scope import ValueScope
-from robosc.model.values import type_of
 from robosc.source import Span
 from robosc.syntax.nodes import (
-    Access,
     ArrayTypeNode,
     BasicTypeNode,
     EnumNode,
@@ -45,68 +40,11 @@ from robosc.syntax.nodes import (
     Name,
     NamedTypeNode,
     ObjectNode,
-    PropertyNode,
     RosTypeNode,
     TypeNode,
 )
 
-__all__ = ["TypeTable", "TypeDeclarations"]
-
-
-@dataclass
-class TypeDeclarations:
-    """What all files of one run share: declarations by (origin, name), and what is unknown in them.
-
-    ``unknown_properties`` are properties whose type has an error, ``unknown_sources`` enums that
-    convert from such a type, ``damaged`` the declarations of which a part did not parse; ``missed``
-    are the reports of properties that an object was expected to have; ``ros`` are the types that
-    ROS itself defines.
-    """
-
-    nodes: dict[tuple[str, str], ObjectNode | EnumNode] = field(default_factory=dict)
-    unknown_properties: set[tuple[str, str, str]] = field(default_factory=set)
-    damaged: set[tuple[str, str]] = field(default_factory=set)
-    unknown_sources: set[tuple[str, str]] = field(default_factory=set)
-    missed: dict[tuple[str, str, str], list[Diagnostic]] = field(default_factory=dict)
-    ros: RosTypes = field(default_factory=lambda: RosTypes(MessageDefinitions()))
-
-    def property_node(self, object_: ObjectType, name: str) -> PropertyNode:
-        """The declaration of an object's property."""
-        node = self.nodes[object_.origin, object_.name]
-        assert isinstance(node, ObjectNode)
-        return next(p for p in node.properties if p.name.text == name)
-
-    def may_have(self, type_: ObjectType | EnumType, name: str) -> bool:
-        """Whether a property or value that is not known may be one all the same."""
-        key = (type_.origin, type_.name)
-        return key in self.damaged or (*key, name) in self.unknown_properties
-
-    def miss(self, type_: ObjectType, name: str, told: Diagnostic) -> None:
-        """Note that it was reported that an object has no such property."""
-        self.missed.setdefault((type_.origin, type_.name, name), []).append(told)
-
-    def is_misread(self, type_: ObjectType, name: str) -> bool:
-        """Whether a property may be the type of one whose name is missing."""
-        origin = type_.origin
-        is_type = name in BASIC_TYPES or (origin, name) in self.nodes
-        return is_type and (origin, type_.name) in self.damaged
-
-    def value_node(self, enum: EnumType, value: str) -> EnumRuleNode | None:
-        """The rule that declares an enum's value: the first one that gives it."""
-        node = self.nodes.get((enum.origin, enum.name))
-        return rule_of(node, value) if isinstance(node, EnumNode) else None
-
-    def is_known(self, type_: Type) -> bool:
-        """Whether what a type carries is known: an enum's source may not be."""
-        return (
-            not isinstance(type_, EnumType)
-            or (type_.origin, type_.name) not in self.unknown_sources
-        )
-
-
-def rule_of(node: EnumNode, value: str) -> EnumRuleNode | None:
-    """The first rule that gives a value."""
-    return next((rule for rule in node.rules if rule.value.text == value), None)
+__all__ = ["TypeTable"]
 
 
 # Far beyond any ROS message; keeps whatever walks through types from exhausting the stack.
@@ -127,11 +65,10 @@ _FOREIGN = {
 ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
 
 
-class TypeTable:
+class TypeTable(KnownTypes):
     """Types by name; ``None`` stands for a type whose declaration has an error.
 
-    ``condition`` types the condition of an enum rule over the incoming value's type. ``values``
-    are the constants and named conditions, ``libraries`` the types of those that are imported.
+    ``condition`` types the condition of an enum rule over the incoming value's type.
     """
 
     def __init__(
@@ -141,38 +78,10 @@ class TypeTable:
         report: Report,
         condition: ConditionTyper,
     ) -> None:
-        self.scope = scope
-        self.type_declarations = type_declarations
-        self.values = ValueScope()
-        self.libraries: dict[str, TypeTable] = {}
-        self._report = report
+        super().__init__(scope, type_declarations, report)
         self._condition = condition
-        self._missing = MissingDefinitions(type_declarations.ros.definitions, report)
-        self._types: dict[str, Type | None] = {}
         self._depths: dict[str, int] = {}
         self._open: list[str] = []
-        self._shells: dict[str, EnumType] = {}
-        self._by_value: dict[str, list[EnumType]] = {}
-        for name, node in scope.datatypes.items():
-            type_declarations.nodes[scope.origin, name] = node
-            if scope.is_damaged(node.span):
-                type_declarations.damaged.add((scope.origin, name))
-            if isinstance(node, EnumNode):
-                self.add_enum(self._shell(node))
-
-    def inside(self, values: ValueScope) -> TypeTable:
-        """The same types as a component sees them, which names values of its own."""
-        table = copy(self)
-        table.values = values
-        return table
-
-    @property
-    def all_libraries(self) -> dict[str, TypeTable]:
-        """The imported libraries, and those that they import, by name."""
-        found = dict(self.libraries)
-        for table in self.libraries.values():
-            found.update(table.all_libraries)
-        return found
 
     def resolve_all(self) -> None:
         for name in self.scope.datatypes:
@@ -182,104 +91,6 @@ class TypeTable:
                 self._object(node)
             elif isinstance(node, EnumNode):
                 self._enum(node)
-
-    def enum(self, name: str) -> EnumType | None:
-        """The enum as expressions know it."""
-        return self._shells.get(name)
-
-    def known(self, name: str) -> Type | None:
-        """A type that has been resolved, by name."""
-        return self._types.get(name)
-
-    def enums_with(self, value: str) -> Iterable[EnumType]:
-        return self._by_value.get(value, ())
-
-    def enum_values(self) -> Iterable[str]:
-        return self._by_value
-
-    def has_constant(self, interface: str, name: str) -> bool:
-        """Whether the definition of an interface has a constant."""
-        node = self.scope.interfaces[interface]
-        found = self.type_declarations.ros.constants(node.package.text, node.type.text)
-        return not isinstance(found, Missing) and name in found
-
-    def interface_constant(self, access: Access, member: Name) -> Literal | None:
-        """``interface.NAME``: a constant of its definition; None after an error."""
-        node = self.scope.interfaces[access.root.text]
-        self.scope.used_interfaces.add(access.root.text)
-        self.scope.names.use(access.root, node)
-        return self._ros_constant(node.package, node.type, member, access.span)
-
-    def ros_constant(self, package: Name, type_: Name, member: Name, span: Span) -> Literal | None:
-        """``package/Type.NAME``: a constant of a definition; None after an error."""
-        self.scope.names.note(package, Symbol(SymbolKind.ROS_PACKAGE, package.text))
-        self.scope.names.note(type_, Symbol(SymbolKind.ROS_TYPE, type_.text, package.text))
-        return self._ros_constant(package, type_, member, span)
-
-    def _ros_constant(self, package: Name, type_: Name, member: Name, span: Span) -> Literal | None:
-        found = self.type_declarations.ros.constants(package.text, type_.text)
-        if isinstance(found, Missing):
-            node = RosTypeNode(package, type_, span=span)
-            self._missing.of_interface(found, node, "message, service or action")
-            return None
-        name = f"{package.text}/{type_.text}"
-        if member.text not in found:
-            self._report.add(
-                "unknown-member",
-                member.span,
-                f"{name} has no constant '{member.text}'",
-                self._report.suggest(member.text, found, "its constants"),
-            )
-            return None
-        value = found[member.text]
-        detail = f"{value!r}, a constant of {name}"
-        symbol = Symbol(SymbolKind.ROS_CONSTANT, member.text, name, detail=detail)
-        self.scope.names.note(member, symbol)
-        return Literal(value, type_of(value), span)
-
-    def record_property(self, name: Name, object_: ObjectType) -> None:
-        """Note that a name in this file is a property of an object."""
-        if is_ros_type(object_):
-            detail = f"field of {object_.name}"
-            symbol = Symbol(SymbolKind.PROPERTY, name.text, object_.name, detail=detail)
-            self.scope.names.note(name, symbol)
-        elif (
-            object_.property(name.text) is not None
-            and (object_.origin, object_.name) in self.type_declarations.nodes
-        ):
-            node = self.type_declarations.property_node(object_, name.text)
-            self.scope.names.use(name, node, object_.name)
-
-    def record_value(self, access: Access, enum: EnumType) -> None:
-        """Note that ``value`` or ``Enum.value`` in this file is a value of an enum."""
-        value = access.root
-        if access.path and isinstance(access.path[0], Name):
-            value = access.path[0]
-            self.scope.names.use(access.root, self.scope.datatypes.get(access.root.text))
-        node = self.type_declarations.value_node(enum, value.text)
-        self.scope.names.use(value, node, enum.name)
-
-    def called_enum(self, function: Access) -> EnumType | None:
-        """The enum that is used as a function, of this file or of a library."""
-        match function.path:
-            case ():
-                found = self._types.get(function.root.text)
-                if isinstance(found, EnumType):
-                    self.scope.used_datatypes.add(found.name)
-                    self.scope.names.use(function.root, self.scope.datatypes.get(found.name))
-            case (Name(text=name),) if function.root.text in self.libraries:
-                found = self.libraries[function.root.text].known(name)
-            case _:
-                return None
-        return found if isinstance(found, EnumType) else None
-
-    def full(self, shell: EnumType) -> EnumType:
-        """The enum with its rules, where they are known already."""
-        if shell.origin == self.scope.origin:
-            known = self._types.get(shell.name)
-            if isinstance(known, EnumType):
-                return known
-        return shell
 
     def resolve(self, node: TypeNode) -> Type | None:
         """The type that a node means, or None after an error that has been reported."""
@@ -468,19 +279,6 @@ class TypeTable:
             else:
                 properties.append((name, type_))
         return ObjectType(node.name.text, self.scope.origin, tuple(properties))
-
-    def add_enum(self, enum: EnumType) -> None:
-        """Let expressions know an enum and its values."""
-        self._shells[enum.name] = enum
-        for value in enum.values:
-            self._by_value.setdefault(value, []).append(enum)
-
-    def _shell(self, node: EnumNode) -> EnumType:
-        """The enum by its values, without rules."""
-        values = tuple(dict.fromkeys(rule.value.text for rule in node.rules))
-        defaults = [rule.value.text for rule in node.rules if rule.condition is None]
-        default = defaults[0] if defaults else (values[0] if values else "")
-        return EnumType(node.name.text, self.scope.origin, NoneType(), values, default, ())
 
     def _enum(self, node: EnumNode) -> EnumType:
         """The enum. With an error it is still known by its values, without the faulty rules."""

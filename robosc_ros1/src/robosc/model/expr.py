@@ -4,7 +4,8 @@ Names are resolved to what they mean, and each node knows its type. Equality ign
 expressions compare equal wherever they were written.
 
 What the operators mean is said in :mod:`robosc.language.operators`. What is computed from an
-expression bottom up (a value, a text, the states where it holds) is an instance of :func:`fold`.
+expression bottom up (a value, a text, the states where it holds) is an instance of
+:func:`robosc.model.traversal.fold`.
 """
 
 from __future__ import annotations

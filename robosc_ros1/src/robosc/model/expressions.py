@@ -18,7 +18,7 @@ the user writes ``Enum.value`` or ``Component.name``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from robosc.language.functions import AGGREGATES
 from robosc.language.operators import BINARY, UNARY, Operand
@@ -32,17 +32,8 @@ from robosc.model.calls import (
 from robosc.model.datatypes import TypeTable
 from robosc.model.durations import typed_duration
 from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, expected_type, needs_of
-from robosc.model.expr import (
-    Aggregate,
-    Binary,
-    Convert,
-    ElementRef,
-    Expr,
-    Literal,
-    StateRef,
-    Unary,
-    ValueRef,
-)
+from robosc.model.expr import Aggregate, Binary, Convert, ElementRef, Expr, Literal, Unary, ValueRef
+from robosc.model.incoming import RULE, Incoming, is_value
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.parts import Parts, path_of
@@ -60,6 +51,7 @@ from robosc.model.types import (
     ObjectType,
     Type,
 )
+from robosc.model.typing_messages import VALUE_PLACES, alternatives, may_be_compared, of_three
 from robosc.model.unknown import NameFaults, last_name
 from robosc.model.values import comparable, describe, result_type, type_of
 from robosc.syntax.nodes import (
@@ -78,35 +70,7 @@ from robosc.syntax.nodes import (
     UnaryNode,
 )
 
-__all__ = [
-    "RULE", "Incoming", "Typer", "is_value", "no_value",
-]  # fmt: skip
-
-
-RULE = "the condition of a rule"
-"""The place that an enum's rule is."""
-
-
-@dataclass(frozen=True)
-class Incoming:
-    """What ``value`` means at a place: a type, or None with the reason why it means nothing.
-
-    ``known`` is False where its type has an error: then whatever reads it is silent. ``optional``
-    tells that it may not have come.
-    """
-
-    type: Type | None
-    reason: str = ""
-    known: bool = True
-    optional: bool = False
-
-
-def no_value(reason: str) -> Incoming:
-    return Incoming(None, reason)
-
-
-def is_value(access: Access) -> bool:
-    return access.root.text == "value" and not is_escaped(access.root)
+__all__ = ["Typer"]
 
 
 class Typer:
@@ -192,7 +156,7 @@ class Typer:
             hint = "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
         elif isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
             hint = "a double never becomes an integer by itself"
-        elif (comparison := _of_three(node, place)) is not None:
+        elif (comparison := of_three(node, place)) is not None:
             hint = comparison
         elif place == RULE and isinstance(node, LiteralNode):
             hint = f"write: value = {node.span.text}"
@@ -248,7 +212,7 @@ class Typer:
         if known is None:
             self._silently(second, place)
             return None
-        if not _may_be_compared(known.type):
+        if not may_be_compared(known.type):
             self._report.add(
                 "type-mismatch",
                 first.span,
@@ -323,7 +287,7 @@ class Typer:
             "type-mismatch",
             wrong.span,
             f"'{node.operator}' compares two values of one type: this is "
-            f"{_alternatives(given)}, the other side is {_alternatives(other)}",
+            f"{alternatives(given)}, the other side is {alternatives(other)}",
             hint,
         )
 
@@ -351,7 +315,7 @@ class Typer:
             self._report.add(
                 "type-mismatch",
                 access.span,
-                f"{place} needs {expected.text}, this is {_alternatives(meanings)}",
+                f"{place} needs {expected.text}, this is {alternatives(meanings)}",
                 hint,
             )
         return None
@@ -419,7 +383,7 @@ class Typer:
         if incoming.type is None:
             if incoming.known:
                 self._report.add(
-                    "value-not-allowed", access.root.span, incoming.reason, _VALUE_PLACES
+                    "value-not-allowed", access.root.span, incoming.reason, VALUE_PLACES
                 )
             return None
         if isinstance(incoming.type, NoneType):
@@ -431,34 +395,3 @@ class Typer:
         if type_ is None:
             return None
         return ValueRef(path_of(access), type_, access.span, incoming.optional)
-
-
-def _of_three(node: ExprNode, place: str) -> str | None:
-    """What to write instead of ``a < x < b``, if that is what a comparison is compared for."""
-    orders = {f"'{o.spelling}'": o.spelling for o in BINARY.values() if o.is_comparison}
-    if place not in orders or not isinstance(node, BinaryNode):
-        return None
-    if not BINARY[node.operator].is_comparison:
-        return None
-    middle = node.right.span.text
-    return f"write {node.span.text} and {middle} {orders[place]} …"
-
-
-_VALUE_PLACES = (
-    "'value' may stand in enum rules and after 'on response', 'on feedback' and an action's"
-    " 'on error'"
-)
-
-
-def _may_be_compared(type_: Type) -> bool:
-    return comparable(type_, type_)
-
-
-def _alternatives(meanings: list[Expr]) -> str:
-    return " or ".join(dict.fromkeys(_in_words(m) for m in meanings))
-
-
-def _in_words(meaning: Expr) -> str:
-    if isinstance(meaning, StateRef):
-        return "a state (a boolean)"
-    return describe(meaning.type)

@@ -16,12 +16,13 @@ from robosc.model.components import (
     declare,
     join,
 )
-from robosc.model.datatypes import TypeDeclarations, TypeTable
+from robosc.model.datatypes import TypeTable
 from robosc.model.entities import Component, Preference, Provide, Requirement
 from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr, RosParameter
-from robosc.model.expressions import RULE, Incoming, Typer
+from robosc.model.expressions import Typer
 from robosc.model.freshness import check_freshness
+from robosc.model.incoming import RULE, Incoming
 from robosc.model.indexes import check_indexes
 from robosc.model.named_values import NamedValueTyper
 from robosc.model.overlap import check_overlaps
@@ -32,6 +33,7 @@ from robosc.model.ros.links import Binder
 from robosc.model.scope import FileScope, report_duplicate
 from robosc.model.statements import StatementResolver, check_preferences
 from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
+from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import EnumType, Type
 from robosc.model.usage import Usage
 from robosc.model.value_scope import Given, ValueScope

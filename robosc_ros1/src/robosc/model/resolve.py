@@ -15,7 +15,6 @@ from pathlib import Path
 
 from robosc.errors import Diagnostic, Note, Severity, has_errors, sort_diagnostics
 from robosc.model.copies import write_out
-from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import Robot
 from robosc.model.file_resolver import FileContents, FileResolver
 from robosc.model.libraries import LibraryFinder, Reader
@@ -23,6 +22,7 @@ from robosc.model.report import Report, listing
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.types import RosTypes
 from robosc.model.scope import FileScope
+from robosc.model.type_declarations import TypeDeclarations
 from robosc.source import Source
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.parser import parse, read_source

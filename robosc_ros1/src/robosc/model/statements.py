@@ -11,31 +11,17 @@ from robosc.errors import Note
 from robosc.model.communications import resolve_communication
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
-from robosc.model.entities import (
-    Data,
-    DataObject,
-    Kind,
-    Preference,
-    Provide,
-    Requirement,
-)
+from robosc.model.entities import Data, DataObject, Kind, Preference, Provide, Requirement
 from robosc.model.expected import BOOLEAN
-from robosc.model.expressions import Typer, no_value
+from robosc.model.expressions import Typer
+from robosc.model.incoming import no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.report import Report
 from robosc.model.ros.links import Binder
 from robosc.model.tables import CommunicationInfo, SymbolTable
-from robosc.model.types import (
-    NoneType,
-)
+from robosc.model.types import NoneType
 from robosc.source import Span
-from robosc.syntax.nodes import (
-    Access,
-    DataObjectNode,
-    PreferNode,
-    ProvideNode,
-    RequirementNode,
-)
+from robosc.syntax.nodes import Access, DataObjectNode, PreferNode, ProvideNode, RequirementNode
 
 __all__ = ["StatementResolver", "check_preferences"]
 

@@ -12,151 +12,35 @@ again, so that no command is sent from an older state than need be.
 
 from __future__ import annotations
 
-import threading
-import time
 import traceback
-from queue import Empty, SimpleQueue
-from types import MethodType
-from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple, Union
+from queue import Empty
+from typing import Any, Callable, FrozenSet, List, Optional, Union
 
-from .calls import Calls, Failure
-from .clocks import Clocks, Timer, Watch
+from .calls import Failure
+from .clocks import Timer, Watch
 from .inbox import Inbox
-from .internal import InternalTransitions
-from .model import Controller, Input
-from .port import Port
-from .recorder import STOP_COMMAND, EventRecorder, Throttle
-from .scheduler import CommandScheduler, ScheduledCommand
-from .settings import Settings
+from .intake import BoundInput, Inputs, Intake, Item, Message
+from .recorder import STOP_COMMAND
+from .scheduler import ScheduledCommand
 from .values import Mismatch, Undefined, demand_finite
 
 __all__ = ["INACTIVE", "Engine"]
 
 INACTIVE = "not active"
 """Why an engine does not command that is suspended."""
-_ENDS = ("response", "error")
 _LONGEST_WAIT = 3600.0
 """Seconds; a queue refuses to wait for centuries, as some deadline may ask for."""
 
 
-class _BoundInput:
-    """An input with its methods bound, and what the queue needs to know of it."""
-
-    __slots__ = ("apply", "call", "ends", "key", "kind", "name", "read", "writes")
-
-    def __init__(self, controller: Controller, entry: Input, name: str, call: bool) -> None:
-        self.key = entry.key
-        self.kind = entry.kind
-        self.name = name
-        self.call = call  # belongs to a request of a service or an action
-        self.ends = entry.key if call and entry.kind in _ENDS else None
-        self.read: Optional[Callable[[Any], Any]] = (
-            None if entry.read is None else MethodType(entry.read, controller)
-        )
-        self.apply: Callable[[Any], None] = MethodType(entry.apply, controller)
-        self.writes = frozenset(entry.writes)
-
-
-_Inputs = Tuple[_BoundInput, ...]
-_Message = Tuple[_Inputs, Any, Union[int, Inbox]]
-_Item = Union[_Message, Callable[[], None], None]
-"""The inputs that a message means, with the message and the token of its request or the inbox of
-its topic; something to do between two events; or just a reason to look at the clock."""
 _BATCH = 100
 """So many items are taken before commands and deadlines have their turn."""
 
 
-class Engine:
+class Engine(Intake):
     """Executes a controller against a port. All public methods may be called from any thread but
     ``run``, ``begin``, ``cycle`` and ``restart_clocks``, which are the engine thread's."""
 
-    def __init__(
-        self,
-        controller: Controller,
-        port: Port,
-        settings: Optional[Settings] = None,
-        steady: Callable[[], float] = time.monotonic,
-    ) -> None:
-        self.settings = settings or Settings()
-        self.controller = controller
-        self.recorder = EventRecorder()
-        self.stopped: Optional[str] = None
-        """Why a safe stop was made, or None."""
-        self.changed = threading.Event()
-        """Set after a cycle in which something happened, for a reporter."""
-        self._port = port
-        self._steady = steady
-        self._names = {c.key: c.name for c in controller.COMMUNICATIONS}
-        sorts = {c.key: c.sort for c in controller.COMMUNICATIONS}
-        self._inputs = {
-            (i.key, i.kind): _BoundInput(
-                controller, i, self._names[i.key], sorts[i.key] in ("service", "action")
-            )
-            for i in controller.INPUTS
-        }
-        self._transitions = InternalTransitions(controller)
-        self._scheduler = CommandScheduler(
-            controller, self.settings.rate_of, self.settings.order, self.settings.seed
-        )
-        self._calls = Calls(
-            self.settings.timeout_of,
-            self.settings.goal_timeout_of,
-            self.settings.server_lost_after,
-            port.silence,
-        )
-        self._clocks = Clocks(controller, self.settings.timeout_of, self.settings.seconds)
-        self._throttle = Throttle()
-        self._queue: "SimpleQueue[_Item]" = SimpleQueue()
-        self._inboxes: Dict[Tuple[str, ...], Inbox] = {}
-        self._undefined = 0
-        self._closing = False
-
     # From any thread
-
-    def post(self, key: str, kind: str, message: Any = None) -> None:
-        """The robot sent a message; it is converted on the engine thread."""
-        if kind == "response" and not self._inputs[key, kind].call:
-            self.poster([key])(message)
-        else:
-            self._queue.put(((self._inputs[key, kind],), message, 0))
-
-    def poster(self, keys: Sequence[str]) -> Callable[[Any], None]:
-        """Return a function that posts the messages of a topic.
-
-        Each message is one input, whatever the number of its communications: all of them are
-        applied, in this order, before internal transitions are taken and commands sent.
-        """
-        found = self._inboxes.get(tuple(keys))
-        if found is None:
-            entries = tuple(self._inputs[key, "response"] for key in keys)
-            watched = any(self._clocks.is_watched(key) for key in keys)
-            now = self._port.now if watched else None
-            found = self._inboxes.setdefault(tuple(keys), Inbox(self._queue.put, entries, now))
-        return found.post
-
-    def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
-        """A request went on: "accepted", "feedback", "response", or "error" with the reason.
-
-        An error that came with a result has both in a :class:`~.calls.Failure`.
-        """
-        if kind == "error" and not isinstance(payload, Failure):
-            payload = Failure(str(payload))
-        if kind == "accepted":
-            self._queue.put(lambda: self._calls.accept(key, token, self._steady()))
-        else:
-            self._queue.put(((self._inputs[key, kind],), payload, token))
-
-    def invoke(self, function: Callable[[], None]) -> None:
-        """Have the engine thread call the function between two events."""
-        self._queue.put(function)
-
-    def wake(self) -> None:
-        """Have the engine look at its clock again: simulated time went on."""
-        self._queue.put(None)
-
-    def tell(self, level: str, text: str) -> None:
-        """Write to the log."""
-        self._queue.put(lambda: self._port.log(level, text))
 
     def stop(self, reason: str) -> None:
         """Make a safe stop."""
@@ -176,10 +60,6 @@ class Engine:
     def close(self) -> None:
         """Cancel what runs, send the stop command, and let ``run`` return."""
         self._queue.put(self._close)
-
-    @property
-    def backlog(self) -> int:
-        return self._queue.qsize()
 
     # The engine thread
 
@@ -221,7 +101,7 @@ class Engine:
     def _time_to_command(self, now: float) -> Optional[float]:
         return self._scheduler.time_to_next(now)
 
-    def cycle(self, item: _Item = None) -> None:
+    def cycle(self, item: Item = None) -> None:
         """Handle the item and all that is queued, then perform each command that is due, once."""
         self._guarded(self._cycle, item)
 
@@ -239,7 +119,7 @@ class Engine:
         if self.recorder.number != number and not self.changed.is_set():
             self.changed.set()
 
-    def _cycle(self, item: _Item) -> None:
+    def _cycle(self, item: Item) -> None:
         if item is not None:
             self._take(item)
         while True:
@@ -269,7 +149,7 @@ class Engine:
 
     # Inputs
 
-    def _take(self, item: Union[_Message, Callable[[], None]]) -> None:
+    def _take(self, item: Union[Message, Callable[[], None]]) -> None:
         if not isinstance(item, tuple):
             item()
             return
@@ -286,7 +166,7 @@ class Engine:
                 self._calls.end(entry.key)
         self._input(entries, message)
 
-    def _arrived(self, entries: _Inputs, message: Any, inbox: Inbox) -> None:
+    def _arrived(self, entries: Inputs, message: Any, inbox: Inbox) -> None:
         arrival = inbox.take()
         applied = self._input(entries, message)
         if inbox.is_watched:
@@ -316,7 +196,7 @@ class Engine:
             self._port.abandon(key, token)
             self._input((self._inputs[key, "error"],), Failure(reason))
 
-    def _input(self, entries: _Inputs, message: Any) -> List[_BoundInput]:
+    def _input(self, entries: Inputs, message: Any) -> List[BoundInput]:
         """Apply one input: the events that a message means, then run to completion.
 
         Returns the events that could be applied.
@@ -332,7 +212,7 @@ class Engine:
         self._after(writes, entries[0].ends)
         return applied
 
-    def _apply(self, entry: _BoundInput, message: Any) -> bool:
+    def _apply(self, entry: BoundInput, message: Any) -> bool:
         """Apply one event; whether it could be."""
         value = None
         try:
@@ -355,7 +235,7 @@ class Engine:
         self.recorder.record(entry.kind, entry.name, value, "applied", detail)
         return True
 
-    def _mismatch(self, entry: _BoundInput, message: Any, value: Any, reason: str) -> None:
+    def _mismatch(self, entry: BoundInput, message: Any, value: Any, reason: str) -> None:
         counters = self.recorder.counters
         counters["mismatches"] += 1
         self.recorder.record(entry.kind, entry.name, value, "mismatch", reason)
@@ -512,27 +392,3 @@ class Engine:
             self._closing = True
             if self.stopped is None:
                 self._withdraw()
-
-    def _log(self, level: str, subject: str, text: str) -> None:
-        admitted = self._throttle(subject, text, self._steady())
-        if admitted is not None:
-            self._port.log(level, admitted)
-
-    # For reporters, on the engine thread
-
-    def snapshot(self) -> Dict[str, Any]:
-        """The state with all that goes with it, to be looked at by another thread."""
-        dropped = sum(inbox.dropped for inbox in list(self._inboxes.values()))
-        if dropped != self.recorder.counters["dropped"]:
-            self.recorder.counters["dropped"] = dropped
-            self._log("warning", "dropped", "messages come faster than they can be handled")
-        left = self._clocks.time_left(self._port.now())
-        return {
-            "clocks": {self._names.get(key, key): time for key, time in left.items()},
-            "controller": self.controller.copy(),
-            "counters": dict(self.recorder.counters),
-            "number": self.recorder.number,
-            "stopped": self.stopped,
-            "backlog": self.backlog,
-            "counts": {(c.key, c.kind): c.count for c in self._scheduler.commands},
-        }

@@ -32,14 +32,7 @@ from robosc.model.traversal import path_text, walk
 from robosc.model.types import DoubleType, IntegerType, Value, domain
 from robosc.runtime.values import widen
 from robosc.simulate.faults import InvalidLine, Refused
-from robosc.simulate.machine import (
-    Choice,
-    CommandState,
-    Happening,
-    draw_values,
-    few_values,
-    label,
-)
+from robosc.simulate.machine import Choice, CommandState, Happening, draw_values, few_values, label
 from robosc.simulate.reasons import reasons
 from robosc.simulate.state import SystemState, is_true, sent_data, state_of
 from robosc.simulate.values import (

@@ -9,16 +9,7 @@ from pyparsing import ParserElement
 from robosc.language.keywords import Role, words_of
 from robosc.syntax import terminals as t
 from robosc.syntax.blocks import Block, Child, Items, Rule
-from robosc.syntax.elements import (
-    built,
-    choice,
-    in_words,
-    keyword,
-    listed,
-    maybe,
-    symbol,
-    terminal,
-)
+from robosc.syntax.elements import built, choice, in_words, keyword, listed, maybe, symbol, terminal
 from robosc.syntax.expressions import ACCESS, Expression
 from robosc.syntax.nodes import (
     AfterNode,

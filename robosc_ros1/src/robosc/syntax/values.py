@@ -9,10 +9,7 @@ from typing import Any
 from robosc.language.keywords import RESERVED
 from robosc.language.tokens import BAD_NUMBER, INTEGER
 from robosc.source import Span
-from robosc.syntax.nodes import (
-    Access,
-    Name,
-)
+from robosc.syntax.nodes import Access, Name
 from robosc.syntax.reading import Build, Fault, Reading
 
 __all__ = [

@@ -9,13 +9,7 @@ from functools import partial
 from robosc.ir.combining import result_transitions
 from robosc.ir.expr import Leaf, evaluate, to_dsl
 from robosc.ir.finite.classes import Classes, Comparison
-from robosc.ir.finite.terms import (
-    Term,
-    Terms,
-    compared_in_rules,
-    is_constant,
-    value_of,
-)
+from robosc.ir.finite.terms import Term, Terms, compared_in_rules, is_constant, value_of
 from robosc.ir.finite.view import (
     FiniteView,
     Scope,
@@ -27,13 +21,7 @@ from robosc.ir.finite.view import (
     may_be_missing,
 )
 from robosc.language.operators import MIRRORED
-from robosc.model.entities import (
-    Component,
-    Provide,
-    ResultTransition,
-    Robot,
-    data_expressions,
-)
+from robosc.model.entities import Component, Provide, ResultTransition, Robot, data_expressions
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
@@ -48,14 +36,7 @@ from robosc.model.expr import (
     VariableRef,
 )
 from robosc.model.traversal import may_be_undefined, rewritten, walk
-from robosc.model.types import (
-    ArrayType,
-    BooleanType,
-    DoubleType,
-    IntegerType,
-    ObjectType,
-    domain,
-)
+from robosc.model.types import ArrayType, BooleanType, DoubleType, IntegerType, ObjectType, domain
 
 __all__ = ["ViewBuilder", "finite_view", "sent_wholes"]
 

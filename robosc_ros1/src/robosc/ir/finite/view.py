@@ -14,19 +14,8 @@ from typing import TypeAlias
 
 from robosc.ir.expr import Leaf
 from robosc.ir.finite.classes import Classes
-from robosc.ir.finite.terms import (
-    Term,
-    Terms,
-    reads_parameters,
-    value_of,
-)
-from robosc.model.entities import (
-    Assignment,
-    EventKind,
-    ResultTransition,
-    Robot,
-    Variable,
-)
+from robosc.ir.finite.terms import Term, Terms, reads_parameters, value_of
+from robosc.model.entities import Assignment, EventKind, ResultTransition, Robot, Variable
 from robosc.model.expr import (
     Aggregate,
     Binary,
@@ -41,9 +30,7 @@ from robosc.model.expr import (
     VariableRef,
 )
 from robosc.model.traversal import may_be_undefined, walk
-from robosc.model.types import (
-    Value,
-)
+from robosc.model.types import Value
 
 __all__ = ["FiniteView", "may_be_missing", "reference_to"]
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from robosc.model.datatypes import TypeDeclarations
 from robosc.model.entities import Binding
 from robosc.model.report import Report, listing
 from robosc.model.ros.definitions import (
@@ -24,14 +23,8 @@ from robosc.model.ros.fit import misfit
 from robosc.model.ros.missing import KINDS, MissingDefinitions
 from robosc.model.ros.sent import SentData
 from robosc.model.ros.types import Folder, is_ros_type
-from robosc.model.types import (
-    ArrayType,
-    EnumType,
-    IntegerType,
-    NoneType,
-    ObjectType,
-    Type,
-)
+from robosc.model.type_declarations import TypeDeclarations
+from robosc.model.types import ArrayType, EnumType, IntegerType, NoneType, ObjectType, Type
 from robosc.model.usage import Direction, Path, Usage
 from robosc.source import Span
 from robosc.syntax.nodes import (

@@ -15,12 +15,7 @@ from robosc.synthesis.dense.bitset import Bitset
 from robosc.synthesis.dense.dimensions import Dim
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dropping import select
-from robosc.synthesis.minimise import (
-    LARGEST_TABLE,
-    Table,
-    condition_of,
-    condition_of_products,
-)
+from robosc.synthesis.minimise import LARGEST_TABLE, Table, condition_of, condition_of_products
 from robosc.synthesis.sum_of_products import Diagrams, TooLarge
 from robosc.synthesis.vectorised import Bools, Indexes, evaluate_vectorised, support
 

@@ -1,0 +1,258 @@
+"""The plant as plain data, for the test that plays the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from robosc.emit.modeldata import Json
+from robosc.emit.naming import place
+from robosc.language.events import EventKind
+from robosc.model.entities import (
+    Communication,
+    Component,
+    Data,
+    DataArray,
+    DataObject,
+    ResultTransition,
+    Robot,
+    Tau,
+)
+from robosc.model.expr import (
+    Aggregate,
+    Convert,
+    ElementRef,
+    Expr,
+    Leaf,
+    Literal,
+    Operation,
+    ParameterRef,
+    Part,
+    PhaseRef,
+    StateRef,
+    ValueRef,
+    VariableRef,
+)
+from robosc.model.traversal import fold
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+    Type,
+)
+from robosc.model.usage import Direction, Usage, converted_part
+from robosc.supervisor import Guard
+
+__all__ = ["plant_data"]
+
+
+def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
+    """What an interpreter needs: expressions and types as nested lists.
+
+    ``restricted`` are the commands (kind, communication) that synthesis forbids where requirements
+    do not, with what it demands where they can happen; ``preferences`` has, by communication, those
+    that are preferred to it.
+
+    Expressions are ``["=", left, right]`` and the like, ``["!", e]``, ``["negative", e]``, and the
+    leaves ``["literal", v]``, ``["variable", "C.v"]``, ``["state", "C", "s"]``,
+    ``["parameter", name]``, ``["value", path, type]``.
+    """
+    enums: dict[str, EnumType] = {}
+    usage = Usage(robot.components, robot.provides)
+    return {
+        "robot": robot.name,
+        "parameters": {p.key: p.default for p in robot.parameters},
+        "components": [_plant_component(c, enums) for c in robot.components if c.behaviour],
+        "communications": [
+            _plant_communication(c, robot, enums, usage) for c in robot.communications.values()
+        ],
+        "requirements": [
+            {
+                "kind": r.kind,
+                "communications": list(r.communications),
+                "condition": _tree(r.condition, enums),
+                "text": r.text,
+                "place": place(r.span),
+            }
+            for r in robot.requirements
+        ],
+        "provides": [
+            {
+                "communication": p.communication,
+                "condition": None if p.condition is None else _tree(p.condition, enums),
+                "data": _provided(p.data, robot.communications[p.communication], enums),
+            }
+            for p in robot.provides
+        ],
+        "enums": _enum_tables(enums),
+        "preferences": {key: list(others) for key, others in robot.yields_to.items()},
+        "restricted": [
+            [guard.event.kind.value, guard.event.key, _tree(guard.expr, enums)]
+            for guard in guards
+            if guard.status != "as required" and guard.event.kind is not EventKind.TAU
+        ],
+    }
+
+
+def _plant_communication(
+    communication: Communication, robot: Robot, enums: dict[str, EnumType], usage: Usage
+) -> Json:
+    binding = communication.binding
+
+    def part(direction: Direction, type_: Type) -> Json:
+        return _type(usage.part(communication.key, direction, type_), enums)
+
+    return {
+        "key": communication.key,
+        "name": robot.display_names[communication.key],
+        "kind": communication.kind.value,
+        "timeout": communication.timeout is not None,
+        "identifier": communication.identifier,
+        "interface": [binding.package, binding.type],
+        "request": part("request", communication.request),
+        "response": part("response", communication.response),
+        "feedback": part("feedback", communication.feedback),
+        "request_field": binding.request_field,
+        "response_field": binding.response_field,
+        "feedback_field": binding.feedback_field,
+    }
+
+
+def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
+    behaviour = component.behaviour
+    assert behaviour is not None
+
+    def tree(expr: Expr | None) -> Json:
+        return None if expr is None else _tree(expr, enums)
+
+    entries: list[tuple[str | None, ResultTransition]] = [(None, t) for t in behaviour.transitions]
+    taus: list[tuple[str | None, Tau]] = [(None, t) for t in behaviour.taus]
+    for state in behaviour.states:
+        entries.extend((state.name, t) for t in state.transitions)
+        taus.extend((state.name, t) for t in state.taus)
+    return {
+        "name": component.name,
+        "states": [s.name for s in behaviour.states],
+        "initial": next(s.name for s in behaviour.states if s.initial),
+        "variables": [
+            {
+                "name": v.name,
+                "type": _type(v.type, enums),
+                "initial": v.initial,
+                "in_state": v.in_state,
+            }
+            for v in behaviour.variables
+        ],
+        "transitions": [
+            {
+                "from": state,
+                "event": t.event.value,
+                "communication": t.communication,
+                "guard": tree(t.guard),
+                "assign": [[a.variable, tree(a.value)] for a in t.assignments],
+                "goto": t.goto,
+            }
+            for state, t in entries
+        ],
+        "taus": [
+            {
+                "from": state,
+                "index": t.index,
+                "guard": tree(t.guard),
+                "goto": t.goto,
+            }
+            for state, t in taus
+        ],
+        "afters": [
+            {
+                "from": state.name,
+                "index": after.index,
+                "delay": tree(after.delay),
+                "guard": tree(after.transition.guard),
+                "assign": [[a.variable, tree(a.value)] for a in after.transition.assignments],
+                "goto": after.transition.goto,
+            }
+            for state in behaviour.states
+            for after in state.afters
+        ],
+    }
+
+
+def _provided(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:
+    """Provided data: of fields, of the only field, or a whole object that was stored."""
+    if isinstance(data, Operation | Leaf) and isinstance(communication.request, ObjectType):
+        return {"whole": _tree(data, enums)}
+    return _data(data, communication, enums)
+
+
+def _data(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:
+    if isinstance(data, DataArray):
+        return {"elements": [_data(d, communication, enums) for d in data.elements]}
+    if isinstance(data, DataObject):
+        return {"fields": [[name, _data(d, communication, enums)] for name, d in data.fields]}
+    return {"field": communication.binding.request_field, "value": _tree(data, enums)}
+
+
+def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
+    def leaf(node: Literal | Leaf) -> Json:
+        match node:
+            case Literal(value=value):
+                return ["literal", value]
+            case VariableRef(component=component, variable=name):
+                return ["variable", f"{component}.{name}"]
+            case StateRef(component=component, state=state):
+                return ["state", component, state]
+            case ValueRef(path=path, type=type_):
+                return ["value", list(path), _type(type_, enums)]
+            case ElementRef(variable=name, path=path, type=type_):
+                return ["bound", name, list(path), _type(type_, enums)]
+            case ParameterRef(parameter=parameter):
+                return ["parameter", parameter.key]
+            case PhaseRef(communication=key, phase=phase):
+                return [phase, key]
+
+    def operation(node: Operation, operands: tuple[Json, ...]) -> Json:
+        if isinstance(node, Convert):
+            return ["convert", _type(node.type, enums), *operands]
+        if isinstance(node, Aggregate):
+            return ["each", node.operator, node.variable, *operands]
+        if isinstance(node, Part):
+            return ["part", *operands, list(node.path), _type(node.type, enums)]
+        return [node.operation.key, *operands]
+
+    return fold(expr, leaf, operation)
+
+
+def _type(type_: Type, enums: dict[str, EnumType]) -> Json:
+    match type_:
+        case NoneType() | BooleanType() | StringType() | DoubleType():
+            return [str(type_)]
+        case IntegerType(bounds=bounds):
+            return ["integer", *(bounds or ())]
+        case ArrayType(element=element):
+            return ["array", _type(element, enums)]
+        case ObjectType(properties=properties):
+            return ["object", [[name, _type(inner, enums)] for name, inner in properties]]
+        case EnumType():
+            name = f"{type_.origin}.{type_.name}"
+            enums.setdefault(name, type_)
+            return ["enum", name]
+
+
+def _enum_tables(enums: dict[str, EnumType]) -> dict[str, Json]:
+    """All enums found, and those that their rules and sources mention."""
+    tables: dict[str, Json] = {}
+    while pending := [name for name in enums if name not in tables]:
+        for name in pending:
+            enum = enums[name]
+            tables[name] = {
+                "from": _type(converted_part(enum), enums),
+                "values": list(enum.values),
+                "default": enum.default,
+                "rules": [[_tree(rule.condition, enums), rule.value] for rule in enum.rules],
+            }
+    return tables

@@ -1,0 +1,330 @@
+"""Texts that a client has open: read after a pause, and their diagnostics told.
+
+Reading a model takes some ten milliseconds, a long one up to a second. So a text is read when no
+key comes for a moment, the longer it is the longer, a long one in a thread of its own. Synthesis is
+computed in a process (:mod:`robosc.lsp.derived`).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from lsprotocol import types
+from pygls.lsp.server import LanguageServer
+
+from robosc.errors import Diagnostic, sort_diagnostics
+from robosc.lsp import wire
+from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.derived import Derived, command, derived_from, moved, request_for
+from robosc.lsp.positions import Encoding
+from robosc.pipeline import collector_at_rest
+from robosc.resources import diagnostics_page
+from robosc.source import Source
+
+__all__ = ["OpenTexts"]
+
+
+_PAUSE = 0.05
+_PAUSE_PER_CHARACTER = 1e-6
+_LONGEST_PAUSE = 0.25
+"""Seconds without a keystroke until diagnostics are told: who types on gets none in between."""
+
+_QUIET = 0.03
+"""Seconds after the last message: what waits to be read is read by then."""
+
+_REST = 0.5
+"""Seconds without a keystroke until synthesis begins."""
+
+_PATIENCE = 300.0
+"""Seconds after which a process is given up that has not given up by itself."""
+
+_WATCHED = ("**/*.{rscd,rsc,msg,srv,action}", "**/package.xml")
+
+
+class OpenTexts:
+    """The files of one client, and what it is told of them without being asked."""
+
+    def __init__(self, version: str, desk: Desk) -> None:
+        self.server = LanguageServer(
+            "robosc", version, text_document_sync_kind=types.TextDocumentSyncKind.Incremental
+        )
+        self._desk = desk
+        self._given_path = tuple(desk.library_path)
+        self._derived: dict[str, Derived] = {}
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+        self._awaited: dict[str, asyncio.Future[None]] = {}
+        self._runs: dict[str, asyncio.Task[None]] = {}
+        self._reads: set[asyncio.Task[None]] = set()  # the loop itself keeps no task alive
+        self._reader = ThreadPoolExecutor(1)
+        self._handled_at = 0.0
+        self._page = _installed_page()
+
+    # --- the client and its files ----------------------------------------------------------------
+
+    @property
+    def _encoding(self) -> Encoding:
+        chosen = self.server.server_capabilities.position_encoding
+        value = getattr(chosen, "value", chosen)
+        return "utf-8" if value == "utf-8" else "utf-32" if value == "utf-32" else "utf-16"
+
+    def _initialize(self, params: types.InitializeParams) -> None:
+        self._configure(params.initialization_options)
+
+    def _initialized(self, params: types.InitializedParams) -> None:
+        self._find_folders()
+        watching = self.server.client_capabilities.workspace
+        watching = watching.did_change_watched_files if watching is not None else None
+        if watching is None or not watching.dynamic_registration:
+            return
+        watchers = [types.FileSystemWatcher(pattern) for pattern in _WATCHED]
+        registration = types.Registration(
+            "files",
+            types.WORKSPACE_DID_CHANGE_WATCHED_FILES,
+            types.DidChangeWatchedFilesRegistrationOptions(watchers),
+        )
+        self.server.client_register_capability(types.RegistrationParams([registration]))
+
+    def _find_folders(self) -> None:
+        folders = self.server.workspace.folders.values()
+        roots = [wire.path_of(folder.uri) for folder in folders]
+        if not roots and self.server.workspace.root_path:
+            roots = [self.server.workspace.root_path]
+        self._desk.folders = roots
+
+    def _configured(self, params: types.DidChangeConfigurationParams) -> None:
+        settings = params.settings
+        if isinstance(settings, Mapping):
+            self._configure(settings.get("robosc", settings))
+            self._refresh()
+
+    def _configure(self, options: Any) -> None:
+        """``libraryPath``, ``strict`` and ``documentation``; others are as good as absent.
+
+        Folders are relative to the workspace.
+        """
+        if not isinstance(options, Mapping):
+            return
+        folders = options.get("libraryPath")
+        if isinstance(folders, list):
+            self._find_folders()
+            home = Path(*self._desk.folders[:1])
+            more = [str(home / Path(f).expanduser()) for f in folders if isinstance(f, str)]
+            self._desk.library_path = [*self._given_path, *more]
+        if isinstance(options.get("strict"), bool):
+            self._desk.strict = options["strict"]
+        site = options.get("documentation")
+        if isinstance(site, str):
+            self._page = f"{site.rstrip('/')}/diagnostics/" if site else _installed_page()
+
+    def _shutdown(self, params: None) -> None:
+        for timer in self._timers.values():
+            timer.cancel()
+        for run in self._runs.values():
+            run.cancel()
+
+    def _opened(self, params: types.DidOpenTextDocumentParams) -> None:
+        self._take(params.text_document.uri, 0.0)
+
+    def _changed(self, params: types.DidChangeTextDocumentParams) -> None:
+        self._take(params.text_document.uri, _REST)
+
+    def _saved(self, params: types.DidSaveTextDocumentParams) -> None:
+        self._refresh()
+
+    def _files_changed(self, params: types.DidChangeWatchedFilesParams) -> None:
+        self._refresh()
+
+    def _folders_changed(self, params: types.DidChangeWorkspaceFoldersParams) -> None:
+        self._refresh()
+
+    def _refresh(self) -> None:
+        self._find_folders()
+        self._desk.refresh()
+        for path in self._desk.open:
+            self._schedule(path, 0.0)
+
+    def _closed(self, params: types.DidCloseTextDocumentParams) -> None:
+        path = wire.path_of(params.text_document.uri)
+        self._stop(path)
+        self._release(path)
+        self._derived.pop(path, None)
+        self._desk.close(path)
+        self.server.text_document_publish_diagnostics(
+            types.PublishDiagnosticsParams(params.text_document.uri, [])
+        )
+        self._schedule_changed()  # what was not saved counts no longer
+
+    def _take(self, uri: str, rest: float) -> None:
+        path = wire.path_of(uri)
+        self._desk.put(path, self.server.workspace.get_text_document(uri).source)
+        self._schedule_changed()
+        self._schedule(path, rest)
+
+    def _schedule_changed(self) -> None:
+        """Those about which there is something else to say now."""
+        for path in self._desk.open:
+            if not self._desk.is_known(path):
+                self._schedule(path, _REST)
+
+    # --- diagnostics -----------------------------------------------------------------------------
+
+    def _schedule(self, path: str, rest: float) -> None:
+        """Tell diagnostics soon, and what synthesis finds later."""
+        self._stop(path)
+        loop = asyncio.get_running_loop()
+        source = self._desk.source(path)
+        length = len(source.text) if source is not None else 0
+        pause = min(_PAUSE + length * _PAUSE_PER_CHARACTER, _LONGEST_PAUSE)
+        self._timers[path] = loop.call_later(pause, self._read_when_quiet, path)
+        self._awaited.setdefault(path, loop.create_future())
+        self._runs[path] = loop.create_task(self._derive(path, rest))
+
+    def _stop(self, path: str) -> None:
+        timer, run = self._timers.pop(path, None), self._runs.pop(path, None)
+        if timer is not None:
+            timer.cancel()
+        if run is not None:
+            run.cancel()
+
+    async def _read(self, path: str) -> None:
+        """Return when a long text that is open was read; at once for any other."""
+        while self._desk.is_long(path) and not self._desk.is_known(path) and path in self._awaited:
+            await asyncio.shield(self._awaited[path])
+
+    def _read_when_quiet(self, path: str) -> None:
+        """Tell diagnostics, unless there may be more to do first.
+
+        While a request is worked on the pause goes by, and further keys wait to be read.
+        """
+        loop = asyncio.get_running_loop()
+        rest = self._handled_at + _QUIET - loop.time()
+        if rest > 0:
+            self._timers[path] = loop.call_later(rest, self._read_when_quiet, path)
+        elif self._desk.is_long(path) and not self._desk.is_known(path):
+            read = loop.create_task(self._read_aside(path))
+            self._reads.add(read)
+            read.add_done_callback(self._reads.discard)
+        else:
+            self._tell(path)
+
+    async def _read_aside(self, path: str) -> None:
+        """Read a long text while requests are answered; what comes too late is forgotten.
+
+        Whatever changes meanwhile has set a timer, after which the text is read again.
+        """
+        desk = self._desk
+        source, revision = desk.source(path), desk.revision
+        assert source is not None
+        is_first = desk.recent(path) is None
+        loop = asyncio.get_running_loop()
+        try:
+            found = await loop.run_in_executor(self._reader, self._analysed, source)
+        except Exception:
+            self._release(path)
+            raise
+        if found is not None:
+            desk.adopt(found, revision)
+        if desk.is_known(path):
+            self._tell(path)
+            if is_first:  # so that the first key need not find its way through all of the text
+                desk.context(path, len(source.text))
+
+    def _analysed(self, source: Source) -> Analysis | None:
+        """What is known of a text; None if it was changed or read before its turn came."""
+        if self._desk.source(source.path) is not source or self._desk.is_known(source.path):
+            return None
+        with collector_at_rest():
+            return self._desk.analyse(source)
+
+    def _release(self, path: str) -> None:
+        """Requests that wait for a text go on."""
+        if (waiting := self._awaited.pop(path, None)) is not None:
+            waiting.set_result(None)
+
+    def _tell(self, path: str) -> None:
+        try:
+            with collector_at_rest():
+                analysis = self._desk.analysis(path)
+        finally:
+            self._release(path)
+        if analysis is None or path not in self._desk.open:
+            return
+        uri = self._uri(path)
+        self.server.text_document_publish_diagnostics(
+            types.PublishDiagnosticsParams(
+                uri,
+                self._shown(analysis, self._diagnostics(analysis)),
+                version=self.server.workspace.get_text_document(uri).version,
+            )
+        )
+
+    def _uri(self, path: str) -> str:
+        """The URI as the client has written it."""
+        documents = self.server.workspace.text_documents.values()  # its keys are rewritten
+        return next((d.uri for d in documents if wire.path_of(d.uri) == path), wire.uri_of(path))
+
+    def _diagnostics(self, analysis: Analysis) -> list[Diagnostic]:
+        derived = self._derived.get(analysis.path)
+        if derived is None or analysis.reading.robot is None:
+            return sort_diagnostics(analysis.diagnostics)
+        return sort_diagnostics([*analysis.diagnostics, *moved(derived, analysis.source)])
+
+    def _shown(
+        self, analysis: Analysis, diagnostics: Sequence[Diagnostic]
+    ) -> list[types.Diagnostic]:
+        return wire.diagnostics_for(analysis.source, diagnostics, self._encoding, self._page)
+
+    async def _derive(self, path: str, rest: float) -> None:
+        """Ask a process of its own for what synthesis finds; cancelled when the text changes."""
+        await asyncio.sleep(rest)
+        await self._read(path)
+        analysis = self._desk.analysis(path)
+        if analysis is None or analysis.reading.robot is None:
+            return
+        source = analysis.source
+        texts = {p: self._text(p) for p in self._desk.open if p != path}
+        request = request_for(source, self._desk.library_path, texts)
+        answer = await _run(request)
+        derived = derived_from(source, answer) if answer is not None else None
+        if derived is None:
+            self._log(f"{path}: no answer from synthesis")
+            return
+        self._derived[path] = derived
+        self._tell(path)
+
+    def _text(self, path: str) -> str:
+        source = self._desk.source(path)
+        return source.text if source is not None else ""
+
+    def _log(self, message: str) -> None:
+        self.server.window_log_message(types.LogMessageParams(types.MessageType.Info, message))
+
+
+def _installed_page() -> str | None:
+    """The address of the page that explains the codes of diagnostics."""
+    page = diagnostics_page()
+    return page.as_uri() if page is not None else None
+
+
+async def _run(request: bytes) -> bytes | None:
+    """The answer of the process for synthesis; None if it fails or takes too long."""
+    process = await asyncio.create_subprocess_exec(
+        *command(),
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.DEVNULL,
+    )
+    try:
+        answer, _ = await asyncio.wait_for(process.communicate(request), _PATIENCE)
+    except (TimeoutError, OSError):
+        return None
+    finally:
+        if process.returncode is None:
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
+    return answer

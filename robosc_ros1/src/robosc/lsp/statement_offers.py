@@ -1,0 +1,174 @@
+"""What can follow in the statements of robots and libraries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robosc.lsp.interfaces import offered_types
+from robosc.lsp.offers import BLOCK_WORDS, Candidate, Offers, ends_operand, keywords
+from robosc.lsp.snippets import SNIPPETS
+from robosc.model.entities import EventKind
+from robosc.model.tables import Instance
+from robosc.model.types import Type
+
+__all__ = ["SENT", "StatementOffers"]
+
+SENT = (EventKind.REQUEST, EventKind.CANCEL)
+"""The events of what the controller sends."""
+
+
+class StatementOffers(Offers):
+    """What can begin a declaration, and follow the words of a statement."""
+
+    def _beginnings(self) -> Iterator[Candidate]:
+        """What a declaration of the block can begin with, and whole declarations to fill in."""
+        block = self._context.block.kind
+        yield from keywords(BLOCK_WORDS[block])
+        for one in SNIPPETS.get(block, ()):
+            yield Candidate(one.label, "snippet", one.meaning, one.text, rank=2)
+
+    def _statement(self) -> Iterator[Candidate]:
+        match self._context.word(0):
+            case "component":
+                yield from self._import()
+            case "requirement":
+                yield from self._requirement()
+            case "provide":
+                yield from self._provide()
+            case "datatype":
+                yield from self._datatype()
+            case "interface":
+                yield from self._interface()
+            case "constant" | "parameter" | "condition":
+                yield from self._value()
+
+    def _value(self) -> Iterator[Candidate]:
+        """A constant, a parameter or a named condition."""
+        words, last = self._context.words, self._context.last
+        if last == ":":
+            yield from self._types(variable=True)
+            yield Candidate("duration", "keyword", "built-in type")
+        elif last == "=":
+            type_ = self._type_named(self._context.behind(":"))
+            yield from self._expression(type_)
+        elif "=" in words:
+            yield from self._expression_or_more()
+        elif ":" in words or self._context.word(0) == "condition":
+            yield from keywords(("=",) if len(words) > 1 else ())
+
+    def _import(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        if last == "from":
+            for name in self._desk.libraries(self._path):
+                yield Candidate(name, "library")
+        elif last == "import":
+            yield from self._library_components(self._context.behind("from"))
+        elif len(words) == 2:
+            yield from keywords(("from",))
+        elif self._context.word(-2) == "from":
+            yield from keywords(("import",))
+        elif self._context.word(-2) == "import":
+            yield Candidate("with prefix:", "keyword", text='with prefix: "')
+            yield from self._next()
+        elif last in ("with", ",") and "with" in words:
+            if "prefix" not in words:
+                yield Candidate("prefix:", "keyword", text='prefix: "', rank=0)
+            yield from self._arguments()
+        elif "with" in words:
+            yield from self._next()
+
+    def _arguments(self) -> Iterator[Candidate]:
+        """What an import can set of a component: what it has not set yet."""
+        words = self._context.words
+        for owner in self._imported(self._context.behind("from"), self._context.behind("import")):
+            for name in owner.types.values.settable:
+                if name not in words[words.index("with") :]:
+                    yield Candidate(f"{name}:", "constant", text=f"{name}: ")
+
+    def _imported(self, library: str, component: str) -> Iterator[Instance]:
+        for file in self._desk.all_files(self._path):
+            analysis = self._desk.analysis(file)
+            contents = analysis.contents if analysis is not None else None
+            if contents is not None and contents.scope.node.name.text == library:
+                found = contents.instances.get(component)
+                if found is not None:
+                    yield found
+
+    def _library_components(self, library: str) -> Iterator[Candidate]:
+        for file in self._desk.all_files(self._path):
+            analysis = self._desk.analysis(file)
+            contents = analysis.contents if analysis is not None else None
+            if contents is not None and contents.scope.node.name.text == library:
+                for name in contents.scope.components:
+                    yield Candidate(name, "component", f"component of {library}", rank=0)
+
+    def _requirement(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        if len(words) == 1:
+            yield from self._communications(SENT, rank=0)
+            yield from keywords(("never", "always"))
+            yield from self._expression(None)
+            return
+        if (
+            "needs" not in words
+            and "disables" not in words
+            and self._context.word(1) not in ("never", "always")
+        ):
+            if ends_operand(last):
+                yield from keywords(("needs", "disables"), rank=0)
+            if len(words) == 2:
+                return
+        elif last == "disables":
+            yield from self._communications(SENT)
+            return
+        yield from self._expression_or_more()
+
+    def _provide(self) -> Iterator[Candidate]:
+        words = self._context.words
+        if len(words) == 1:
+            yield from self._communications((EventKind.REQUEST,))
+        elif "with" not in words:
+            yield from keywords(("with",))
+        elif self._context.word(-1) == "with":
+            yield Candidate("{ }", "keyword", text="{ $0 }")
+            yield from self._expression(self._request(words[1 : words.index("with")]))
+        elif "if" not in words and ends_operand(self._context.word(-1)):
+            yield from keywords(("if",))
+            yield from self._next()
+        else:
+            yield from self._expression_or_more()
+
+    def _datatype(self) -> Iterator[Candidate]:
+        words = self._context.words
+        if len(words) == 1:
+            yield from keywords(("object", "enum"))
+        elif self._context.word(1) == "enum" and len(words) > 2:
+            if self._context.word(-1) == "from":
+                yield from self._types(sources=True)
+            else:
+                yield from keywords(("to",) if "from" in words else ("from",))
+
+    def _interface(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        definitions = self._desk.definitions(self._path)
+        if last == "use":
+            for package, type_, folder in offered_types(definitions):
+                yield Candidate(
+                    type_, "ROS type", f"{package} ({folder})", f"{type_} from {package}"
+                )
+        elif last == "from" and len(words) > 3:
+            for package, type_, folder in offered_types(definitions):
+                if type_ in (self._context.word(3), self._context.word(3).removesuffix("Action")):
+                    yield Candidate(package, "ROS package", f"{type_}.{folder}", rank=0)
+                else:
+                    yield Candidate(package, "ROS package", rank=2)
+        elif len(words) == 2:
+            yield from keywords(("use",))
+        elif len(words) == 4:
+            yield from keywords(("from",))
+        elif len(words) > 5:
+            yield from self._next()
+
+    def _request(self, words: tuple[str, ...]) -> Type | None:
+        info = self._communication_of(words)
+        return info.request if info is not None else None

@@ -1,0 +1,175 @@
+"""The types of one file that have been resolved, by name, and the constants of definitions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from copy import copy
+from typing import Self
+
+from robosc.model.expr import Literal
+from robosc.model.occurrences import Symbol, SymbolKind
+from robosc.model.report import Report
+from robosc.model.ros.definitions import Missing
+from robosc.model.ros.missing import MissingDefinitions
+from robosc.model.ros.types import is_ros_type
+from robosc.model.scope import FileScope
+from robosc.model.type_declarations import TypeDeclarations
+from robosc.model.types import EnumType, NoneType, ObjectType, Type
+from robosc.model.value_scope import ValueScope
+from robosc.model.values import type_of
+from robosc.source import Span
+from robosc.syntax.nodes import Access, EnumNode, Name, RosTypeNode
+
+__all__ = ["KnownTypes"]
+
+
+class KnownTypes:
+    """Types by name as expressions look them up; what is looked up is noted for the editor.
+
+    ``values`` are the constants and named conditions, ``libraries`` the types of those that are
+    imported.
+    """
+
+    def __init__(
+        self, scope: FileScope, type_declarations: TypeDeclarations, report: Report
+    ) -> None:
+        self.scope = scope
+        self.type_declarations = type_declarations
+        self.values = ValueScope()
+        self.libraries: dict[str, Self] = {}
+        self._report = report
+        self._missing = MissingDefinitions(type_declarations.ros.definitions, report)
+        self._types: dict[str, Type | None] = {}
+        self._shells: dict[str, EnumType] = {}
+        self._by_value: dict[str, list[EnumType]] = {}
+        for name, node in scope.datatypes.items():
+            type_declarations.nodes[scope.origin, name] = node
+            if scope.is_damaged(node.span):
+                type_declarations.damaged.add((scope.origin, name))
+            if isinstance(node, EnumNode):
+                self.add_enum(self._shell(node))
+
+    def inside(self, values: ValueScope) -> Self:
+        """The same types as a component sees them, which names values of its own."""
+        table = copy(self)
+        table.values = values
+        return table
+
+    @property
+    def all_libraries(self) -> dict[str, Self]:
+        """The imported libraries, and those that they import, by name."""
+        found = dict(self.libraries)
+        for table in self.libraries.values():
+            found.update(table.all_libraries)
+        return found
+
+    def enum(self, name: str) -> EnumType | None:
+        """The enum as expressions know it."""
+        return self._shells.get(name)
+
+    def known(self, name: str) -> Type | None:
+        """A type that has been resolved, by name."""
+        return self._types.get(name)
+
+    def enums_with(self, value: str) -> Iterable[EnumType]:
+        return self._by_value.get(value, ())
+
+    def enum_values(self) -> Iterable[str]:
+        return self._by_value
+
+    def has_constant(self, interface: str, name: str) -> bool:
+        """Whether the definition of an interface has a constant."""
+        node = self.scope.interfaces[interface]
+        found = self.type_declarations.ros.constants(node.package.text, node.type.text)
+        return not isinstance(found, Missing) and name in found
+
+    def interface_constant(self, access: Access, member: Name) -> Literal | None:
+        """``interface.NAME``: a constant of its definition; None after an error."""
+        node = self.scope.interfaces[access.root.text]
+        self.scope.used_interfaces.add(access.root.text)
+        self.scope.names.use(access.root, node)
+        return self._ros_constant(node.package, node.type, member, access.span)
+
+    def ros_constant(self, package: Name, type_: Name, member: Name, span: Span) -> Literal | None:
+        """``package/Type.NAME``: a constant of a definition; None after an error."""
+        self.scope.names.note(package, Symbol(SymbolKind.ROS_PACKAGE, package.text))
+        self.scope.names.note(type_, Symbol(SymbolKind.ROS_TYPE, type_.text, package.text))
+        return self._ros_constant(package, type_, member, span)
+
+    def _ros_constant(self, package: Name, type_: Name, member: Name, span: Span) -> Literal | None:
+        found = self.type_declarations.ros.constants(package.text, type_.text)
+        if isinstance(found, Missing):
+            node = RosTypeNode(package, type_, span=span)
+            self._missing.of_interface(found, node, "message, service or action")
+            return None
+        name = f"{package.text}/{type_.text}"
+        if member.text not in found:
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"{name} has no constant '{member.text}'",
+                self._report.suggest(member.text, found, "its constants"),
+            )
+            return None
+        value = found[member.text]
+        detail = f"{value!r}, a constant of {name}"
+        symbol = Symbol(SymbolKind.ROS_CONSTANT, member.text, name, detail=detail)
+        self.scope.names.note(member, symbol)
+        return Literal(value, type_of(value), span)
+
+    def record_property(self, name: Name, object_: ObjectType) -> None:
+        """Note that a name in this file is a property of an object."""
+        if is_ros_type(object_):
+            detail = f"field of {object_.name}"
+            symbol = Symbol(SymbolKind.PROPERTY, name.text, object_.name, detail=detail)
+            self.scope.names.note(name, symbol)
+        elif (
+            object_.property(name.text) is not None
+            and (object_.origin, object_.name) in self.type_declarations.nodes
+        ):
+            node = self.type_declarations.property_node(object_, name.text)
+            self.scope.names.use(name, node, object_.name)
+
+    def record_value(self, access: Access, enum: EnumType) -> None:
+        """Note that ``value`` or ``Enum.value`` in this file is a value of an enum."""
+        value = access.root
+        if access.path and isinstance(access.path[0], Name):
+            value = access.path[0]
+            self.scope.names.use(access.root, self.scope.datatypes.get(access.root.text))
+        node = self.type_declarations.value_node(enum, value.text)
+        self.scope.names.use(value, node, enum.name)
+
+    def called_enum(self, function: Access) -> EnumType | None:
+        """The enum that is used as a function, of this file or of a library."""
+        match function.path:
+            case ():
+                found = self._types.get(function.root.text)
+                if isinstance(found, EnumType):
+                    self.scope.used_datatypes.add(found.name)
+                    self.scope.names.use(function.root, self.scope.datatypes.get(found.name))
+            case (Name(text=name),) if function.root.text in self.libraries:
+                found = self.libraries[function.root.text].known(name)
+            case _:
+                return None
+        return found if isinstance(found, EnumType) else None
+
+    def full(self, shell: EnumType) -> EnumType:
+        """The enum with its rules, where they are known already."""
+        if shell.origin == self.scope.origin:
+            known = self._types.get(shell.name)
+            if isinstance(known, EnumType):
+                return known
+        return shell
+
+    def add_enum(self, enum: EnumType) -> None:
+        """Let expressions know an enum and its values."""
+        self._shells[enum.name] = enum
+        for value in enum.values:
+            self._by_value.setdefault(value, []).append(enum)
+
+    def _shell(self, node: EnumNode) -> EnumType:
+        """The enum by its values, without rules."""
+        values = tuple(dict.fromkeys(rule.value.text for rule in node.rules))
+        defaults = [rule.value.text for rule in node.rules if rule.condition is None]
+        default = defaults[0] if defaults else (values[0] if values else "")
+        return EnumType(node.name.text, self.scope.origin, NoneType(), values, default, ())

@@ -1,0 +1,42 @@
+"""What the messages about types say."""
+
+from __future__ import annotations
+
+from robosc.language.operators import BINARY
+from robosc.model.expr import Expr, StateRef
+from robosc.model.types import Type
+from robosc.model.values import comparable, describe
+from robosc.syntax.nodes import BinaryNode, ExprNode
+
+__all__ = ["VALUE_PLACES", "alternatives", "may_be_compared", "of_three"]
+
+
+def of_three(node: ExprNode, place: str) -> str | None:
+    """What to write instead of ``a < x < b``, if that is what a comparison is compared for."""
+    orders = {f"'{o.spelling}'": o.spelling for o in BINARY.values() if o.is_comparison}
+    if place not in orders or not isinstance(node, BinaryNode):
+        return None
+    if not BINARY[node.operator].is_comparison:
+        return None
+    middle = node.right.span.text
+    return f"write {node.span.text} and {middle} {orders[place]} …"
+
+
+VALUE_PLACES = (
+    "'value' may stand in enum rules and after 'on response', 'on feedback' and an action's"
+    " 'on error'"
+)
+
+
+def may_be_compared(type_: Type) -> bool:
+    return comparable(type_, type_)
+
+
+def alternatives(meanings: list[Expr]) -> str:
+    return " or ".join(dict.fromkeys(_in_words(m) for m in meanings))
+
+
+def _in_words(meaning: Expr) -> str:
+    if isinstance(meaning, StateRef):
+        return "a state (a boolean)"
+    return describe(meaning.type)
