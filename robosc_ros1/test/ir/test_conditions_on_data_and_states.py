@@ -9,7 +9,8 @@ from model.model_text import resolve
 
 from robosc.ir.expr import Leaf, Undefined, evaluate, exact, to_dsl
 from robosc.ir.lower import lower
-from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef, walk
+from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef
+from robosc.model.traversal import walk
 from robosc.model.types import Value
 
 MODEL = """

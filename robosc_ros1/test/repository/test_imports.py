@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -31,7 +32,7 @@ THIRD_PARTY = {
     "jinja2": ("emit.engine",),
     "yaml": ("emit.config",),
     "lsprotocol": ("lsp.open_texts", "lsp.server", "lsp.wire"),
-    "pygls": ("lsp.open_texts", "verbs"),  # verbs tells what to install
+    "pygls": ("lsp.open_texts", "lsp.server", "verbs"),  # verbs tells what to install
     "prompt_toolkit": ("simulate.terminal",),
     "rospkg": ("model.ros.packages",),
     "genmsg": ("model.ros.definitions",),
@@ -110,6 +111,43 @@ def allowed_inside(importer: str, imported: str) -> bool:
     if target not in ORDER or layer not in ORDER:
         return False
     return ORDER.index(target) <= ORDER.index(layer)
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    """Neither when they are loaded nor for their types; a function may import when it is called."""
+    needs = {module_name(file): loaded(file) & NAMES for file in MODULES}
+    TopologicalSorter(needs).prepare()  # raises CycleError, which names the circle
+
+
+NAMES = {module_name(file) for file in MODULES}
+
+
+def loaded(file: Path) -> set[str]:
+    """The modules of robosc that a file imports outside functions."""
+    work: list[ast.AST] = [ast.parse(file.read_bytes())]
+    found = set()
+    while work:
+        node = work.pop()
+        if isinstance(node, ast.ImportFrom):
+            package = module_name(file).split(".")[: -node.level] if node.level else []
+            base = [*package, *filter(None, [(node.module or "").removeprefix("robosc.")])]
+            found |= {".".join(base), *(".".join([*base, alias.name]) for alias in node.names)}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name.removeprefix("robosc.") for alias in node.names}
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            work += ast.iter_child_nodes(node)
+    return found
+
+
+LARGEST = 400
+"""Lines of a module, but for those that are tables."""
+
+TABLES = {"codes", "syntax.nodes"}
+
+
+def test_modules_are_no_longer_than_they_should_be() -> None:
+    lengths = {module_name(file): len(file.read_text().splitlines()) for file in MODULES}
+    assert {name for name, lines in lengths.items() if lines > LARGEST} == TABLES
 
 
 def test_environment_is_read_in_few_places() -> None:

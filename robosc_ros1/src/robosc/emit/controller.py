@@ -40,7 +40,7 @@ from robosc.emit.views import (
 from robosc.ir.automaton import Event, Plant
 from robosc.language.functions import HELPERS
 from robosc.model.entities import EventKind, Kind
-from robosc.model.expr import TRUE
+from robosc.model.expr import TRUE, condition_of
 from robosc.model.traversal import may_be_undefined
 from robosc.model.types import EnumType
 from robosc.names import snake_case
@@ -175,12 +175,13 @@ class _Builder:
     def _enum_view(self, enum: EnumType) -> EnumView:
         rules = tuple(
             (
-                in_enum_rule(rule.condition, self.attributes),
+                in_enum_rule(condition, self.attributes),
                 literal(rule.value),
-                "" if rule.condition.span is None else place(rule.condition.span),
-                may_be_undefined(rule.condition),
+                "" if condition.span is None else place(condition.span),
+                may_be_undefined(condition),
             )
             for rule in enum.rules
+            for condition in (condition_of(rule),)
         )
         return EnumView(
             self.attributes.enums[enum],

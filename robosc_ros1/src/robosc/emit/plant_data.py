@@ -31,6 +31,7 @@ from robosc.model.expr import (
     StateRef,
     ValueRef,
     VariableRef,
+    condition_of,
 )
 from robosc.model.traversal import fold
 from robosc.model.types import (
@@ -253,6 +254,6 @@ def _enum_tables(enums: dict[str, EnumType]) -> dict[str, Json]:
                 "from": _type(converted_part(enum), enums),
                 "values": list(enum.values),
                 "default": enum.default,
-                "rules": [[_tree(rule.condition, enums), rule.value] for rule in enum.rules],
+                "rules": [[_tree(condition_of(rule), enums), rule.value] for rule in enum.rules],
             }
     return tables

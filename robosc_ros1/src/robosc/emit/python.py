@@ -23,6 +23,7 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
+    condition_of,
 )
 from robosc.model.traversal import (
     all_names,
@@ -232,9 +233,9 @@ def converted(type_: Type, text: str, attributes: Attributes, *, in_rule: bool =
 def converter_counts(enum: EnumType) -> bool:
     """Whether a rule of the enum can be undefined, so that its function takes a counter."""
     for rule in enum.rules:
-        if may_be_undefined(rule.condition):
+        if may_be_undefined(condition_of(rule)):
             return True
-        for part in walk(rule.condition):
+        for part in walk(condition_of(rule)):
             reads = isinstance(part, ValueRef | ElementRef | Part)
             if reads and isinstance(part.type, EnumType) and converter_counts(part.type):
                 return True
@@ -243,7 +244,7 @@ def converter_counts(enum: EnumType) -> bool:
 
 def converter_parameters(enum: EnumType) -> tuple[str, ...]:
     """The parameters, by key, that the rules of an enum read, those of enums in them included."""
-    found = (p.key for rule in enum.rules for p in parameters_of(rule.condition))
+    found = (p.key for rule in enum.rules for p in parameters_of(condition_of(rule)))
     return tuple(dict.fromkeys(found))
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from robosc.model.entities import Behaviour, Robot
-from robosc.model.expr import Binary, Convert, Expr, Literal, ValueRef, VariableRef
+from robosc.model.expr import Binary, Convert, Expr, Literal, ValueRef, VariableRef, condition_of
 from robosc.model.traversal import walk
 from robosc.model.types import EnumType, ObjectType, Type
 
@@ -89,5 +89,5 @@ def _converted(type_: Type, name: str) -> Iterator[tuple[str, float]]:
 
 def _rules(enum: EnumType, name: str) -> Iterator[tuple[str, float]]:
     for rule in enum.rules:
-        yield from _compared(rule.condition, name)
+        yield from _compared(condition_of(rule), name)
     yield from _converted(enum.source, name)

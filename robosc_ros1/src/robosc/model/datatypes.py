@@ -6,8 +6,9 @@ and it lets the rules of one enum name the values of another.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from copy import copy
+from dataclasses import dataclass, replace
 
 from robosc.model.expr import Expr
 from robosc.model.known_types import KnownTypes
@@ -30,8 +31,10 @@ from robosc.model.types import (
     StringType,
     Type,
 )
+from robosc.model.value_scope import ValueScope
 from robosc.source import Span
 from robosc.syntax.nodes import (
+    ArgumentNode,
     ArrayTypeNode,
     BasicTypeNode,
     EnumNode,
@@ -44,7 +47,7 @@ from robosc.syntax.nodes import (
     TypeNode,
 )
 
-__all__ = ["TypeTable"]
+__all__ = ["Given", "TypeTable"]
 
 
 # Far beyond any ROS message; keeps whatever walks through types from exhausting the stack.
@@ -65,10 +68,20 @@ _FOREIGN = {
 ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
 
 
+@dataclass(frozen=True)
+class Given:
+    """A value that an import sets, as seen from the file of the import."""
+
+    node: ArgumentNode
+    types: TypeTable
+    report: Report
+
+
 class TypeTable(KnownTypes):
     """Types by name; ``None`` stands for a type whose declaration has an error.
 
-    ``condition`` types the condition of an enum rule over the incoming value's type.
+    ``condition`` types the condition of an enum rule over the incoming value's type. ``given``
+    are the values that an import sets, by name.
     """
 
     def __init__(
@@ -79,9 +92,17 @@ class TypeTable(KnownTypes):
         condition: ConditionTyper,
     ) -> None:
         super().__init__(scope, type_declarations, report)
+        self.given: Mapping[str, Given] = {}
         self._condition = condition
         self._depths: dict[str, int] = {}
         self._open: list[str] = []
+
+    def inside(self, values: ValueScope, given: Mapping[str, Given]) -> TypeTable:
+        """The same types as a component sees them, which names values of its own."""
+        table = copy(self)
+        table.values = values
+        table.given = given
+        return table
 
     def resolve_all(self) -> None:
         for name in self.scope.datatypes:

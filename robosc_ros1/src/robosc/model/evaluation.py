@@ -25,6 +25,7 @@ from robosc.model.expr import (
     ParameterRef,
     Part,
     ValueRef,
+    condition_of,
 )
 from robosc.model.traversal import fold, parameters_of, walk
 from robosc.model.types import EnumType, Value
@@ -118,7 +119,7 @@ def converted(enum: EnumType, value: Any) -> Value:
 
     for rule in enum.rules:
         with suppress(Undefined):
-            if evaluate(rule.condition, look):
+            if evaluate(condition_of(rule), look):
                 return rule.value
     return enum.default
 

@@ -11,15 +11,16 @@ expression bottom up (a value, a text, the states where it holds) is an instance
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from robosc.language.functions import AGGREGATES, CALLS, CONVERSION, PART, PRESENCE
 from robosc.language.operators import BINARY, UNARY, Operator
-from robosc.model.types import BooleanType, EnumType, Type, Value
+from robosc.model.types import BooleanType, EnumRule, EnumType, Type, Value
 from robosc.runtime.settings import parameter_name
 from robosc.source import Span
 
 __all__ = [
+    "condition_of",
     "FALSE",
     "TRUE",
     "Aggregate",
@@ -332,3 +333,8 @@ Expr: TypeAlias = Literal | Leaf | Operation
 
 TRUE = Literal(True, BooleanType())
 FALSE = Literal(False, BooleanType())
+
+
+def condition_of(rule: EnumRule) -> Expr:
+    """Return the condition of an enum's rule, which reads the incoming value as a ``ValueRef``."""
+    return cast(Expr, rule.condition)

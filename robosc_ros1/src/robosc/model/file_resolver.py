@@ -16,7 +16,7 @@ from robosc.model.components import (
     declare,
     join,
 )
-from robosc.model.datatypes import TypeTable
+from robosc.model.datatypes import Given, TypeTable
 from robosc.model.entities import Component, Preference, Provide, Requirement
 from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr, RosParameter
@@ -36,7 +36,7 @@ from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, S
 from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import EnumType, Type
 from robosc.model.usage import Usage
-from robosc.model.value_scope import Given, ValueScope
+from robosc.model.value_scope import ValueScope
 from robosc.syntax.nodes import (
     BehaviourNode,
     ComponentNode,
@@ -174,13 +174,15 @@ class FileResolver:
         """The values that a component names, around which are those of its file."""
         file = instance.types.values
         values = ValueScope(instance.name, file.outer if file.owner else file)
-        instance.types = instance.types.inside(values)
+        file_types = instance.types
+        instance.types = file_types.inside(values, {})
         values.typed = NamedValueTyper(
             instance.types, report, lambda: self._symbols(instance), instance.name
         )
         values.declare(instance.node.items, instance.types.scope, report)
         if instance.imported is not None:
-            values.given = {**file.given, **self._arguments(instance.imported, values)}
+            arguments = self._arguments(instance.imported, values)
+            instance.types.given = {**file_types.given, **arguments}
 
     def _arguments(self, node: ImportNode, values: ValueScope) -> dict[str, Given]:
         """The constants and parameters that an import sets."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 from robosc.model.entities import Component
-from robosc.model.expr import Expr, ValueRef
+from robosc.model.expr import Expr, ValueRef, condition_of
 from robosc.model.report import Report
 from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
@@ -20,7 +20,7 @@ def check_indexes(
     components: Iterable[Component], enums: Iterable[EnumType], lengths: Lengths, report: Report
 ) -> None:
     """Report what reads past the end, in the rules of enums and in behaviours of this file."""
-    read = [(rule.condition, enum.source) for enum in enums for rule in enum.rules]
+    read = [(condition_of(rule), enum.source) for enum in enums for rule in enum.rules]
     carried = {c.key: c for component in components for c in component.communications}
     for component in components:
         if component.behaviour is None or component.library is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from copy import copy
 from typing import Self
 
 from robosc.model.expr import Literal
@@ -48,12 +47,6 @@ class KnownTypes:
                 type_declarations.damaged.add((scope.origin, name))
             if isinstance(node, EnumNode):
                 self.add_enum(self._shell(node))
-
-    def inside(self, values: ValueScope) -> Self:
-        """The same types as a component sees them, which names values of its own."""
-        table = copy(self)
-        table.values = values
-        return table
 
     @property
     def all_libraries(self) -> dict[str, Self]:

@@ -72,7 +72,7 @@ class NamedValueTyper:
         type_ = self.types.of_value(node.type)
         if type_ is None or not self._is_possible(node, type_, what):
             return None
-        given = self.types.values.given.get(node.name.text)
+        given = self.types.given.get(node.name.text)
         if given is None:
             value = _constant(node.value, type_, what, self.types, self.report)
         else:

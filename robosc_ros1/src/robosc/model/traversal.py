@@ -25,6 +25,7 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
+    condition_of,
 )
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 from robosc.source import Span
@@ -195,7 +196,7 @@ def parameters_of(expr: Expr) -> Iterator[RosParameter]:
                 | ElementRef(type=EnumType() as enum)
             ):
                 for rule in enum.rules:
-                    yield from parameters_of(rule.condition)
+                    yield from parameters_of(condition_of(rule))
 
 
 def reads_value(expr: Expr) -> bool:

@@ -8,10 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
-
-if TYPE_CHECKING:
-    from robosc.model.expr import Expr
+from typing import TypeAlias
 
 __all__ = [
     "ArrayType", "BooleanType", "DoubleType", "DurationType", "EnumRule", "EnumType", "IntegerType",
@@ -73,9 +70,13 @@ class ArrayType:
 
 @dataclass(frozen=True, slots=True)
 class EnumRule:
-    """``condition -> value``: ``condition`` reads the incoming value as a ``ValueRef``."""
+    """``condition -> value``.
 
-    condition: Expr
+    ``condition`` is an expression, of which types know nothing: see
+    :func:`robosc.model.expr.condition_of`.
+    """
+
+    condition: object
     value: str
 
 

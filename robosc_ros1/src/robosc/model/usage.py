@@ -7,7 +7,15 @@ from dataclasses import replace
 from typing import Literal, TypeAlias
 
 from robosc.model.entities import Component, Data, DataArray, DataObject, Provide
-from robosc.model.expr import Aggregate, Convert, ElementRef, Expr, Operation, ValueRef
+from robosc.model.expr import (
+    Aggregate,
+    Convert,
+    ElementRef,
+    Expr,
+    Operation,
+    ValueRef,
+    condition_of,
+)
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 
 __all__ = ["Direction", "Path", "Usage", "converted_part"]
@@ -111,7 +119,7 @@ def _converted(type_: Type) -> Iterator[Path]:
     match type_:
         case EnumType(source=source, rules=rules):
             for rule in rules:
-                yield from _read(rule.condition)
+                yield from _read(condition_of(rule))
             yield from _converted(source)
         case ArrayType(element=element):
             yield from _converted(element)

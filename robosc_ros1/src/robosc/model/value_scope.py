@@ -4,40 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from robosc.model.expr import Expr, ParameterRef, RosParameter
 from robosc.model.report import Report
 from robosc.model.scope import FileScope, report_duplicate
-from robosc.syntax.nodes import ArgumentNode, ConditionNode, ConstantNode, ParameterNode, ValueNode
+from robosc.syntax.nodes import ConditionNode, ConstantNode, ParameterNode, ValueNode
 
-if TYPE_CHECKING:
-    from robosc.model.datatypes import TypeTable
-
-__all__ = ["Given", "ValueScope"]
-
-
-@dataclass(frozen=True)
-class Given:
-    """A value that an import sets, as seen from the file of the import."""
-
-    node: ArgumentNode
-    types: TypeTable
-    report: Report
+__all__ = ["ValueScope"]
 
 
 @dataclass
 class ValueScope:
     """Named values by name, seen from a component (``owner``) or a file.
 
-    ``typed`` gives a node its meaning; it is asked once for each. ``given`` are the values that an
-    import sets, by name.
+    ``typed`` gives a node its meaning; it is asked once for each.
     """
 
     owner: str = ""
     outer: ValueScope | None = None
     typed: Callable[[ValueNode], Expr | None] = lambda node: None
-    given: dict[str, Given] = field(default_factory=dict)
     _nodes: dict[str, ValueNode] = field(default_factory=dict)
     _meanings: dict[int, Expr | None] = field(default_factory=dict)
 

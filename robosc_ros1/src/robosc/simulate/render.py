@@ -10,9 +10,9 @@ from typing import Any
 
 from robosc.language.events import ACTIVE
 from robosc.model.types import Value
+from robosc.simulate.literals import literal_text
 from robosc.simulate.machine import CommandState, Happening, Machine, label
 from robosc.simulate.session import Session
-from robosc.simulate.values import literal_text
 
 __all__ = ["Style", "fitted", "happening_text", "happenings_text", "session_text"]
 

@@ -17,8 +17,9 @@ from robosc.model.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.simulate.conditions import condition
 from robosc.simulate.expectations import expect
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
+from robosc.simulate.literals import Raw, literal_text, parse_raw
 from robosc.simulate.machine import Choice, Happening, Machine, brought, find_events, label
-from robosc.simulate.values import Given, Raw, complete, given_text, literal_text, parse_raw
+from robosc.simulate.values import Given, complete, given_text
 from robosc.synthesis.formatting import listing
 
 __all__ = ["WORDS", "Done", "MakeMachine", "Session", "code_of", "read_lines"]

@@ -10,10 +10,10 @@ from robosc.ir.lower import lower
 from robosc.model.parameters import with_parameters
 from robosc.simulate.execute import Execution, read_settings
 from robosc.simulate.faults import InvalidLine
+from robosc.simulate.literals import parse_raw
 from robosc.simulate.machine import Machine
 from robosc.simulate.session import MakeMachine
 from robosc.simulate.single import SingleEvents
-from robosc.simulate.values import parse_raw
 from robosc.supervisor import Supervisor
 
 __all__ = ["machine_maker", "parameters", "supervisor_with"]

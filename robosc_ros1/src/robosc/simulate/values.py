@@ -8,7 +8,6 @@ What the plant takes as free, a test of data, may be chosen beside it: ``0.4, "A
 
 from __future__ import annotations
 
-import json
 import math
 import random
 import re
@@ -21,7 +20,7 @@ from robosc.ir.expr import Leaf
 from robosc.ir.step import Values, missing_together
 from robosc.model.entities import Robot
 from robosc.model.evaluation import part_of_value
-from robosc.model.expr import ValueRef
+from robosc.model.expr import ValueRef, condition_of
 from robosc.model.traversal import path_text
 from robosc.model.types import (
     ArrayType,
@@ -38,31 +37,26 @@ from robosc.model.types import (
 from robosc.model.values import default_value, describe
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.faults import InvalidLine
+from robosc.simulate.literals import PATH, Raw, literal_text
 from robosc.simulate.state import is_true
 from robosc.synthesis.formatting import listing
 
 __all__ = [
-    "Given", "Path", "Raw", "complete", "given_json", "given_text", "hint", "literal_text",
-    "parameter_values", "parse_raw", "part_given", "random_raw",
-]  # fmt: skip
+    "Given",
+    "Path",
+    "complete",
+    "given_json",
+    "given_text",
+    "hint",
+    "parameter_values",
+    "part_given",
+    "random_raw",
+]
 
 Path: TypeAlias = tuple[str | int, ...]
 Given: TypeAlias = Mapping[Path, Value | None]
-Raw: TypeAlias = Any
-"""None, a literal, or a dict of literals by path, None for an array's element that is missing."""
-
-_WORDS: Mapping[str, Raw] = {"true": True, "false": False, "missing": None}
 _NUMBERS = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
-_LITERAL = re.compile(
-    r"""(?P<string>"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*')
-    |(?P<number>-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)(?![\w.])
-    |(?P<word>-?\^?[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)""",
-    re.VERBOSE | re.ASCII,
-)
-_PATH = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*|\[\d{1,6}\])*", re.ASCII)
-_TEST = re.compile(r'"(?:[^"\\]|\\.)*"')
 _STEP = re.compile(r"([A-Za-z_]\w*)|\[(\d+)\]", re.ASCII)
-_ESCAPES = {"n": "\n", "t": "\t"}
 
 
 def parameter_values(event: Event, given: Given) -> Values:
@@ -71,59 +65,6 @@ def parameter_values(event: Event, given: Given) -> Values:
 
 
 # --- reading -------------------------------------------------------------------------------------
-
-
-def parse_raw(text: str) -> Raw:
-    """``0.4``, ``free``, ``"text"``; ``x: 1, kind = free`` for an object. Raises InvalidLine."""
-    text = text.strip()
-    if not text:
-        return None
-    match = _LITERAL.fullmatch(text)
-    if match:
-        return _literal(match)
-    fields: dict[str, Raw] = {}
-    at = 0
-    if whole := re.match(rf"(?:{_LITERAL.pattern})\s*,\s*(?=\")", text, _LITERAL.flags):
-        fields[""], at = parse_raw(whole.group().rstrip(", \t")), whole.end()
-    while at < len(text):
-        path = _TEST.match(text, at) or _PATH.match(text, at)
-        sign = re.compile(r"\s*[:=]\s*").match(text, path.end()) if path else None
-        found = _value_at(text, sign.end()) if sign else None
-        if path is None or sign is None or found is None:
-            raise InvalidLine(
-                f"cannot read '{text[at:]}': a value is 0.4, true, a name or \"text\";"
-                " that of an object x: 0.4, y: 2"
-            )
-        if path.group() in fields:
-            raise InvalidLine(f"'{path.group()}' is given twice")
-        fields[path.group()], end = found
-        gap = re.compile(r"\s*,\s*|\s+|$").match(text, end)
-        if gap is None:
-            raise InvalidLine(f"cannot read '{text[end:]}' behind '{text[sign.end() : end]}'")
-        at = gap.end()
-    return fields
-
-
-def _value_at(text: str, at: int) -> tuple[Raw, int] | None:
-    """The literal at a place and where it ends; an array is written as in JSON."""
-    if text.startswith("[", at):
-        try:
-            return json.JSONDecoder().raw_decode(text, at)
-        except ValueError:
-            return None
-    literal = _LITERAL.match(text, at)
-    return None if literal is None else (_literal(literal), literal.end())
-
-
-def _literal(match: re.Match[str]) -> Raw:
-    text = match.group()
-    if match.lastgroup == "string":
-        return re.sub(r"\\(.)", lambda m: _ESCAPES.get(m.group(1), m.group(1)), text[1:-1])
-    if match.lastgroup == "number":
-        if re.fullmatch(r"-?\d{1,20}", text):
-            return int(text)
-        return float(text)
-    return _WORDS[text] if text in _WORDS else text.removeprefix("^")
 
 
 def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
@@ -227,7 +168,7 @@ def _by_path(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw]
     """Parts by path, each of which the type must have."""
     found: dict[Path, Raw] = {}
     for text, value in raw.items():
-        if text and not _PATH.fullmatch(text):
+        if text and not PATH.fullmatch(text):
             raise InvalidLine(f"'{text}' is no part of a value: write pose.x or ranges[0]")
         path = tuple(m.group(1) or int(m.group(2)) for m in _STEP.finditer(text))
         inner: Type | None = type_
@@ -313,7 +254,7 @@ def _by_rules(enum: EnumType, raw: Raw, what: str) -> Value:
         return None if array else _default(leaf.type)
 
     for rule in enum.rules:
-        if is_true(rule.condition, look):
+        if is_true(condition_of(rule), look):
             return rule.value
     return enum.default
 
@@ -345,24 +286,6 @@ def _choices(type_: Type) -> str:
         case EnumType(values=values, source=source):
             return f"{listing(values, 'or')} ({source})"
     return str(type_)
-
-
-def literal_text(value: Value | None, quoted: bool = False) -> str:
-    """A value as it can be typed again; names of enum values stay bare, unless ``quoted``."""
-    match value:
-        case None:
-            return "missing"
-        case bool():
-            return "true" if value else "false"
-        case str():
-            if not quoted and _LITERAL.fullmatch(value) and value not in _WORDS:
-                return value
-            escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-            return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
-    text = jsonable(value)
-    if isinstance(text, list | dict):
-        return json.dumps(text)
-    return text if isinstance(text, str) else repr(text)
 
 
 def given_text(given: Given) -> str:

@@ -25,12 +25,8 @@ from robosc.model.expr import (
     PhaseRef,
     StateRef,
     Unary,
-    fold,
-    may_be_undefined,
-    parameters_of,
-    walk,
-    with_operands,
 )
+from robosc.model.traversal import fold, may_be_undefined, parameters_of, walk, with_operands
 from robosc.model.types import Value
 
 __all__ = ["by_state", "reads_states"]

@@ -32,6 +32,7 @@ from robosc.model.expr import (
     Unary,
     ValueRef,
     VariableRef,
+    condition_of,
 )
 from robosc.model.traversal import may_be_undefined, parameters_of, reads_value, rewritten, walk
 from robosc.model.types import (
@@ -85,7 +86,7 @@ def compared_in_rules(expr: Convert) -> list[tuple[str, Expr]] | None:
     if not isinstance(expr.argument, VariableRef | ValueRef) or not expr.type.rules:
         return None
     found: list[tuple[str, Expr]] = []
-    work: list[Expr] = [rule.condition for rule in expr.type.rules]
+    work: list[Expr] = [condition_of(rule) for rule in expr.type.rules]
     while work:
         match work.pop():
             case Unary(operator="!", operand=operand):

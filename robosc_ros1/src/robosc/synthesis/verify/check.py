@@ -27,7 +27,7 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import PlantState, VariableKind
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import available, install_hint
-from robosc.synthesis.verify.findings import Check, Verdict, VerifyReport, state_text
+from robosc.synthesis.verify.findings import Check, Findings, VerifyReport, state_text
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
 from robosc.synthesis.verify.steps import (
     Coding,
@@ -70,7 +70,7 @@ def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
     )
 
 
-def _by_sets(supervisor: Supervisor) -> Verdict:
+def _by_sets(supervisor: Supervisor) -> Findings:
     from robosc.synthesis.verify.symbolic import answers  # loaded when it is needed
 
     found = answers(supervisor, state_text)
@@ -78,7 +78,7 @@ def _by_sets(supervisor: Supervisor) -> Verdict:
         Check("nonblocking", found.blocking is None, found.blocking),
         Check("maximally permissive", found.needless is None, found.needless),
     ]
-    return Verdict(
+    return Findings(
         "symbolic",
         found.keeps_initial,
         Check("safe", found.unsafe is None, found.unsafe),
@@ -150,13 +150,13 @@ class _Verifier:
                 axes |= axes_of(self._plant, expr)
         return axes
 
-    def found(self) -> Verdict:
+    def found(self) -> Findings:
         self._refuse()
         graph = self._search()
         backward = Backward.of(graph)
         keepable = self._keepable(graph, backward)
         reached = Reached.of(graph)
-        return Verdict(
+        return Findings(
             "explicit",
             all(keepable[: graph.starts]),
             self._check_safe(graph, reached),

@@ -10,7 +10,7 @@ from robosc.ir.automaton import Event
 from robosc.model.entities import EventKind
 from robosc.supervisor import Step
 
-__all__ = ["Check", "Verdict", "VerifyReport", "state_text", "verify_document"]
+__all__ = ["Check", "Findings", "VerifyReport", "state_text", "verify_document"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class VerifyReport:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Findings:
     """What a search found under the guards of a supervisor.
 
     ``others`` are the checks of a supervisor that is safe. ``keeps_initial`` tells whether the
