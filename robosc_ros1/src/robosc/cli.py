@@ -11,7 +11,14 @@ from pathlib import Path
 
 from robosc import __version__
 from robosc.console import complain, tell
-from robosc.errors import EmptySupervisorError, ModelError, RoboscError, UsageError
+from robosc.errors import (
+    OUT_OF_MEMORY,
+    EmptySupervisorError,
+    ModelError,
+    RoboscError,
+    StateSpaceError,
+    UsageError,
+)
 from robosc.progress import ProgressLine
 from robosc.verbs import VERBS, Arguments, Verb
 
@@ -55,6 +62,9 @@ def _guarded(args: Arguments) -> int:
     except RoboscError as error:
         complain(str(error))
         return error.exit_code
+    except MemoryError:
+        complain(OUT_OF_MEMORY)
+        return StateSpaceError.exit_code
     except ModuleNotFoundError as error:
         if error.name is None or error.name.split(".")[0] == "robosc":
             raise

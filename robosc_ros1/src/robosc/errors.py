@@ -15,6 +15,7 @@ from enum import Enum
 from robosc.source import Span
 
 __all__ = [
+    "OUT_OF_MEMORY",
     "Diagnostic",
     "EmptySupervisorError",
     "ModelError",
@@ -92,9 +93,13 @@ class EmptySupervisorError(RoboscError):
 
 
 class StateSpaceError(RoboscError):
-    """The state space is too large for the chosen engine and limits."""
+    """The state space is too large for the chosen engine and limits, or for the memory."""
 
     exit_code = 4
+
+
+OUT_OF_MEMORY = "this takes more memory than there is, or than 'ulimit -v' allows"
+"""What is said where Python could not get the memory that it asked for."""
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:

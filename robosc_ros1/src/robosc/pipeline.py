@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from robosc.errors import (
+    OUT_OF_MEMORY,
     Diagnostic,
     EmptySupervisorError,
     ModelError,
@@ -137,8 +138,11 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
     if robot is None:
         failure = ModelError(diagnostics) if has_errors(diagnostics) else None
         return Checked(diagnostics, failure)
+    from robosc.synthesis.time_limit import processor_time
+
     try:
-        supervisor = synthesize(robot, progress=within(CHECK_SECONDS, options.progress))
+        with processor_time(CHECK_SECONDS, options.progress) as progress:
+            supervisor = synthesize(robot, progress=progress)
     except StateSpaceError as error:
         return Checked((*diagnostics, unchecked(robot, error)))
     try:
@@ -158,21 +162,6 @@ CHECK_SECONDS = 20.0
 """Processor time of synthesis in a check, which is asked for often."""
 
 
-def within(seconds: float, progress: Progress | None) -> Progress:
-    """The same progress, stopped by StateSpaceError when the processor time is used up."""
-    end = time.process_time() + seconds
-
-    def limited(what: str, done: int, most: int) -> None:
-        if time.process_time() > end:
-            raise StateSpaceError(
-                f"it takes more than {seconds:g} s; 'robosc synthesize' takes the time it needs"
-            )
-        if progress is not None:
-            progress(what, done, most)
-
-    return limited
-
-
 def synthesize(
     robot: Robot,
     engine: str = "auto",
@@ -182,13 +171,16 @@ def synthesize(
     """The supervisor of a robot; it may be empty.
 
     Raises:
-        StateSpaceError: too large for the engine and the limit.
+        StateSpaceError: too large for the engine and the limit, or for the memory.
     """
     from robosc.ir.lower import lower
     from robosc.synthesis import DEFAULT_MAX_STATES
     from robosc.synthesis import synthesize as compute
 
-    return compute(lower(robot), engine, max_states or DEFAULT_MAX_STATES, progress)
+    try:
+        return compute(lower(robot), engine, max_states or DEFAULT_MAX_STATES, progress)
+    except MemoryError:
+        raise StateSpaceError(OUT_OF_MEMORY) from None
 
 
 def supervise(robot: Robot, progress: Progress | None = None) -> Supervisor:

@@ -360,7 +360,7 @@ def test_random_controllers_set_by_set(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_no_controller_without_a_bound_on_its_steps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(compute, "available", lambda: False)
+    monkeypatch.setattr(compute, "usable", lambda: False)
     model = tmp_path / "circle.rscd"
     model.write_text(f"robot Circle {{ {GUARDED_CIRCLE} }}", encoding="utf-8")
     with pytest.raises(StateSpaceError, match="whether internal transitions end"):

@@ -183,7 +183,7 @@ def test_empty_supervisor_is_verified_only_where_nothing_can_be_kept() -> None:
 
 
 def test_search_stops_at_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(check, "available", lambda: False)
+    monkeypatch.setattr(check, "usable", lambda: False)
     supervisor = supervisor_of(ARM)
     assert verify(supervisor, limit=supervisor.plant_states).verified
     with pytest.raises(StateSpaceError, match="3 states"):

@@ -148,6 +148,7 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
     """What the process says to a request, both as JSON documents."""
     from robosc import pipeline
     from robosc.lsp.analysis import Desk
+    from robosc.synthesis.time_limit import processor_time
 
     nothing: dict[str, Any] = {"diagnostics": [], "guards": []}
     desk = Desk(library_path=request["library_path"])
@@ -158,8 +159,8 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
     if robot is None:
         return nothing
     try:
-        limited = pipeline.within(pipeline.CHECK_SECONDS, None)
-        supervisor = pipeline.synthesize(robot, max_states=_MOST_STATES, progress=limited)
+        with processor_time(pipeline.CHECK_SECONDS, None) as limited:
+            supervisor = pipeline.synthesize(robot, max_states=_MOST_STATES, progress=limited)
     except StateSpaceError as error:
         return {**nothing, "diagnostics": [_document(pipeline.unchecked(robot, error), source)]}
     return {

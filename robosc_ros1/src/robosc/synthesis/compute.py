@@ -14,7 +14,7 @@ from robosc.model.expr import FALSE, TRUE, Binary, Call, Expr, Unary, ValueRef
 from robosc.model.traversal import walk
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear
-from robosc.synthesis.bdd.manager import available, install_hint
+from robosc.synthesis.bdd.manager import remedy, usable
 from robosc.synthesis.dense.bitset import count
 from robosc.synthesis.dense.engine import DenseEngine, DenseSolution, Progress
 from robosc.synthesis.dense.layout import Layout
@@ -64,7 +64,7 @@ def synthesize(
     """
     parts = [plant]
     if prod(variable.size for variable in plant.variables) > _WHOLE:
-        symbolic = engine == "bdd" or (engine == "auto" and available())
+        symbolic = engine == "bdd" or (engine == "auto" and usable())
         parts = independent_parts(plant, _TOGETHER["bdd" if symbolic else "dense"])
     found = []
     for part in parts:
@@ -80,7 +80,7 @@ def _synthesize(
     """The supervisor of a plant as a whole."""
     if engine == "bdd":
         return _symbolic(plant, progress)
-    either = engine == "auto" and available()
+    either = engine == "auto" and usable()
     if either and favours_symbolic(plant):
         return _symbolic(plant, progress)
     if crowded := _crowded(plant, _MOST_PAIRS):
@@ -216,7 +216,7 @@ def _too_large(layout: Layout, max_states: int, engine: str) -> StateSpaceError:
     )
     advice = "narrow their ranges, drop variables that no condition needs, or raise --max-states"
     if engine == "auto":
-        advice += f"; or install the symbolic engine: {install_hint()}"
+        advice += f"; {remedy()}"
     return StateSpaceError(
         f"the state space has {amount(layout.size)} combinations, more than the {max_states}"
         f" allowed. The largest contributors are {names}: {advice}"

@@ -15,7 +15,8 @@ from robosc.ir.automaton import Plant
 from robosc.model.entities import EventKind
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.fixpoint import Fixpoint, Iterates, Progress, related_events
-from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, Bdd
+from robosc.synthesis.bdd.manager import Bdd
+from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation, Relations
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.parameters import weight

@@ -18,11 +18,9 @@ from pathlib import Path
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 from robosc.errors import StateSpaceError
+from robosc.synthesis.bdd.memory import DEFAULT_MEMORY, budget, has_room
 
-__all__ = ["DEFAULT_MEMORY", "Manager", "Bdd", "available", "install_hint"]
-
-DEFAULT_MEMORY = 2 * 2**30
-"""Bytes that the diagrams of one synthesis may take."""
+__all__ = ["Manager", "Bdd", "available", "install_hint", "remedy", "usable"]
 
 _BYTES_PER_NODE = 36  # measured, with the unique table, at the worst moment of its iterates
 _BYTES_PER_CACHE_ENTRY = 24
@@ -57,6 +55,11 @@ def available() -> bool:
     return importlib.util.find_spec("oxidd") is not None
 
 
+def usable() -> bool:
+    """Whether the library can be imported, and there is memory for it."""
+    return available() and has_room()
+
+
 def install_hint(package: str = "oxidd") -> str:
     """What to type so that the library is found by the Python that runs now."""
     python = sys.executable or "python3"
@@ -70,11 +73,18 @@ def install_hint(package: str = "oxidd") -> str:
     return hint
 
 
+def remedy() -> str:
+    """What to do so that the symbolic engine can be used."""
+    if available():
+        return "or give the symbolic engine more memory (free memory, 'ulimit -v')"
+    return f"or install the symbolic engine: {install_hint()}"
+
+
 class Manager:
     """The decision diagrams of one synthesis, over boolean variables in a fixed order.
 
-    Operations raise MemoryError when the nodes that fit into ``memory`` bytes are used up; nothing
-    is allocated beyond that.
+    Operations raise MemoryError when the nodes that fit into ``memory`` bytes, or into what the
+    machine and ``ulimit -v`` leave of them, are used up; nothing is allocated beyond that.
     """
 
     def __init__(self, variables: int, memory: int = DEFAULT_MEMORY) -> None:
@@ -85,6 +95,7 @@ class Manager:
         # Not typed: the types would be there or not with the package, and so would mypy's opinion.
         bdd: Any = importlib.import_module("oxidd.bdd")
         util: Any = importlib.import_module("oxidd.util")
+        memory = budget(memory)
         entries = min(_CACHE_ENTRIES, max(2**12, memory // 8 // _BYTES_PER_CACHE_ENTRY))
         rest = memory - entries * _BYTES_PER_CACHE_ENTRY
         self.capacity = max(_FEWEST_NODES, rest // _BYTES_PER_NODE)

@@ -12,7 +12,8 @@ from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
 from robosc.synthesis.bdd.engine import Progress, SymbolicEngine, SymbolicSolution
-from robosc.synthesis.bdd.manager import DEFAULT_MEMORY, available, install_hint
+from robosc.synthesis.bdd.manager import available, install_hint
+from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
 from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.formatting import contributors

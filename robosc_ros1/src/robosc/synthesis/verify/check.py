@@ -26,7 +26,7 @@ from typing import Final, TypeAlias
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import PlantState, VariableKind
 from robosc.supervisor import Step, Supervisor
-from robosc.synthesis.bdd.manager import available, install_hint
+from robosc.synthesis.bdd.manager import remedy, usable
 from robosc.synthesis.verify.findings import Check, Findings, VerifyReport, state_text
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
 from robosc.synthesis.verify.steps import (
@@ -54,7 +54,7 @@ def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
         StateSpaceError: it is too large for that, too.
     """
     large = supervisor.plant_states > limit or supervisor.controlled_transitions > _MOST_STEPS
-    found = _by_sets(supervisor) if large and available() else _Verifier(supervisor, limit).found()
+    found = _by_sets(supervisor) if large and usable() else _Verifier(supervisor, limit).found()
     name, controllable = supervisor.plant.robot.name, _check_controllable(supervisor)
     if supervisor.empty:
         empty = _check_empty(found.keeps_initial)
@@ -229,7 +229,7 @@ class _Verifier:
             if found > most:
                 raise StateSpaceError(
                     f"the controlled system has {found} {what}; verification stops at {most}"
-                    f" without the symbolic engine: {install_hint()}"
+                    f" without the symbolic engine; {remedy()}"
                 )
 
     def _stop_at_limit(self, found: int, steps: int = 0) -> None:

@@ -1,0 +1,66 @@
+"""A limit on the processor time of a synthesis that is asked for often, as checks are."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from robosc.errors import StateSpaceError
+
+__all__ = ["processor_time"]
+
+Progress = Callable[[str, int, int], None]
+
+_AGAIN = 0.5
+"""Seconds after which the timer goes off anew: where it did, the error may have been swallowed."""
+
+
+@contextmanager
+def processor_time(seconds: float, progress: Progress | None) -> Iterator[Progress]:
+    """The same progress, whose caller is stopped when the processor time is used up.
+
+    In the main thread a timer stops also what tells no progress; a timer that somebody else uses
+    (a profiler) is left alone.
+
+    Raises:
+        StateSpaceError: the time is up.
+    """
+    end = time.process_time() + seconds
+
+    def stop(signum: int = 0, frame: FrameType | None = None) -> None:
+        raise StateSpaceError(
+            f"it takes more than {seconds:g} s; 'robosc synthesize' takes the time it needs"
+        )
+
+    def limited(what: str, done: int, most: int) -> None:
+        if time.process_time() > end:
+            stop()
+        if progress is not None:
+            progress(what, done, most)
+
+    if not _has_timer() or not 0 < seconds < math.inf:
+        yield limited
+        return
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds, _AGAIN)
+    try:
+        try:
+            yield limited
+        finally:  # the timer may go off even here, but not twice
+            signal.setitimer(signal.ITIMER_PROF, 0)
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
+
+
+def _has_timer() -> bool:
+    return (
+        hasattr(signal, "setitimer")
+        and threading.current_thread() is threading.main_thread()
+        and signal.getsignal(signal.SIGPROF) is signal.SIG_DFL
+    )
