@@ -153,6 +153,7 @@ class Action:
 class Puppet:
     def __init__(self):
         self.publishers = {}
+        self.steady = {}
         self.servers = {}
         self.subscribers = []
         self.clients = {}
@@ -176,6 +177,19 @@ class Puppet:
             publisher.publish(filled(publisher.data_class(), other if odd else fields))
             if rate:
                 time.sleep(max(0.0, start + (number + 1) / rate - time.monotonic()))
+
+    def steadily(self, topic, type, fields):
+        """Publish as a sensor does, 20 times per second, until the next order for this topic."""
+        self.publish(topic, type, fields)
+        first = topic not in self.steady
+        self.steady[topic] = type, fields
+        if first:
+            threading.Thread(target=self.go_on, args=(topic,), daemon=True).start()
+
+    def go_on(self, topic):
+        while not rospy.is_shutdown():
+            time.sleep(0.05)
+            self.publish(topic, *self.steady[topic], connected=False)
 
     def listen(self, topic, type):
         message_class = roslib.message.get_message_class(type)

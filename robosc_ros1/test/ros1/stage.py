@@ -91,6 +91,10 @@ class Puppet:
         fields = {} if data is None else {"data": data}
         self.do("publish", topic=topic, type=type_, fields=fields, **more)
 
+    def steadily(self, topic: str, type_: str, data: Any) -> None:
+        """Have the puppet publish a value again and again, until the next one."""
+        self.do("steadily", topic=topic, type=type_, fields={"data": data})
+
     def wait(
         self, condition: Callable[[Json], Any], what: str, seconds: float = PATIENCE, since: int = 0
     ) -> Json:

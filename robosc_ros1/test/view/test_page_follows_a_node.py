@@ -64,14 +64,15 @@ def test_the_page_shows_what_the_controller_tells(
     with stage.controller(puppet, NODE) as node:
         browser.sees(link_says("live"))
         browser.sees("document.getElementById('robot').textContent === 'LineFollower'")
-        puppet.publish(*DISTANCE, 1.0, times=1)
+        # A sensor that falls silent stops the motor; the page may take longer than that.
+        puppet.steadily(*DISTANCE, 1.0)
         node.enters("Motor", "moving")
         browser.sees(is_in("DistanceSensor", "sensing"))
         browser.sees(is_in("Motor", "moving"))
         browser.sees(command_is("move.request", "enabled"))
         reasons_are_those_of_the_topic(browser, node, "stop.request", "stop needs")
 
-        puppet.publish(*DISTANCE, 0.1, times=1)
+        puppet.steadily(*DISTANCE, 0.1)
         node.enters("Motor", "stopped")
         browser.sees(is_in("Motor", "stopped"))
         reasons_are_those_of_the_topic(browser, node, "move.request", "move needs")
