@@ -20,8 +20,8 @@ from robosc.language.operators import infix_signs, symbols
 from robosc.source import Source, Span
 
 __all__ = [
-    "BAD_NUMBER", "FOREIGN", "INTEGER", "LOOKS", "MAX_FAULTS", "NUMBER", "STRING", "Comment",
-    "Tokens", "is_word", "kind_of", "kinds_of", "pattern", "tokenize",
+    "BAD_NUMBER", "ESCAPES", "FOREIGN", "INTEGER", "LOOKS", "MAX_FAULTS", "NUMBER", "STRING",
+    "Comment", "Tokens", "is_word", "kind_of", "kinds_of", "pattern", "tokenize",
 ]  # fmt: skip
 
 MAX_FAULTS = 100
@@ -29,6 +29,9 @@ MAX_FAULTS = 100
 
 _PLAIN, INTEGER, NUMBER, BAD_NUMBER, STRING = "n", "0", "1", "9", "s"
 _FIRST, _MARKED = 0x100, 0x100
+
+ESCAPES = {"n": "\n", "t": "\t", "\\": "\\", '"': '"', "'": "'"}
+"""What stands behind a backslash in a string, and what is meant by it."""
 
 FOREIGN = {"==": "=", "<>": "!=", "=/=": "!=", "=<": "<="}
 """Operators of other languages, each with ours."""

@@ -1,4 +1,7 @@
-"""Values as a user writes them: literals, and literals by path for objects."""
+"""Values as a user writes them: literals, and literals by path for objects.
+
+They are made of the tokens of the language; arrays are written as in JSON.
+"""
 
 from __future__ import annotations
 
@@ -7,80 +10,119 @@ import re
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
-from robosc.model.types import (
-    Value,
+from robosc.language.tokens import (
+    ESCAPES,
+    INTEGER,
+    NUMBER,
+    STRING,
+    Tokens,
+    kind_of,
+    pattern,
+    tokenize,
 )
+from robosc.model.types import Value
 from robosc.runtime.values import jsonable
 from robosc.simulate.faults import InvalidLine
+from robosc.source import Source
 
-__all__ = ["PATH", "Raw", "literal_text", "parse_raw"]
+__all__ = ["Path", "Raw", "literal_text", "parse_raw", "path_in"]
 
+Path: TypeAlias = tuple[str | int, ...]
 Raw: TypeAlias = Any
 """None, a literal, or a dict of literals by path, None for an array's element that is missing."""
 
 _WORDS: Mapping[str, Raw] = {"true": True, "false": False, "missing": None}
-_LITERAL = re.compile(
-    r"""(?P<string>"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*')
-    |(?P<number>-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)(?![\w.])
-    |(?P<word>-?\^?[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)""",
-    re.VERBOSE | re.ASCII,
-)
-PATH = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*|\[\d{1,6}\])*", re.ASCII)
-_TEST = re.compile(r'"(?:[^"\\]|\\.)*"')
-_ESCAPES = {"n": "\n", "t": "\t"}
+_NAME = re.compile(pattern("WORD (?: '.' WORD )*"))
+_LITERAL = re.compile(f"{STRING}|{kind_of('-')}?(?:[{INTEGER}{NUMBER}]|{_NAME.pattern})")
+_PATH = re.compile(pattern("WORD (?: '.' WORD | '[' INTEGER ']' )*"))
+_FIELD = re.compile(f"({STRING}|{_PATH.pattern})[{kind_of(':')}{kind_of('=')}]")
+_LONGEST_INDEX = 6
 
 
 def parse_raw(text: str) -> Raw:
     """``0.4``, ``free``, ``"text"``; ``x: 1, kind = free`` for an object. Raises InvalidLine."""
-    text = text.strip()
-    if not text:
+    tokens = tokenize(Source("value", text))
+    if tokens.faults:
+        raise _unread(text[tokens.faults[0] :])
+    if not tokens:
         return None
-    match = _LITERAL.fullmatch(text)
-    if match:
-        return _literal(match)
+    at = _end(_LITERAL, tokens, 0)
+    if at == len(tokens):
+        return _literal(tokens, 0, at)
     fields: dict[str, Raw] = {}
-    at = 0
-    if whole := re.match(rf"(?:{_LITERAL.pattern})\s*,\s*(?=\")", text, _LITERAL.flags):
-        fields[""], at = parse_raw(whole.group().rstrip(", \t")), whole.end()
-    while at < len(text):
-        path = _TEST.match(text, at) or PATH.match(text, at)
-        sign = re.compile(r"\s*[:=]\s*").match(text, path.end()) if path else None
-        found = _value_at(text, sign.end()) if sign else None
-        if path is None or sign is None or found is None:
-            raise InvalidLine(
-                f"cannot read '{text[at:]}': a value is 0.4, true, a name or \"text\";"
-                " that of an object x: 0.4, y: 2"
-            )
-        if path.group() in fields:
-            raise InvalidLine(f"'{path.group()}' is given twice")
-        fields[path.group()], end = found
-        gap = re.compile(r"\s*,\s*|\s+|$").match(text, end)
-        if gap is None:
-            raise InvalidLine(f"cannot read '{text[end:]}' behind '{text[sign.end() : end]}'")
-        at = gap.end()
+    if tokens.kinds[at : at + 2] == kind_of(",") + STRING:
+        fields[""] = _literal(tokens, 0, at)
+        at += 1
+    else:
+        at = 0
+    while at < len(tokens):
+        field = _FIELD.match(tokens.kinds, at)
+        found = _value_at(tokens, field.end()) if field else None
+        if field is None or found is None:
+            raise _unread(text[tokens.offset(at) :])
+        path = "".join(tokens.texts(at, field.end(1)))
+        if path in fields:
+            raise InvalidLine(f"'{path}' is given twice")
+        fields[path], at = found
+        at += tokens.kinds[at : at + 1] == kind_of(",")
     return fields
 
 
-def _value_at(text: str, at: int) -> tuple[Raw, int] | None:
-    """The literal at a place and where it ends; an array is written as in JSON."""
-    if text.startswith("[", at):
+def _unread(text: str) -> InvalidLine:
+    return InvalidLine(
+        f"cannot read '{text}': a value is 0.4, true, a name or \"text\";"
+        " that of an object x: 0.4, y: 2"
+    )
+
+
+def _end(what: re.Pattern[str], tokens: Tokens, at: int) -> int:
+    found = what.match(tokens.kinds, at)
+    return found.end() if found else at
+
+
+def _value_at(tokens: Tokens, at: int) -> tuple[Raw, int] | None:
+    """The value at a token and the token behind it."""
+    if tokens.text(at) == "[":
         try:
-            return json.JSONDecoder().raw_decode(text, at)
+            array, end = json.JSONDecoder().raw_decode(tokens.source.text, tokens.offset(at))
         except ValueError:
             return None
-    literal = _LITERAL.match(text, at)
-    return None if literal is None else (_literal(literal), literal.end())
+        return array, tokens.before(end)
+    end = _end(_LITERAL, tokens, at)
+    return None if end == at else (_literal(tokens, at, end), end)
 
 
-def _literal(match: re.Match[str]) -> Raw:
-    text = match.group()
-    if match.lastgroup == "string":
-        return re.sub(r"\\(.)", lambda m: _ESCAPES.get(m.group(1), m.group(1)), text[1:-1])
-    if match.lastgroup == "number":
-        if re.fullmatch(r"-?\d{1,20}", text):
-            return int(text)
+def _literal(tokens: Tokens, start: int, end: int) -> Raw:
+    text = "".join(tokens.texts(start, end))
+    kind = tokens.kinds[end - 1]
+    if kind == STRING:
+        return re.sub(r"\\(.)", _escape, text[1:-1])
+    if kind == INTEGER and len(text) <= 20:
+        return int(text)
+    if kind in INTEGER + NUMBER:
         return float(text)
-    return _WORDS[text] if text in _WORDS else text.removeprefix("^")
+    return _WORDS[text] if text in _WORDS else text.replace("^", "")
+
+
+def _escape(match: re.Match[str]) -> str:
+    if match[1] not in ESCAPES:
+        raise InvalidLine(f"'{match.group()}' is no escape: there are \\n \\t \\\\ \\\" \\'")
+    return ESCAPES[match[1]]
+
+
+def path_in(text: str) -> Path | None:
+    """The path that a text such as ``pose.x`` or ``ranges[0]`` is; None if it is none."""
+    tokens = tokenize(Source("path", text))
+    if tokens.faults or not _PATH.fullmatch(tokens.kinds):
+        return None
+    steps = [(kind, step) for kind, step in zip(tokens.kinds, tokens.texts(), strict=True)]
+    if any(kind == INTEGER and len(step) > _LONGEST_INDEX for kind, step in steps):
+        return None
+    return tuple(
+        int(step) if kind == INTEGER else step.removeprefix("^")
+        for kind, step in steps
+        if step not in ".[]"
+    )
 
 
 def literal_text(value: Value | None, quoted: bool = False) -> str:
@@ -91,7 +133,7 @@ def literal_text(value: Value | None, quoted: bool = False) -> str:
         case bool():
             return "true" if value else "false"
         case str():
-            if not quoted and _LITERAL.fullmatch(value) and value not in _WORDS:
+            if not quoted and _is_name(value):
                 return value
             escaped = value.replace("\\", "\\\\").replace('"', '\\"')
             return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
@@ -99,3 +141,10 @@ def literal_text(value: Value | None, quoted: bool = False) -> str:
     if isinstance(text, list | dict):
         return json.dumps(text)
     return text if isinstance(text, str) else repr(text)
+
+
+def _is_name(text: str) -> bool:
+    """Whether a text that is typed without quotes is read as this text."""
+    tokens = tokenize(Source("value", text))
+    whole = not tokens.faults and "".join(tokens.texts()) == text
+    return whole and text not in _WORDS and "^" not in text and bool(_NAME.fullmatch(tokens.kinds))

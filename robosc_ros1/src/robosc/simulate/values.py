@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import random
-import re
 from collections.abc import Iterator, Mapping
 from types import SimpleNamespace
 from typing import Any, TypeAlias, cast
@@ -37,7 +36,7 @@ from robosc.model.types import (
 from robosc.model.values import default_value, describe
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.faults import InvalidLine
-from robosc.simulate.literals import PATH, Raw, literal_text
+from robosc.simulate.literals import Path, Raw, literal_text, path_in
 from robosc.simulate.state import is_true
 from robosc.synthesis.formatting import listing
 
@@ -53,10 +52,8 @@ __all__ = [
     "random_raw",
 ]
 
-Path: TypeAlias = tuple[str | int, ...]
 Given: TypeAlias = Mapping[Path, Value | None]
 _NUMBERS = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
-_STEP = re.compile(r"([A-Za-z_]\w*)|\[(\d+)\]", re.ASCII)
 
 
 def parameter_values(event: Event, given: Given) -> Values:
@@ -168,9 +165,9 @@ def _by_path(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw]
     """Parts by path, each of which the type must have."""
     found: dict[Path, Raw] = {}
     for text, value in raw.items():
-        if text and not PATH.fullmatch(text):
+        path = path_in(text) if text else ()
+        if path is None:
             raise InvalidLine(f"'{text}' is no part of a value: write pose.x or ranges[0]")
-        path = tuple(m.group(1) or int(m.group(2)) for m in _STEP.finditer(text))
         inner: Type | None = type_
         for step in path:
             if isinstance(inner, ObjectType) and isinstance(step, str):

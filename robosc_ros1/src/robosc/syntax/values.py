@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from robosc.language.keywords import RESERVED
-from robosc.language.tokens import BAD_NUMBER, INTEGER
+from robosc.language.tokens import BAD_NUMBER, ESCAPES, INTEGER
 from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
 from robosc.syntax.reading import Build, Fault, Reading
@@ -25,8 +25,6 @@ __all__ = [
 
 MAX_INTEGER = 2**64 - 1
 """The largest whole number of any ROS type (uint64)."""
-
-_ESCAPES = {"n": "\n", "t": "\t", "\\": "\\", '"': '"', "'": "'"}
 
 
 def make_name(reading: Reading, start: int, end: int, parts: list[Any]) -> Name:
@@ -91,7 +89,7 @@ def make_string(reading: Reading, at: int) -> str:
         return body
 
     def replace(match: re.Match[str]) -> str:
-        escape = _ESCAPES.get(match.group(1))
+        escape = ESCAPES.get(match.group(1))
         if escape is None:
             place = reading.tokens.offset(at) + 1 + match.start()
             message = f"'{match.group()}' is no escape"
