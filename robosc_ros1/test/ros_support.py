@@ -44,8 +44,7 @@ from robosc.cli import main
 
 __all__ = [
     "EXAMPLES", "REPOSITORY", "SOURCES", "Completed", "Master", "Workspace", "await_condition",
-    "free_port", "master", "missing_ros", "plain_environment",
-    "run_robosc",
+    "free_port", "master", "missing_ros", "plain_environment", "run_robosc", "stopped",
 ]  # fmt: skip
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -123,6 +122,27 @@ def await_condition(condition, what: str, seconds: float = 60.0):  # type: ignor
         if time.monotonic() > end:
             raise AssertionError(f"waited {seconds:g} s in vain for {what}")
         time.sleep(0.02)
+
+
+@contextlib.contextmanager
+def stopped(pid: int) -> Iterator[None]:
+    """A process that stands still for a while."""
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        # The signal has been sent, but each thread goes on until it takes notice.
+        await_condition(lambda: _stands_still(pid), f"process {pid} to stand still")
+        yield
+    finally:
+        os.kill(pid, signal.SIGCONT)
+
+
+def _stands_still(pid: int) -> bool:
+    """Whether all threads of a process are stopped."""
+    states = []
+    for stat in Path("/proc", str(pid), "task").glob("*/stat"):
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # it has ended meanwhile
+            states.append(stat.read_text(encoding="utf-8").rpartition(")")[2].split()[0])
+    return set(states) == {"T"}
 
 
 def run_robosc(arguments: Sequence[str], folder: Path, environment: Mapping[str, str]) -> Completed:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
-import signal
 import subprocess
 import threading
 import time
@@ -19,7 +17,7 @@ from emit.golden_packages import GOLDEN
 from fork_server import Forked, ForkServer
 from ros_support import PYTHON, Master, Workspace, plain_environment
 
-__all__ = ["PATIENCE", "Node", "Puppet", "Stage", "event", "master_pid", "stopped"]
+__all__ = ["PATIENCE", "Node", "Puppet", "Stage", "event", "master_pid"]
 
 PATIENCE = 60.0
 """Seconds after which something that must come has not come, even on a machine that is busy."""
@@ -42,16 +40,6 @@ def event(kind: str, name: str, **more: Any) -> Callable[[Json], bool]:
 def master_pid(master: Master) -> int:
     """The process of the master itself; roscore is its parent."""
     return int(ServerProxy(master.uri).getPid("/test")[2])  # type: ignore[index, call-overload]
-
-
-@contextlib.contextmanager
-def stopped(pid: int) -> Iterator[None]:
-    """A process that stands still for a while."""
-    os.kill(pid, signal.SIGSTOP)
-    try:
-        yield
-    finally:
-        os.kill(pid, signal.SIGCONT)
 
 
 class Puppet:

@@ -6,7 +6,8 @@ import os
 import signal
 
 import pytest
-from ros1.stage import Node, Puppet, Stage, event, stopped
+from ros1.stage import Node, Puppet, Stage, event
+from ros_support import stopped
 
 RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
 BOOL = "std_msgs/Bool"

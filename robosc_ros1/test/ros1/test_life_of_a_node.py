@@ -13,8 +13,8 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 import ros_support
-from ros1.stage import Node, Puppet, Stage, event, master_pid, stopped
-from ros_support import Master, Workspace, await_condition, processor_clock
+from ros1.stage import Node, Puppet, Stage, event, master_pid
+from ros_support import Master, Workspace, await_condition, processor_clock, stopped
 
 RUN = {"name": "/run", "type": "gauntlet_interfaces/ReachAction"}
 ASK = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}

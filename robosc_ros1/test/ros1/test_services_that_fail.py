@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 from ros1.broken_service import BrokenService
-from ros1.stage import Puppet, Stage, event, master_pid, stopped
+from ros1.stage import Puppet, Stage, event, master_pid
+from ros_support import stopped
 
 ASK = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}
 BOOL = "std_msgs/Bool"

@@ -6,8 +6,8 @@ import os
 import signal
 from typing import Any
 
-from ros1.stage import PATIENCE, Node, Puppet, Stage, event, master_pid, stopped
-from ros_support import Master, Workspace
+from ros1.stage import PATIENCE, Node, Puppet, Stage, event, master_pid
+from ros_support import Master, Workspace, stopped
 
 NODE = "watch_controller"
 NODE_NAME = f"/{NODE}"

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ros2.ros2_support import HERE, Graph, Peer, Process
+from ros_support import stopped
 
 Start = Callable[..., Process]
 ACTION = "robosc_testing/action/Move"
@@ -145,11 +146,8 @@ def test_a_goal_accepted_after_its_deadline_is_cancelled(graph: Graph, controlle
     told(server, server.expect("goal", name="reach"), end="abort")
     before = arm(robot, "resting", lambda s: s["counters"]["errors"] >= 1)["counters"]["errors"]
     # Now it is there, but does not answer to the next.
-    server.process.signal(signal.SIGSTOP)
-    try:
+    with stopped(server.process.popen.pid):
         state = arm(robot, "resting", lambda s: s["counters"]["errors"] > before)
-    finally:
-        server.process.signal(signal.SIGCONT)
     late = server.expect("goal", name="reach")
     assert server.expect("cancel", name="reach")["id"] == late["id"]
     assert state["counters"]["mismatches"] == 0

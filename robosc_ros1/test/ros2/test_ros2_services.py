@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from ros2.ros2_support import Graph, Peer, Process
+from ros_support import stopped
 
 Start = Callable[..., Process]
 SERVICE = "std_srvs/srv/SetBool"
@@ -102,11 +102,8 @@ def test_a_server_that_stands_still_gives_one_error_per_request(
     robot, server = wanting(graph), graph.peer("server")
     server.serve("door/lock", SERVICE, {"success": False})
     door(robot, "open", lambda s: s["counters"]["inputs"] >= 2)
-    server.process.signal(signal.SIGSTOP)
-    try:
+    with stopped(server.process.popen.pid):
         state = robot.expect_state("guarded_arm", lambda s: s["counters"]["errors"] >= 4)
-    finally:
-        server.process.signal(signal.SIGCONT)
     # What it then answers to calls that are over is dropped, and the next one is served.
     errors, inputs = state["counters"]["errors"], state["counters"]["inputs"]
     robot.expect_state(

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from ros2.ros2_support import Graph, Peer, Process
+from ros_support import stopped
 
 Start = Callable[..., Process]
 Json = dict[str, Any]
@@ -80,10 +81,9 @@ def test_a_sensor_that_stood_still_and_comes_back(
     sensor = graph.peer("sensor")
     sensor.order("repeat", **SCAN, qos={})
     drives(ear)
-    sensor.process.signal(signal.SIGSTOP)
-    told(ear, "timeout", "scan")
-    told(ear, "request", "halt")
-    sensor.process.signal(signal.SIGCONT)
+    with stopped(sensor.process.popen.pid):
+        told(ear, "timeout", "scan")
+        told(ear, "request", "halt")
     told(ear, "response", "scan")
     told(ear, "request", "drive")
     drives(ear)
