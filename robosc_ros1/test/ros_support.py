@@ -40,6 +40,8 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
+import ros_links
+
 from robosc.cli import main
 
 __all__ = [
@@ -211,6 +213,13 @@ class Master:
                     if name.startswith(node):
                         api = proxy.lookupService("/ros_support", service)[2]
                         proxy.unregisterService(name, service, api)
+
+    def await_links(self, node: str) -> None:
+        """Wait until a node and those that run have connected all topics that they share.
+
+        What one of them published before would be lost.
+        """
+        ros_links.await_links(self.uri, node)
 
     def answers(self) -> bool:
         try:

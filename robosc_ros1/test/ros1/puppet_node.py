@@ -14,6 +14,8 @@ import threading
 import time
 
 import actionlib
+import ros_links
+import rosgraph
 import roslib.message
 import rospy
 from actionlib_msgs.msg import GoalStatus
@@ -60,6 +62,12 @@ def is_open(link):
         return True
     except OSError:
         return False
+
+
+def await_links(*topics):
+    """Wait until this node's connections on some topics stand, as far as it has such."""
+    names = {rospy.resolve_name(topic) for topic in topics}
+    ros_links.await_links(rosgraph.get_master_uri(), rospy.get_name(), names)
 
 
 def type_of_goal(client):
@@ -150,6 +158,15 @@ class Action:
             handle.set_canceled(result, "somebody else was quicker")
 
 
+def connected_client(name, type_, client=None):
+    """The client of an action, or a new one, once what it and the server send will arrive."""
+    client = client or actionlib.ActionClient(name, type_)
+    if not client.wait_for_server(rospy.Duration(PATIENCE)):
+        raise RuntimeError("there is no action " + name)
+    await_links(*(name + part for part in ("/goal", "/cancel", "/status", "/feedback", "/result")))
+    return client
+
+
 class Puppet:
     def __init__(self):
         self.publishers = {}
@@ -158,19 +175,22 @@ class Puppet:
         self.subscribers = []
         self.clients = {}
 
-    def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, wait=PATIENCE, md5=None,
+    def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, md5=None,
                 other=None):  # fmt: skip
-        if topic not in self.publishers:
+        is_new = topic not in self.publishers
+        if is_new:
             message_class = roslib.message.get_message_class(type)
             if md5 is not None:  # as from another version of the package
                 message_class._md5sum = md5
             self.publishers[topic] = rospy.Publisher(topic, message_class, queue_size=10000)
         publisher = self.publishers[topic]
-        end = time.monotonic() + wait
+        end = time.monotonic() + PATIENCE
         while connected and not links(publisher):
             if time.monotonic() > end:
                 raise RuntimeError("nobody subscribes to " + topic)
             time.sleep(0.005)
+        if connected and is_new:
+            await_links(topic)
         start = time.monotonic()
         for number in range(times):
             odd = other is not None and number % 2
@@ -191,18 +211,16 @@ class Puppet:
             time.sleep(0.05)
             self.publish(topic, *self.steady[topic], connected=False)
 
-    def listen(self, topic, type):
+    def listen(self, topic, type, connected=True):
+        """Listen to a topic, and to all that those send to it who are there, if they are."""
         message_class = roslib.message.get_message_class(type)
         if type == "std_msgs/String" and topic.rpartition("/")[2] in ("events", "state", "model"):
             hear = lambda m: tell(heard=topic, message=json.loads(m.data))  # noqa: E731
         else:
             hear = lambda m: tell(heard=topic, message=plain(m))  # noqa: E731
         self.subscribers.append(rospy.Subscriber(topic, message_class, hear))
-
-    def await_publishers(self):
-        """Wait until somebody sends to each topic that is listened to."""
-        while not all(s.get_num_connections() for s in self.subscribers):
-            time.sleep(0.01)
+        if connected:
+            await_links(topic)
 
     def service(self, name, type, **settings):
         self.serve(Service, name, type, settings)
@@ -235,8 +253,7 @@ class Puppet:
 
     def shout(self, name, count):
         """Somebody else's goals."""
-        client = actionlib.ActionClient(name, self.servers[name].type)
-        client.wait_for_server(rospy.Duration(PATIENCE))
+        client = connected_client(name, self.servers[name].type)
         goal = type(self.servers[name].type().action_goal.goal)()
         self.foreign = [client.send_goal(goal) for _ in range(count)]
 
@@ -259,14 +276,8 @@ class Puppet:
 
     def send(self, name, type, fields):
         """Send a goal; what comes of it is printed."""
-        if name not in self.clients:
-            client = actionlib.ActionClient(name, roslib.message.get_message_class(type))
-            self.clients[name] = client
-        client = self.clients[name]
-        if not client.wait_for_server(rospy.Duration(PATIENCE)):
-            raise RuntimeError("there is no action " + name)
-        while not links(client.pub_goal):
-            time.sleep(0.005)
+        action = roslib.message.get_message_class(type)
+        client = self.clients[name] = connected_client(name, action, self.clients.get(name))
 
         def moved(handle):
             if handle.get_comm_state() == actionlib.CommState.DONE:
@@ -279,11 +290,8 @@ class Puppet:
     def chain(self, name, type, count):
         """Send goals, each as soon as the result of the one before has come; their ends are printed
         together."""
-        client = self.clients[name] = actionlib.ActionClient(
-            name, roslib.message.get_message_class(type)
-        )
-        if not client.wait_for_server(rospy.Duration(PATIENCE)):
-            raise RuntimeError("there is no action " + name)
+        action = roslib.message.get_message_class(type)
+        client = self.clients[name] = connected_client(name, action)
         done = queue.SimpleQueue()
 
         def moved(handle):

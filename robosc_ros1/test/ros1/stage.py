@@ -190,7 +190,8 @@ class Stage:
     ) -> Iterator[Node]:
         """A controller with parameters (``__`` stands for ``/`` in a name); the ear listens first.
 
-        The node is up when this begins: it has shown a state.
+        The node is up when this begins: it has shown a state, and its connections to those that are
+        there stand.
         """
         name = f"/{package}"
         mark = ear.mark
@@ -202,7 +203,9 @@ class Stage:
         with self.workspace.start(str(executable), *arguments, master=self.master) as process:
             node = Node(process, name, ear)
             ear.hears(f"{name}/state", since=mark)
+            self.master.await_links(name)
             yield node
+        self.master.forget(name)  # it may have been killed
         # Parameters outlive their node, and the next test's node has the same name.
         with contextlib.suppress(OSError, Fault):
             ServerProxy(self.master.uri).deleteParam("/stage", name)

@@ -203,11 +203,11 @@ action, told = Action("/run", ReachAction), queue.Queue()
 statuses = lambda: action._client.manager.statuses
 action.report = lambda token, kind, payload=None: told.put((token, kind))
 for token in range(1, 21):
-    action.start({}, token, 20.0)
-    while told.get(timeout=20) != (token, "response"):
+    action.start({}, token, 60.0)
+    while told.get(timeout=60) != (token, "response"):
         pass
     action.abandon(token)
-    end = time.monotonic() + 20
+    end = time.monotonic() + 60
     while token == 19 and any(goal() for goal in statuses()) and time.monotonic() < end:
         time.sleep(0.1)  # until nobody holds the goals before the last
 print("remembered:", len(statuses()))

@@ -155,7 +155,7 @@ def test_roslaunch_starts_it_again(stage: Stage, puppet: Puppet, ear: Puppet) ->
         await_condition(
             lambda: node_pid(stage.master, "/probe_controller") not in (None, pid), "the next node"
         )
-        puppet.publish("/level", "std_msgs/Int16", 9, wait=30)
+        puppet.publish("/level", "std_msgs/Int16", 9)
         ear.hears("/probe_controller/events", event("request", "blow"), since=mark)
 
 
@@ -228,11 +228,14 @@ main()
 def test_it_connects_where_rospy_forgets_who_publishes(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:
-    ear.do("listen", topic="/probe_controller/events", type="std_msgs/String")
+    for topic in ("events", "state"):
+        ear.do("listen", topic=f"/probe_controller/{topic}", type="std_msgs/String")
     level = {"topic": "/level", "type": "std_msgs/Int16", "fields": {"data": 7}}
     puppet.do("publish", **level, connected=False, times=0)
     with stage.workspace.start("python3", "-c", FORGETFUL, master=stage.master) as process:
-        puppet.begin("publish", **level)
+        ear.hears("/probe_controller/state")
+        stage.master.await_links("/probe_controller")
+        puppet.do("publish", **level)
         Node(process, "/probe_controller", ear).tells(event("response", "level", value=7))
 
 

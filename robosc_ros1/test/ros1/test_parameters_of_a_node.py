@@ -119,11 +119,9 @@ def test_two_controllers_in_namespaces_one_of_them_remapped(
     ear.do("listen", topic="/right/far/kindle", type="std_msgs/Empty")
     ear.do("listen", topic="/put_out", type="std_msgs/Bool")
     with stage.workspace.start("roslaunch", str(tmp_path / "two.launch"), master=stage.master):
-        # It listens before the controllers start, so it gets their very first commands.
-        for topic in ("/left/kindle", "/right/far/kindle"):
-            ear.hears(topic)
         for node in (left, right):
             ear.hears(f"{node}/state", lambda s: s["components"]["Flame"] == "burning")
+            stage.master.await_links(node)
         puppet.publish("/sun", INT, 99)
         ear.hears("/put_out")
         ear.hears(f"{left}/state", lambda s: s["components"]["Flame"] == "cold")
@@ -132,6 +130,12 @@ def test_two_controllers_in_namespaces_one_of_them_remapped(
         assert ear.all_heard(f"{right}/state")[-1]["components"]["Flame"] == "burning"
         puppet.publish("/brightness", INT, 99)
         ear.hears(f"{right}/state", lambda s: s["components"]["Flame"] == "cold")
+        # What is lit now is lit on the topics of each namespace.
+        mark = ear.mark
+        for topic in ("/sun", "/brightness"):
+            puppet.publish(topic, INT, 0)
+        for topic in ("/left/kindle", "/right/far/kindle"):
+            ear.hears(topic, since=mark)
 
 
 def test_the_launch_file_gives_each_parameter_its_type(generated_workspace: Workspace) -> None:

@@ -88,6 +88,8 @@ def test_the_node_does_what_the_script_says(
     code = f"import sys; sys.path.insert(0, {str(tmp_path / package / 'src')!r});"
     code += f"from {package}.node import main; sys.exit(main())"
     arguments = [f"_{name}:={value}" for name, value in parameters.items()]
+    robot.do("listen", topic=f"/{package}/state", type="std_msgs/String")
     with example_workspace.start(str(PYTHON), "-c", code, *arguments, master=shared_master):
-        robot.do("await_publishers")
+        robot.hears(f"/{package}/state")
+        shared_master.await_links(f"/{package}")
         play(drawn(scene), log, side)

@@ -102,7 +102,7 @@ def test_neighbours_of_other_types_are_not_heard_but_told(
         with stage.puppet() as stranger:
             stranger.publish("/reading", "std_msgs/String", "very warm", connected=False)
             stranger.publish("/ask_wanted", BOOL, True, connected=False, md5="0" * 32)
-            stranger.do("listen", topic="/halt", type="std_msgs/String")
+            stranger.do("listen", topic="/halt", type="std_msgs/String", connected=False)
             stranger.do("action", name="/run", type="actionlib/TestAction")
             faults = node.shows(lambda s: len(s["faults"]) == 6)["faults"]
             expected = (
