@@ -141,8 +141,9 @@ def test_bed() -> Bed:
 
 
 def _once(folder: Path, inputs: list[Path], make: Callable[[], None]) -> None:
-    """Make the folder anew unless it was made from just these files, by this Python."""
-    digest = hashlib.sha256(sys.version.encode())
+    """Make the folder anew unless it was made from just these files, by the bed's Python."""
+    version = [_python(), "-c", "import sys; print(sys.version, end='')"]
+    digest = hashlib.sha256(subprocess.run(version, capture_output=True, check=True).stdout)
     for file in inputs:
         digest.update(file.name.encode() + file.read_bytes())
     stamp = folder / "made-from"
