@@ -112,7 +112,7 @@ class Wishes:
             if isinstance(value, dict):
                 value = self._filled(old, value)
             elif isinstance(value, list):
-                _, make = self._values.array_of(message, name)
+                *_, make = self._values.array_of(message, name)
                 value = [self._filled(make(), v) if isinstance(v, dict) else v for v in value]
             self._values.put(message, name, float(value) if isinstance(old, float) else value)
         return self._values.as_it_arrives(message)

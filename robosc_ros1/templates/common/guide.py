@@ -14,7 +14,7 @@ import threading
 import time
 from collections import deque
 
-from shadow import Undefined, Wrong, field_of, part_of, reads_value, variables_of
+from shadow import Undefined, Wrong, field_of, part_of, plain, reads_value, variables_of
 
 SAMPLES = 64
 """Messages of each sort that ways are made of."""
@@ -253,7 +253,8 @@ class Cases:
         for variable, tree in transition["assign"]:
             yield from self._of_conversions(shadow, tree, content)
             try:
-                if shadow.evaluate(tree, content) != shadow.variables[name[0] + "." + variable]:
+                before = plain(shadow.variables[name[0] + "." + variable])
+                if plain(shadow.evaluate(tree, content)) != before:
                     yield ("transition", *name, "changes", variable)
             except Undefined:
                 yield ("transition", *name, "undefined", variable)

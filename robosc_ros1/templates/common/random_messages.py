@@ -50,7 +50,8 @@ class Values:
         setattr(message, name, value)
 
     def array_of(self, owner, name):
-        """The fixed length of an array field (None: it has none), and the class of its messages."""
+        """The least and the most elements of an array field (most None: as many as one likes), and
+        the class of its messages."""
         raise NotImplementedError
 
     def message(self, message_type, key, kind):
@@ -70,9 +71,7 @@ class Values:
             field = communication.get(kind + "_field")
             try:
                 if field:
-                    name = attribute_of(message, field)
-                    old = getattr(message, name)
-                    self.put(message, name, self._part(communication[kind], old, message, name))
+                    self._set(communication[kind], message, attribute_of(message, field))
                 else:
                     self._fill(communication[kind], message)
                 return self.as_it_arrives(message)
@@ -85,9 +84,20 @@ class Values:
             type_ = PLANT["enums"][type_[1]]["from"]
         if type_[0] == "object":
             for name, inner in type_[1]:
-                name = attribute_of(message, name)
-                old = getattr(message, name)
-                self.put(message, name, self._part(inner, old, message, name))
+                self._set(inner, message, attribute_of(message, name))
+
+    def _set(self, type_, message, name):
+        """Give a field a value that it can carry, or leave it as it is."""
+        old = getattr(message, name)
+        for _ in range(20):
+            value = self._part(type_, old, message, name)
+            if value is old:
+                return
+            try:
+                self.put(message, name, value)
+                return
+            except Exception:  # the field is too small for this number
+                continue
 
     def _part(self, type_, old, owner=None, name=None):
         while type_[0] == "enum":
@@ -106,17 +116,17 @@ class Values:
         return self._basic(type_, name)
 
     def _array(self, element, owner, name):
-        length, make = self.array_of(owner, name)
-        if length is None:
+        length, most, make = self.array_of(owner, name)
+        if length != most:
             places = self._places[self._of]
             if places and self._random.random() < 0.7:
-                return self._long_array(element, make, places)
-            length = self._random.randint(0, 3)
+                return self._long_array(element, make, places, most)
+            length = self._random.randint(0, 3 if most is None else min(3, most))
         if make is not None:
             return [self._part(element, make()) for _ in range(length)]
         return [self._basic(element) for _ in range(length)]
 
-    def _long_array(self, element, make, places):
+    def _long_array(self, element, make, places, most):
         """Elements of which one, at or beside a place that the model reads, differs from all."""
 
         def element_of():
@@ -124,6 +134,7 @@ class Values:
 
         place = self._random.choice(places) + self._random.choice([-1, 0, 1])
         length = 2 * max(map(abs, places)) + self._random.choice([1, 2, 4])
+        length = length if most is None else min(length, most)
         usual = element_of()
         array = [usual if make is None else copy.deepcopy(usual) for _ in range(length)]
         array[place % length] = element_of()

@@ -45,7 +45,9 @@ def plain(value):
         return value
     if isinstance(value, dict):
         return {name: plain(part) for name, part in value.items()}
-    if isinstance(value, (list, tuple, bytes)) or hasattr(value, "tolist"):
+    if hasattr(value, "tolist"):  # of numpy: an array, or one of its numbers
+        return value.tolist()
+    if isinstance(value, (list, tuple, bytes)):
         return [plain(part) for part in value]
     names = getattr(value, "__slots__", None) or vars(value)
     return {n.lstrip("_"): plain(getattr(value, n)) for n in names if n != "_check_fields"}

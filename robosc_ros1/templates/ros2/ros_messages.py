@@ -25,11 +25,11 @@ def _writer(kind, name):
     sends what nobody may send."""
     if kind in _SIMPLE:
         return _SIMPLE[kind]
-    array = re.fullmatch(r"sequence<(.+?)(?:, (\d+))?>|(.+)\[(\d+)\]", kind)
+    array = array_kind(kind)
     if array:
-        return _array_writer(kind, name, array[1] or array[3], array[2], array[4])
+        return _array_writer(kind, name, *array)
     if "/" in kind:
-        return lambda value: _filled(_message_class(kind)(), value)
+        return lambda value: _filled(message_class(kind)(), value)
     fits = _limits(kind)
 
     def write(value):
@@ -47,13 +47,21 @@ def _filled(message, value):
     return fill(message, value)
 
 
-def _array_writer(kind, name, element, most, length):
+def array_kind(kind):
+    """The type of an array's elements, the least and the most elements that it may have (most None:
+    as many as one likes); None for what is no array."""
+    found = re.fullmatch(r"sequence<(.+?)(?:, (\d+))?>|(.+)\[(\d+)\]", kind)
+    if not found:
+        return None
+    most = found[2] or found[4]
+    return found[1] or found[3], int(found[4] or 0), int(most) if most else None
+
+
+def _array_writer(kind, name, element, least, most):
     write = _writer(element, name)
 
     def fits(values):
-        if length is not None:
-            return len(values) == int(length)
-        return most is None or len(values) <= int(most)
+        return least <= len(values) and (most is None or len(values) <= most)
 
     def write_array(values):
         if isinstance(values, (str, dict)) or not fits(values):
@@ -63,7 +71,8 @@ def _array_writer(kind, name, element, most, length):
     return write_array
 
 
-def _message_class(kind):
+def message_class(kind):
+    """The class of a field's type such as ``std_msgs/Header``."""
     package, _, name = kind.partition("/")
     return getattr(importlib.import_module(package + ".msg"), name)
 
@@ -170,7 +179,7 @@ def _oddities(message_type):
         base = kind.partition("[")[0].replace("sequence<", "").partition(",")[0].rstrip(">")
         many = base != kind
         if "/" in base:
-            if _oddities(_message_class(base)):
+            if _oddities(message_class(base)):
                 both = (_plain, sendable)
                 found.append((name, *(map(_each, both) if many else both)))
         elif base == "octet":

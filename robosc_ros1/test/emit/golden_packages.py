@@ -60,7 +60,7 @@ def kept_files(package: Package, target: str = "ros1", mode: str = "controller")
         "/random_messages.py",
     ]
     if mode == "supervisor":
-        copied += ["/relay.py", "test/guard_judge.py"]
+        copied += ["/relay.py", "test/guard_judge.py", "test/action_client.py"]
         # These are the controller's, which a test of its own says.
         copied += ["/controller.py", "/model.py", "test/plant_data.py", "/play_robot.py"]
     copied += [f"/{name}" for name in (ros1 if target == "ros1" else ros2).WIRING]

@@ -84,7 +84,7 @@ class Robot(PlayedPort):
         self.enums = judging.PLANT["enums"]
         self.values = importlib.import_module("random_messages").Values(random.Random(seed))
         self.values.as_it_arrives = lambda message: message
-        self.values.array_of = lambda owner, name: (None, owner.makers[name])
+        self.values.array_of = lambda owner, name: (0, None, owner.makers[name])
         self.plant = {c["key"]: c for c in judging.PLANT["communications"]}
         self.lock = threading.Lock()
         self.received: dict[str, deque[Any]] = defaultdict(deque)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -97,3 +98,10 @@ def test_requests_may_arrive_some_time_before_their_events(
     judge.compare_messages()
     teller.join()
     assert judge.faults == []
+
+
+def test_a_byte_of_rclpy_carries_a_number(judging: Any) -> None:
+    message = SimpleNamespace(one=b"\x04", two=[b"\x01", b"\xff"])
+    assert judging.carries(message, {"one": 4, "two": [1, 255]})
+    assert not judging.carries(message, {"one": 5})
+    assert not judging.carries(message, {"one": 260})

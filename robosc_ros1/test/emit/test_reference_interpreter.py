@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Callable
 from itertools import product
 from types import ModuleType
 
+import numpy
 import pytest
 
 from robosc.emit.engine import verbatim
@@ -111,3 +113,10 @@ def test_the_only_field_of_a_message_of_either_ros(
     """As needed where its definition was not installed when the package was generated."""
     message = type("Message", (), {"__slots__": slots})()
     assert shadow.only_field(message) == "progress"
+
+
+def test_arrays_and_numbers_of_numpy_are_plain_ones(shadow: ModuleType) -> None:
+    """In rclpy's messages, arrays of fixed length are such."""
+    message = {"three": numpy.array([1, -2, 3], "int8"), "many": array("d", [0.5])}
+    found = shadow.plain([message, numpy.uint64(2**64 - 1)])
+    assert repr(found) == repr([{"three": [1, -2, 3], "many": [0.5]}, 2**64 - 1])

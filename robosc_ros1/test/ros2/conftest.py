@@ -73,9 +73,11 @@ class Built:
         return {"PYTHONPATH": path, "AMENT_PREFIX_PATH": index}
 
 
-def generate(folder: Path, model: Path, *arguments: str) -> None:
+def generate(folder: Path, model: Path, *arguments: str, prefix: str = "") -> None:
+    """``prefix`` are the AMENT_PREFIX_PATH, where definitions are looked up."""
     where = ("--target", "ros2", "--output", str(folder / "src"))
-    done = run_robosc(("generate", str(model), *where, *arguments), folder, {})
+    env = {"AMENT_PREFIX_PATH": prefix} if prefix else {}
+    done = run_robosc(("generate", str(model), *where, *arguments), folder, env)
     assert done.returncode == 0, done.stderr
 
 
@@ -88,6 +90,10 @@ def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
         generate(folder, model, "--package", package)
     arm = HERE / "models" / "guarded_arm.rscd"
     generate(folder, arm, "--mode", "supervisor")
+    mirror, prefix = HERE / "models" / "mirror.rscd", bed.environment["AMENT_PREFIX_PATH"]
+    for mode in ("controller", "supervisor"):
+        name = ("--package", f"mirror_{mode}")
+        generate(folder, mirror, "--mode", mode, *name, prefix=prefix)
     (folder / "managed.yaml").write_text("lifecycle: true\n", encoding="utf-8")
     for mode in ("controller", "supervisor"):
         name = ("--package", f"guarded_arm_managed_{mode}")

@@ -18,14 +18,19 @@ import sys
 import threading
 import time
 import traceback
+from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "templates" / "ros2"))
+
+from action_client import Client
 
 PATIENCE = 60.0
 
@@ -216,7 +221,7 @@ class Peer:
 
     def send_goal(self, name: str, type: str, data: Any) -> str:
         class_ = load(type)
-        client = ActionClient(self.node, class_, name, callback_group=self.group)
+        client = Client(self.node, class_, name, callback_group=self.group)
         self.kept.append(client)
         if not client.wait_for_server(PATIENCE):
             raise TimeoutError(f"there is no action {name}")
@@ -231,21 +236,23 @@ class Peer:
 
         def answered(future: Any) -> None:
             goal = future.result()
-            self.goals[number] = goal
+            self.goals[number] = client, goal
             self.tell("answer", name=name, id=number, accepted=goal.accepted)
             if goal.accepted:
-                goal.get_result_async().add_done_callback(finished)
+                client.ask(goal.get_result_async).add_done_callback(finished)
 
-        future = client.send_goal_async(fill(class_.Goal(), data), feedback_callback=heard)
+        goal = fill(class_.Goal(), data)
+        future = client.ask(lambda: client.send_goal_async(goal, feedback_callback=heard))
         future.add_done_callback(answered)
         return number
 
     def goal_ids(self) -> list[str]:
         """Of the goals sent by this node that were answered."""
-        return [bytes(goal.goal_id.uuid).hex() for goal in self.goals.values()]
+        return [bytes(goal.goal_id.uuid).hex() for _, goal in self.goals.values()]
 
     def cancel_goal(self, id: str) -> None:
-        self.goals[id].cancel_goal_async()
+        client, goal = self.goals[id]
+        client.ask(goal.cancel_goal_async)
 
     # The graph
 

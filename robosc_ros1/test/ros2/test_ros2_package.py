@@ -62,7 +62,7 @@ def test_the_package_s_own_test_plays_the_robot(built: Any, graph: Graph) -> Non
         built.folder / "src" / "guarded_arm" / "test",
         **built.environment("guarded_arm"), ROBOSC_SECONDS="4",
     )  # fmt: skip
-    code = test.wait(120)
+    code = test.wait(240.0)
     assert code == 0, test.output
     assert "1 passed" in test.output
 

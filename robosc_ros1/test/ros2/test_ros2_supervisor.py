@@ -257,6 +257,6 @@ def test_the_package_s_own_test_plays_robot_and_controller(built: Any, graph: Gr
         built.folder / "src" / NODE / "test",
         **built.environment(NODE), ROBOSC_SECONDS="3",
     )  # fmt: skip
-    code = test.wait(120)
+    code = test.wait(240.0)
     assert code == 0, test.output
     assert "1 passed" in test.output

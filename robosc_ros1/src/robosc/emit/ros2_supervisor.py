@@ -50,6 +50,7 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "test/test_play_both.py": render("ros2/test_play_both.py.jinja", context),
         # A module for that one, no test of its own here.
         "test/play_robot.py": render("ros2/test_play_robot.py.jinja", context),
+        "test/action_client.py": verbatim("ros2/action_client.py"),
         "test/judge.py": verbatim("common/judge.py"),
         "test/guide.py": verbatim("common/guide.py"),
         "test/random_messages.py": verbatim("common/random_messages.py"),

@@ -98,7 +98,8 @@ class RosValues(Values):
         ros_type = owner._slot_types[owner.__slots__.index(name)]
         inner, _, size = ros_type.partition("[")
         make = roslib.message.get_message_class(inner) if "/" in inner else None
-        return int(size[:-1]) if size[:-1] else None, make
+        length = int(size[:-1]) if size[:-1] else None
+        return length or 0, length, make
 
 
 class Robot:

@@ -8,7 +8,6 @@ The environment variables ROBOSC_SEED and ROBOSC_SECONDS choose another run.
 """
 
 import copy
-import importlib
 import os
 import random
 import subprocess
@@ -20,7 +19,7 @@ from pathlib import Path
 
 import rclpy
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import String
@@ -34,7 +33,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from guide import SAMPLES, Advice, Guide, play_round  # noqa: E402
 from judge import PLANT, Judge, print_coverage  # noqa: E402
 from random_messages import PLANT_COMMUNICATIONS, Values  # noqa: E402
-from gauntlet_controller.ros_messages import fill, plain, sendable  # noqa: E402
+from gauntlet_controller.ros_messages import (  # noqa: E402
+    array_kind,
+    fill,
+    message_class,
+    plain,
+    sendable,
+)
 from gauntlet_controller.ros_parameters import qos_profile  # noqa: E402
 
 CONTROLLER = "gauntlet_controller"
@@ -77,20 +82,15 @@ class RosValues(Values):
         return deserialize_message(serialize_message(message), type(message))
 
     def put(self, message, name, value):
-        if isinstance(value, (bool, int, float, str)):
-            fill(message, {name: value})  # which checks it
-        else:
-            if "octet" in message.get_fields_and_field_types()[name]:
-                value = [bytes([number]) for number in value]  # rclpy's C code wants nothing else
+        parts = value if isinstance(value, list) else [value]
+        if any(hasattr(part, "get_fields_and_field_types") for part in parts):
             setattr(message, name, value)
+        else:
+            fill(message, {name: value})  # which checks it, and makes bytes of numbers
 
     def array_of(self, owner, name):
-        kind = owner.get_fields_and_field_types()[name]
-        length = int(kind[kind.index("[") + 1 : -1]) if "[" in kind else None
-        inner = kind.partition("[")[0].replace("sequence<", "").partition(",")[0].rstrip(">")
-        package, _, type_ = inner.partition("/")
-        make = getattr(importlib.import_module(package + ".msg"), type_) if type_ else None
-        return length, make
+        element, least, most = array_kind(owner.get_fields_and_field_types()[name])
+        return least, most, message_class(element) if "/" in element else None
 
 
 class Robot:
@@ -180,10 +180,11 @@ class Robot:
             node,
             type_,
             name,
-            lambda goal: self._act(key, type_, goal),
+            lambda goal: self._act(key, type_, goal),  # a task, which keeps nothing waiting
             goal_callback=asked,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
-            callback_group=self._group,
+            # One after the other: a goal may come before the answer to the one before it.
+            callback_group=MutuallyExclusiveCallbackGroup(),
         )
 
     def _advised(self, key):
@@ -244,6 +245,8 @@ def start_controller(*parameters):
             words += ["-p", "qos.%s.reliability:=reliable" % name]
             if communication["timeout"]:
                 words += ["-p", "timeout.%s:=%s" % (name, SILENCE)]
+        elif communication["kind"] == "incoming message":
+            words += ["-p", "qos.%s.depth:=1000" % name]
         elif communication["kind"] == "service":
             words += ["-p", "timeout.%s:=%s" % (name, TIMEOUT)]
     code = "import sys; from gauntlet_controller.node import main; sys.exit(main())"
@@ -280,7 +283,7 @@ def test_every_command_is_allowed():
         play(robot, judge, float(os.environ.get("ROBOSC_SECONDS", "10")))
     finally:
         controller.terminate()
-        code = controller.wait(10.0)
+        code = controller.wait(60.0)
         rclpy.try_shutdown()
         spinning.join(5.0)
         node.destroy_node()

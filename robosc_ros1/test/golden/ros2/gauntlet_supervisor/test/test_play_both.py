@@ -15,7 +15,6 @@ from pathlib import Path
 
 import rclpy
 from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 from std_msgs.msg import String
 import gauntlet_interfaces.action
@@ -26,6 +25,7 @@ import std_msgs.msg
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import play_robot  # noqa: E402
+from action_client import Client  # noqa: E402
 from guard_judge import (  # noqa: E402
     GuardJudge,
     Wishes,
@@ -83,12 +83,13 @@ class Robot(play_robot.Robot):
 class Goal:
     """A goal that passed: its handle, and its end when that has come."""
 
-    def __init__(self, key, handle, sent):
+    def __init__(self, key, client, handle, sent):
         self.key = key
+        self.client = client
         self.handle = handle
         self.sent = sent
         self.end = None
-        handle.get_result_async().add_done_callback(self._ended)
+        client.ask(handle.get_result_async).add_done_callback(self._ended)
 
     def _ended(self, future):
         self.end = future.result()
@@ -115,7 +116,7 @@ class Controller:
         ]
         self.services = [(node.create_client(t, resolved(n)), t, k) for n, t, k in CALLED]
         self.answers = {key: [] for _, _, key in CALLED}  # of the calls that passed
-        self.clients = [(ActionClient(node, t, resolved(n)), t, k) for n, t, k in SENT]
+        self.clients = [(Client(node, t, resolved(n)), t, k) for n, t, k in SENT]
         self.goals = []
         self.feedback = {key: [] for _, _, key in SENT}
 
@@ -139,7 +140,8 @@ class Controller:
     def cancel(self):
         """Withdraw the latest goal, also if it has ended."""
         if self.goals:
-            self.goals[-1].handle.cancel_goal_async()
+            goal = self.goals[-1]
+            goal.client.ask(goal.handle.cancel_goal_async)
 
     def _decided(self, key, do):
         """Do something; whether it passed (None: nobody told), and what ``do`` gave."""
@@ -174,13 +176,13 @@ class Controller:
         def do():
             return client.send_goal_async(goal, lambda message: keep(content(message.feedback)))
 
-        passed, future = self._decided(key, do)
+        passed, future = self._decided(key, lambda: client.ask(do))
         if not self.judge.wait(future.done, "the answer to a goal"):
             return
         if future.result().accepted != passed:
             self.faults.append("a goal of %s is accepted or rejected against the reports" % key)
         elif passed:
-            self.goals.append(Goal(key, future.result(), content(goal)))
+            self.goals.append(Goal(key, client, future.result(), content(goal)))
 
     # What must have come of it
 
@@ -275,7 +277,7 @@ def test_only_what_is_allowed_passes():
             controller.compare()
     finally:
         supervisor.terminate()
-        code = supervisor.wait(10.0)
+        code = supervisor.wait(60.0)
         rclpy.try_shutdown()
         spinning.join(5.0)
         node.destroy_node()
