@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
 import random
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from random_models import random_model
-from ros_support import REPOSITORY
+from ros_support import REPOSITORY, SOURCES
 from synthesis.oracle import Oracle
 from synthesis.subject import robot_of
 
@@ -118,3 +121,47 @@ def test_supervisor_cannot_be_added_where_there_is_none() -> None:
     assert exported(plant, "cif")
     with pytest.raises(EmptySupervisorError):
         exported(plant, "cif", with_supervisor=True)
+
+
+MIXED = """
+robot Level {
+    component Level {
+        outgoing message level with type: double
+        outgoing message probe with type: double
+        incoming message fill with type: none
+        incoming message drain with type: none
+        behaviour {
+            variable x: double
+            variable y: double
+            initial marked state s {
+                on response from level do x := value
+                on response from probe if value > 3.0 do x := y
+            }
+        }
+    }
+    requirement fill needs Level.x > 1 and Level.x != 2.0
+    requirement drain needs Level.x < 1.0 or Level.x = 2
+}
+"""
+"""Compares a number with constants that are equal and of two types."""
+
+
+def test_the_same_model_gives_the_same_text_in_every_process(tmp_path: Path) -> None:
+    """The order of a set of texts changes from process to process."""
+    model = tmp_path / "level.rscd"
+    model.write_text(MIXED)
+    program = (
+        "from robosc.pipeline import export, load\n"
+        f"robot = load({str(model)!r}).robot\n"
+        "print(export(robot, 'cif'), export(robot, 'json'))"
+    )
+    texts = {
+        subprocess.run(
+            [sys.executable, "-c", program],
+            env=os.environ | {"PYTHONPATH": str(SOURCES), "PYTHONHASHSEED": seed},
+            check=True,
+            capture_output=True,
+        ).stdout
+        for seed in ("1", "2", "4")
+    }
+    assert len(texts) == 1

@@ -27,6 +27,7 @@ from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import explore, synthesize
 from robosc.synthesis.parameters import weight
+from robosc.synthesis.verify.check import verify
 
 TYPES = {"double": DoubleType(), "integer": IntegerType(), "string": StringType()}
 
@@ -332,3 +333,4 @@ def test_free_outcomes_are_the_choice_of_the_environment(seed: int, extra: str) 
             if state in reached and plant.events[event].controllable:
                 ours = holds(plant, guards[id(plant.events[event])], search.states[state])
                 assert ours == search.allowed(state, event)
+    assert supervisor.empty or verify(supervisor).verified

@@ -149,7 +149,7 @@ class Classes(Sequence[Any]):
     @cached_property
     def _constants(self) -> tuple[Any, ...]:
         found: list[Any] = []
-        for _, constant in self.comparisons:
+        for _, constant in self._ordered:
             if constant == constant and constant not in found:  # a NaN tells nothing apart
                 found.append(constant)
         return tuple(sorted(found))

@@ -114,9 +114,13 @@ class _Verifier:
         self._order = sorted(range(len(plant.events)), key=lambda i: plant.events[i].controllable)
         self._labels: dict[int, int] = {}
         self._labelled: list[tuple[int, int]] = []
+        self._outcomes: dict[int, range] = {}
         for event in self._order:
             self._labels[event] = len(self._labelled)
             self._labelled += [(event, n) for n in range(len(self._moves[event].valuations))]
+            labels = range(self._labels[event], len(self._labelled))
+            if plant.events[event].controllable and len(labels) > 1:
+                self._outcomes.update(dict.fromkeys(labels, labels))
         uncontrollable = (e for e, _ in self._labelled if not plant.events[e].controllable)
         self._controllable_from = sum(1 for _ in uncontrollable)
         self._work = self._grouped_work()
@@ -172,7 +176,8 @@ class _Verifier:
     def _search(self) -> CodedGraph:
         """Everything that the requirements permit; unsafe states are not left."""
         codes = [self._coding.encode(state) for state in self._plant.initial_states]
-        graph = CodedGraph(codes, {code: n for n, code in enumerate(codes)}, len(codes))
+        number = {code: n for n, code in enumerate(codes)}
+        graph = CodedGraph(codes, number, len(codes), self._outcomes)
         here = 0
         while here < len(graph.codes):
             state = self._coding.decode(graph.codes[here])
@@ -263,7 +268,8 @@ class _Verifier:
     ) -> list[int]:
         """States ``within`` that reach no marked one through such states.
 
-        Steps that the guards forbid count only if ``forbidden``.
+        Steps that the guards forbid count only if ``forbidden``, and if the command cannot lead
+        elsewhere.
         """
         reaching = bytearray(len(within))
         todo = [
@@ -275,7 +281,9 @@ class _Verifier:
             reaching[number] = 1
         while todo:
             for source, label in backward.steps(todo.pop()):
-                if within[source] and not reaching[source] and (forbidden or label >= 0):
+                if not within[source] or reaching[source]:
+                    continue
+                if graph.staying(source, label, within) if forbidden else label >= 0:
                     reaching[source] = 1
                     todo.append(source)
         return [n for n in range(len(within)) if within[n] and not reaching[n]]
@@ -306,7 +314,7 @@ class _Verifier:
     def _check_permissive(self, graph: CodedGraph, reached: Reached, keepable: bytearray) -> Check:
         for state in reached.order:
             for target, label in graph.steps(state):
-                if label < 0 and keepable[target]:
+                if label < 0 and keepable[target] and graph.staying(state, label, keepable):
                     event = self._plant.events[self._labelled[~label][0]]
                     detail = f"the {state_text(event)} is forbidden without need"
                     step = self._step(graph.codes[state], ~label)

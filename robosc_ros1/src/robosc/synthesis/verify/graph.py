@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 __all__ = ["Backward", "CodedGraph", "Reached"]
@@ -17,12 +17,14 @@ class CodedGraph:
     ``number`` lead from number to state and back. The steps of state ``i`` are those from
     ``first[i]`` to ``first[i + 1]``: ``targets``, and ``labels`` that tell event and value,
     complemented where the guard forbids the step. An allowed step that changes nothing is only
-    counted, in ``allowed``.
+    counted, in ``allowed``. Of a command that may come to several states, ``outcomes`` are the
+    labels of all, by each of them.
     """
 
     codes: list[int]
     number: dict[int, int]
     starts: int
+    outcomes: Mapping[int, range]
     first: array[int] = field(default_factory=lambda: array("q", [0]))
     targets: array[int] = field(default_factory=lambda: array("i"))
     labels: array[int] = field(default_factory=lambda: array("i"))
@@ -34,6 +36,15 @@ class CodedGraph:
         """Targets and labels."""
         for step in range(self.first[state], self.first[state + 1]):
             yield self.targets[step], self.labels[step]
+
+    def staying(self, state: int, label: int, within: bytearray) -> bool:
+        """Whether a step of the state leads ``within`` whatever comes of the command."""
+        labels = self.outcomes.get(label if label >= 0 else ~label)
+        return labels is None or all(
+            within[target]
+            for target, other in self.steps(state)
+            if (other if other >= 0 else ~other) in labels
+        )
 
 
 @dataclass

@@ -264,16 +264,21 @@ def _fit(event: Event, values: _Values) -> bool:
     """Whether one incoming value can have these parts.
 
     An array that is too short for one of its elements is so for all that follow, and what is in
-    them is missing, too.
+    them is missing, too. What no array is on the way to is missing only with the whole value, as
+    when an action fails without a result.
     """
-    there = [p.path for p, v in zip(event.parameters, values, strict=True) if v is not None]
+    there = [p for p, v in zip(event.parameters, values, strict=True) if v is not None]
     for parameter, value in zip(event.parameters, values, strict=True):
         if value is None and parameter.test is None:
             missing = parameter.path
-            at = max(i for i, step in enumerate(missing) if isinstance(step, int))
+            at = max((i for i, step in enumerate(missing) if isinstance(step, int)), default=None)
+            if at is None:
+                if any(other.optional for other in there):
+                    return False
+                continue
             first = missing[at]
             assert isinstance(first, int)
-            for path in there:
+            for path in (other.path for other in there):
                 step = path[at] if path[:at] == missing[:at] and len(path) > at else None
                 if isinstance(step, int) and step >= first:
                     return False
