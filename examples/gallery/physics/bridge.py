@@ -1,9 +1,10 @@
 """The node between a world and ROS: steps MuJoCo, publishes sensors and /clock, takes commands.
 
-Simulated time goes on when the controller has taken what the sensors said, and then answered the
-tick of the clock (or has not for ``PATIENCE``). So neither the machine's speed nor what else it
-does decides how a robot fares. For that the bridge listens to the controller's ``~events``; for the
-film, to its ``~state``.
+Simulated time goes on when the controller has taken what the sensors and action servers said, has
+answered the tick of the clock, and all that it sent has arrived; after a server was started anew,
+when the two know of each other. So neither the machine's speed nor what else it does decides how a
+robot fares. For that the bridge listens to the controller's ``~events``; for the film, to its
+``~state``.
 
     python3 -m physics.bridge WORLD --ros 1 --seed 3 --faults --record run.json
 """
@@ -15,103 +16,66 @@ import json
 import math
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from physics.actions import ActionServer
 from physics.faults import Faults
-from physics.world import STEP, Task, World
+from physics.progress import Progress
+from physics.world import STEP, World
 from physics.worlds import WORLDS
 
-PATIENCE = 0.25
-"""Seconds of real time that a step waits for the controller at most, twice."""
-HANDOVER = 0.01
-"""Seconds of real time in which goals and cancels arrive, which come by threads of their own."""
-START = 30.0
-
-
-class ActionServer:
-    """Serves one action of a world, one goal at a time."""
-
-    def __init__(self, middleware: Any, world: World, name: str, late: float) -> None:
-        self._middleware, self._world, self._name, self._late = middleware, world, name, late
-        self._server: Any = None
-        self._goal: Any = None
-        self._task: Task | None = None
-        self._ended: tuple[float, bool] | None = None
-
-    def begin(self) -> None:
-        self._server = self._middleware.serve(
-            self._name, self._world.actions[self._name], self._accept
-        )
-
-    def kill(self) -> None:
-        self._server.kill()
-        self._server = None
-        self._drop()
-
-    @property
-    def is_killed(self) -> bool:
-        return self._server is None
-
-    @property
-    def is_busy(self) -> bool:
-        return self._goal is not None
-
-    def _accept(self, goal: Any) -> None:
-        if self.is_killed:
-            return
-        if self._goal is not None:
-            self._goal.end("aborted")
-            self._drop()
-        self._goal, self._task = goal, self._world.begin(self._name, goal.request)
-
-    def _drop(self) -> None:
-        if self._task is not None:
-            self._task.stop()
-        self._goal = self._task = self._ended = None
-
-    def step(self) -> None:
-        """Go on with the goal; a result is told ``late`` seconds after it is there."""
-        if self._goal is None or self._task is None:
-            return
-        if self._goal.is_cancelled:
-            self._goal.end("canceled")
-            self._drop()
-            return
-        if self._ended is None:
-            done = self._task.step()
-            self._goal.feed_back(self._task.feedback())
-            if done is not None:
-                self._ended = (self._world.time + self._late, done)
-        if self._ended is not None and self._world.time >= self._ended[0]:
-            self._goal.end("succeeded" if self._ended[1] else "aborted", self._task.result())
-            self._drop()
+PATIENCE = 10.0
+"""Seconds of real time after which something that is waited for counts as lost; so many are in the
+record."""
+START = 60.0
+"""Seconds of real time in which all that is started is connected."""
+SETTLED = 0.3
+"""Seconds of real time in which what a controller sends at its start has come."""
 
 
 class Bridge:
     """One run of a world."""
 
-    def __init__(self, world: World, faults: Faults, middleware: Any, controller: str) -> None:
+    def __init__(
+        self, world: World, faults: Faults, middleware: Any, version: int, controller: str
+    ) -> None:
         self._world, self._faults, self._ros = world, faults, middleware
-        self._answers = self._taken = 0
+        self._answers = 0
         self.moved = 0.0
+        self.lost: list[str] = []
+        """What did not come within ``PATIENCE``, and when."""
         for topic, type_ in {**world.sensors, **world.buttons}.items():
             middleware.advertise(topic, type_)
         for topic, type_ in world.commands.items():
             middleware.subscribe(topic, type_, self._taker(topic))
         self._state: dict[str, Any] = {}
-        middleware.subscribe(f"/{controller}/state", "std_msgs/String", self._on_state)
-        middleware.subscribe(f"/{controller}/events", "std_msgs/String", self._on_event)
+        self._progress = Progress()
+        for topic, callback in (
+            ("state", self._on_state),
+            ("model", self._progress.on_model),
+            ("events", self._progress.on_event),
+        ):
+            middleware.subscribe(f"/{controller}/{topic}", "std_msgs/String", callback)
         self._servers = {
-            name: ActionServer(middleware, world, name, faults.late) for name in world.actions
+            name: ActionServer(version, middleware.post, world, name, self._noter(name))
+            for name in world.actions
         }
-        for server in self._servers.values():
-            server.begin()
         self.recording: dict[str, list[Any]] = {"poses": [], "path": [], "states": []}
 
-    def _taker(self, topic: str) -> Any:
+    def _noter(self, name: str) -> Callable[[], None]:
+        def note() -> None:
+            self._progress.under_way[name] -= 1
+
+        return note
+
+    def _taker(self, topic: str) -> Callable[[Any], None]:
+        note = self._noter(topic)
+
         def take(message: Any) -> None:
             self._answers += 1
+            note()
             self._world.command(topic, message)
 
         return take
@@ -119,16 +83,12 @@ class Bridge:
     def _on_state(self, message: Any) -> None:
         self._state = json.loads(message.data)
 
-    def _on_event(self, message: Any) -> None:
-        self._taken += json.loads(message.data)["event"]["kind"] == "response"
-
     def run(self, metres: float) -> bool:
         """Run until success, or the end of the time; False if nobody connected.
 
         The robot need not go on when it has moved so far and all faults are over.
         """
-        self._ros.exchange(self._ros.connected, START)
-        if not self._ros.connected():
+        if not self._is_met():
             return False
         world = self._world
         while world.time < world.seconds and not world.succeeded():
@@ -139,27 +99,81 @@ class Bridge:
             self.moved += math.dist(before, world.place())
         return True
 
+    def close(self) -> None:
+        for server in self._servers.values():
+            server.close()
+
+    def _is_met(self) -> bool:
+        """Wait for the controller; whether it came."""
+
+        def is_met() -> bool:
+            return self._ros.connected() and self._progress.is_known
+
+        self._ros.exchange(is_met, START)
+        for name, server in self._servers.items():
+            server.late = self._faults.late
+            self._start(name)
+        # What was sent before all were connected may have come, and its event may not.
+        self._ros.exchange(lambda: False, SETTLED)
+        self._progress.under_way.clear()
+        return is_met()
+
+    def _start(self, name: str) -> None:
+        """Start an action server, and wait until the controller knows the new one.
+
+        A goal that the old one had is no longer waited for then.
+        """
+        server, progress = self._servers[name], self._progress
+        had_goal = name in progress.active and progress.under_way[name] <= 0
+        taken = progress.taken[name]
+        server.begin()
+        self._await(lambda: server.is_ready, f"a client of {name}", START)
+        if had_goal:
+            self._await(lambda: progress.taken[name] > taken, f"the end of {name}", START)
+
+    def _await(self, condition: Callable[[], bool], what: str, seconds: float = PATIENCE) -> None:
+        """Let simulated time stand until the condition holds."""
+        self._ros.exchange(condition, seconds)
+        if not condition():
+            self.lost.append(f"{what} at {self._world.time:.2f} s")
+            self._progress.under_way.clear()
+
     def _step(self) -> None:
-        world = self._world
+        world, progress = self._world, self._progress
+        expected = dict(progress.taken)
         for name, server in self._servers.items():
             if self._faults.is_killed(name, world.time) != server.is_killed:
-                (server.begin if server.is_killed else server.kill)()
-            server.step()
+                self._start(name) if server.is_killed else server.kill()
+            waited_for = name in progress.active and not server.is_cancelled
+            if server.step() and waited_for:
+                expected[name] = expected.get(name, 0) + 1
         world.busy = frozenset(name for name, server in self._servers.items() if server.is_busy)
         world.step()
-        expected = self._taken
         for topic, type_, fields in world.sense():
             if not self._faults.is_silent(topic, world.time):
                 self._ros.publish(topic, type_, fields, world.time)
                 world.observer.hear(topic)
-                expected += 1
-        self._ros.exchange(lambda: self._taken >= expected, PATIENCE)
+                expected[topic] = expected.get(topic, 0) + 1
+        self._await(
+            lambda: all(progress.taken[name] >= count for name, count in expected.items()),
+            "what was told",
+        )
         answers = self._answers
         self._ros.clock(world.time)
-        self._ros.exchange(lambda: self._answers > answers, PATIENCE)
-        if world.busy:
-            self._ros.exchange(lambda: False, HANDOVER)
+        self._await(lambda: self._answers > answers and self._has_all(), "an answer")
         self._record()
+
+    def _has_all(self) -> bool:
+        """Whether all that the controller has sent has arrived."""
+        progress = self._progress
+        return all(progress.under_way[topic] <= 0 for topic in self._world.commands) and all(
+            not server.is_ready
+            or (
+                progress.under_way[name] <= 0
+                and (server.is_cancelled or not server.is_busy or name not in progress.cancelled)
+            )
+            for name, server in self._servers.items()
+        )
 
     def _record(self) -> None:
         world = self._world
@@ -174,11 +188,12 @@ def main() -> int:
     middleware = connect(args.ros, "gallery")
     world = WORLDS[args.world](args.seed)
     faults = Faults.planted(args.seed, world.sensors, world.actions) if args.faults else Faults()
-    bridge = Bridge(world, faults, middleware, args.controller)
+    bridge = Bridge(world, faults, middleware, args.ros, args.controller)
     started = time.monotonic()
     try:
         met = bridge.run(args.metres)
     finally:
+        bridge.close()
         middleware.close()
         world.close()
     if not met:
@@ -186,6 +201,7 @@ def main() -> int:
         return 1
     summary = summary_of(world, faults, time.monotonic() - started)
     record = {"world": args.world, "seed": args.seed, "moved": bridge.moved}
+    record["lost"] = bridge.lost
     record |= {**summary, **bridge.recording}
     args.record.write_text(json.dumps(record), encoding="utf-8")
     return 0

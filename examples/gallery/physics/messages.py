@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
-__all__ = ["fill"]
+__all__ = ["fill", "interface"]
 
 
 def fill(message: Any, fields: dict[str, Any]) -> Any:
@@ -15,3 +16,9 @@ def fill(message: Any, fields: dict[str, Any]) -> Any:
         else:
             setattr(message, name, value)
     return message
+
+
+def interface(type_: str, kind: str) -> Any:
+    """Return the class of ``package/Name`` in ROS 2, a ``msg`` or an ``action``."""
+    package, name = type_.split("/")
+    return getattr(importlib.import_module(f"{package}.{kind}"), name)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
 import time
 from collections.abc import Callable
 from typing import Any
 
 import rclpy
-from rclpy.action import ActionServer, CancelResponse
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 
-from physics.messages import fill
+from physics.messages import fill, interface
 
 __all__ = ["Middleware"]
 
@@ -44,13 +43,21 @@ class Middleware:
         return self._publishers[topic]
 
     def subscribe(self, topic: str, type_: str, callback: Callable[[Any], None]) -> None:
+        # What the controller says of itself is latched, and then heard by who comes later.
+        kept = topic.endswith(("/state", "/model"))
+        durability = DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE
         self._subscribers.append(
-            self._node.create_subscription(interface(type_, "msg"), topic, callback, 100)
+            self._node.create_subscription(
+                interface(type_, "msg"),
+                topic,
+                callback,
+                QoSProfile(depth=100, durability=durability),
+            )
         )
 
-    def serve(self, name: str, type_: str, accept: Callable[[Goal], None]) -> Server:
-        """Begin to serve an action; ``accept`` gets each goal."""
-        return Server(self._node, name, type_, accept)
+    def post(self, function: Callable[[], None]) -> None:
+        """Have the function called in ``exchange``. Any thread may."""
+        self._executor.create_task(function)
 
     def connected(self) -> bool:
         """Whether somebody is at the other end of every topic."""
@@ -71,61 +78,6 @@ class Middleware:
     def close(self) -> None:
         self._executor.shutdown()
         rclpy.shutdown()
-
-
-class Server:
-    """An action server that may be killed: it goes away like a process, without a word."""
-
-    def __init__(self, node: Any, name: str, type_: str, accept: Callable[[Goal], None]) -> None:
-        self._type = interface(type_, "action")
-        self._server = ActionServer(
-            node,
-            self._type,
-            name,
-            self._end,
-            handle_accepted_callback=lambda handle: accept(Goal(handle, self._type)),
-            cancel_callback=lambda _: CancelResponse.ACCEPT,
-        )
-
-    def _end(self, handle: Any) -> Any:
-        raise AssertionError("goals are ended by Goal.end")
-
-    def kill(self) -> None:
-        self._server.destroy()
-
-
-class Goal:
-    """One goal of an action server, until it is ended."""
-
-    def __init__(self, handle: Any, type_: Any) -> None:
-        self._handle = handle
-        self._type = type_
-        self.request = handle.request
-
-    @property
-    def is_cancelled(self) -> bool:
-        cancelled: bool = self._handle.is_cancel_requested
-        return cancelled
-
-    def feed_back(self, fields: dict[str, Any]) -> None:
-        self._handle.publish_feedback(fill(self._type.Feedback(), fields))
-
-    def end(self, how: str, fields: dict[str, Any] | None = None) -> None:
-        """End it: ``succeeded``, ``aborted`` or ``canceled``, with the fields of the result."""
-
-        def finish(handle: Any) -> Any:
-            {"succeeded": handle.succeed, "aborted": handle.abort, "canceled": handle.canceled}[
-                how
-            ]()
-            return fill(self._type.Result(), fields or {})
-
-        self._handle.execute(finish)
-
-
-def interface(type_: str, kind: str) -> Any:
-    """Return the class of ``package/Name``, a ``msg`` or an ``action``."""
-    package, name = type_.split("/")
-    return getattr(importlib.import_module(f"{package}.{kind}"), name)
 
 
 def stamp(now: float) -> Any:
