@@ -1,4 +1,5 @@
-"""A person walks through an open hall; the laser's tracker tells where the person is."""
+"""A person walks through an open hall; the laser's tracker tells where the person is, until the
+rover's battery is empty."""
 
 from __future__ import annotations
 
@@ -14,6 +15,8 @@ NEAR, FAR = 0.7, 2.5
 """Metres: nearer the rover must not move towards the person, farther it has lost the person."""
 SECONDS = 18.0
 KEPT = 0.95
+EMPTY = 0.2
+"""The charge at which the rover must stand."""
 PERSON = """<body name="person" mocap="true" pos="{x} {y} 0">
   <geom name="wall_person" type="cylinder" pos="0 0 .5" size=".15 .5" rgba=".3 .6 .3 1"/>
 </body>"""
@@ -21,7 +24,7 @@ PERSON = """<body name="person" mocap="true" pos="{x} {y} 0">
 
 class FollowPerson(RoverWorld):
     seconds = 30.0
-    sensors = {"/person": "geometry_msgs/PointStamped"}
+    sensors = {"/person": "geometry_msgs/PointStamped", "/battery": "sensor_msgs/BatteryState"}
     buttons = STOP
     view = {"distance": 6.0, "elevation": -55.0, "azimuth": 90.0}
 
@@ -31,7 +34,8 @@ class FollowPerson(RoverWorld):
         self._pause = self.random.uniform(6.0, 12.0)
         self._walked = 0.0
         self._kept = self._lost = 0
-        self.observer.note(distance=math.inf)
+        self._empty = self.random.uniform(14.0, 16.0)
+        self.observer.note(distance=math.inf, charge=1.0)
 
     def things(self) -> str:
         self.start = (-1.0, 0.0, self.random.uniform(-0.5, 0.5))
@@ -57,21 +61,31 @@ class FollowPerson(RoverWorld):
         self.observer.note(distance=distance)
         point = {"x": distance * math.cos(bearing), "y": distance * math.sin(bearing)}
         yield "/person", self.sensors["/person"], {"header": {"frame_id": "base"}, "point": point}
+        charge = 1.0 - (1.0 - EMPTY) * self.time / self._empty
+        self.observer.note(charge=charge)
+        battery = {"voltage": 11.0 + charge, "percentage": charge, "present": True}
+        yield "/battery", self.sensors["/battery"], {"header": {"frame_id": "base"}, **battery}
         yield from self.buttons_pressed()
 
     def judge(self, speed: float, turn: float) -> None:
         if speed or turn:
             self.observer.judge("moves only while released", lambda m: not m["stopped"])
-            self.observer.judge("moves only if it sees", lambda m: sees(m, "/person"))
+            self.observer.judge("moves only if it sees", lambda m: sees(m, *self.sensors))
+            self.observer.judge("moves only while charged", lambda m: m["charge"] > EMPTY)
         if speed > 0.0:
             self.observer.judge("keeps its distance", lambda m: m["distance"] > NEAR)
 
     def watch(self) -> None:
         super().watch()
+        if self.time > self._empty:
+            return
         if self.rover.distance(*self._person) < FAR:
             self._kept += 1
         else:
             self._lost += 1
 
     def succeeded(self) -> bool:
-        return self.time >= SECONDS and self._kept / (self._kept + self._lost) >= KEPT
+        """Whether it kept near the person as long as it could, and stands then."""
+        stands = math.hypot(self.rover.speed, self.rover.turn) == 0.0
+        near = self._kept / (self._kept + self._lost) if self.time >= SECONDS else 0.0
+        return stands and near >= KEPT

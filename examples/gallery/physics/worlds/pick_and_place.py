@@ -19,6 +19,7 @@ BOXES = {"red": (0.1, 0.38), "blue": (0.1, -0.38)}
 PARTS = 3
 TIMEOUT = 0.5
 STOPPED = 2.0
+SUCCESSFUL, GOAL_TOLERANCE_VIOLATED = 0, -5
 JOINTS = ("shoulder", "elbow", "lift")
 COLOURS = {"red": ".9 .15 .1 1", "blue": ".15 .3 .9 1"}
 PART = """<body name="part{i}" pos="{x} 1.5 .02"><freejoint/>
@@ -182,17 +183,27 @@ class Trajectory:
 
     def step(self) -> bool | None:
         self._passed += STEP
-        now = [np.interp(self._passed, self._times, column) for column in self._points.T]
-        self._world.command_joints(now)
+        self._world.command_joints(self._desired())
         if self._passed < self._times[-1] + 0.2:
             return None
+        return self._is_there()
+
+    def _desired(self) -> Any:
+        return np.array([np.interp(self._passed, self._times, column) for column in self._points.T])
+
+    def _is_there(self) -> bool:
         return bool(np.abs(self._world.joints() - self._points[-1]).max() < 0.05)
 
     def feedback(self) -> dict[str, Any]:
-        return {}
+        desired, actual = self._desired(), self._world.joints()
+        points = {"desired": desired, "actual": actual, "error": desired - actual}
+        return {
+            "joint_names": list(JOINTS),
+            **{name: {"positions": joints.tolist()} for name, joints in points.items()},
+        }
 
     def result(self) -> dict[str, Any]:
-        return {}
+        return {"error_code": SUCCESSFUL if self._is_there() else GOAL_TOLERANCE_VIOLATED}
 
     def stop(self) -> None:
         self._world.command_joints(self._world.joints())
@@ -211,10 +222,13 @@ class Grip:
         return None if self._passed < 0.6 else True
 
     def feedback(self) -> dict[str, Any]:
-        return {}
+        return self.result()
 
     def result(self) -> dict[str, Any]:
-        return {"position": self._world.fingers()}
+        position = self._world.fingers()
+        arrived = abs(position - self._position) < 0.003
+        stalled = not arrived and self._passed >= 0.6
+        return {"position": position, "stalled": stalled, "reached_goal": arrived}
 
     def stop(self) -> None:
         """What is held stays held."""
