@@ -27,16 +27,23 @@ LIBRARIES = CACHE / "lib"
 PINS = "mujoco==4.0.0 mujoco-core==4.0.0 glfw==2.11.0 PyOpenGL==3.1.10"
 """What is installed for the gallery alone; numpy is that of each version of ROS."""
 INTERFACES = [path.parent for path in sorted(HERE.glob("*/package.xml"))]
+COMMON = {"ball", "follow_person", "line_follower", "reckless"}
+"""The robots that need no interfaces of the gallery's own."""
 RATE = 25
 """Hz of the commands: somewhat more than the simulation's steps, so that each step has one."""
 
 sys.path[:0] = [str(ROOT / "robosc_ros1" / "src"), str(ROOT / "robosc_ros1" / "test")]
 
-from ros2.ros2_support import Graph, free_domain, test_bed  # noqa: E402
+import reaper  # noqa: E402
+from ros2.ros2_support import Graph, free_domain  # noqa: E402
+from ros2_bed import GalleryBed  # noqa: E402
 from ros_support import Master, Workspace, master, run_robosc  # noqa: E402
+from table import Table  # noqa: E402
 
 GUARDED = {"reckless": "line_follower"}
 """Which model guards what is written by hand."""
+SUPERVISED = "/line", "/cmd_vel", "/alive"
+"""The topics that it has, which the supervisor passes on."""
 
 
 def names() -> list[str]:
@@ -90,7 +97,7 @@ class Ros1:
         for interfaces in INTERFACES:
             self.workspace.add(interfaces)
         for robot in robots:
-            generate(robot, self.folder, "ros1")
+            generate(robot, self.folder, "ros1", {})
         self.workspace.build()
 
     @contextlib.contextmanager
@@ -120,7 +127,7 @@ class Ros1:
             yield "rosrun", package, package, f"_rate:={RATE}", *shown
             return
         yield "rosrun", package, package, "_stop_command:=halt", *shown
-        topics = (f"{topic}:=/supervised{topic}" for topic in ("/line", "/cmd_vel", "/alive"))
+        topics = (f"{topic}:=/supervised{topic}" for topic in SUPERVISED)
         yield sys.executable, str(HERE / "physics" / f"{robot}.py"), *topics
 
 
@@ -128,15 +135,17 @@ class Ros2:
     """Generated controllers built by colcon, for ROS 2 as the tests have it."""
 
     def __init__(self, folder: Path) -> None:
-        self._bed = test_bed()
         self.folder = folder
         shutil.rmtree(folder, ignore_errors=True)
         (folder / "src").mkdir(parents=True)
         self._domain = 0
 
     def build(self, robots: list[str]) -> None:
+        self._bed = GalleryBed.made(with_own=not COMMON.issuperset(robots))
         for robot in robots:
-            generate(robot, self.folder, "ros2")
+            # With the definitions of ROS 2: those of ROS 1 have other names in a duration.
+            prefixes = {"AMENT_PREFIX_PATH": self._bed.environment["AMENT_PREFIX_PATH"]}
+            generate(robot, self.folder, "ros2", prefixes)
         self._bed.run("colcon", "build", folder=self.folder)
 
     @contextlib.contextmanager
@@ -156,12 +165,16 @@ class Ros2:
         path["AMENT_PREFIX_PATH"] = f"{prefix}:{self._bed.environment['AMENT_PREFIX_PATH']}"
         graph = Graph(self._bed, self._domain, self.folder)
         try:
+            values = {"publish_events": "true", "state_rate": 1000, "use_sim_time": "true"}
+            values |= {"stop_command": "halt"} if robot in GUARDED else {"rate": RATE}
             words = [prefix / "lib" / package / package, "--ros-args"]
-            values = {"rate": RATE, "use_sim_time": "true"}
-            values |= {"publish_events": "true", "state_rate": 1000}
             for name, value in values.items():
                 words += ["-p", f"{name}:={value}"]
             graph.start(*words, **path)
+            if robot in GUARDED:
+                remapped = [word for t in SUPERVISED for word in ("-r", f"{t}:=/supervised{t}")]
+                script = HERE / "physics" / f"{robot}_ros2.py"
+                graph.start(self._bed.python, script, "--ros-args", *remapped)
             env = graph.environment | simulation_environment()
             env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES), own))
             bridge(self._bed.python, 2, (robot, seed, faults, record, metres), env)
@@ -169,20 +182,18 @@ class Ros2:
             graph.close()
 
 
-ROS2 = ["ball", "follow_person", "line_follower"]
-"""The robots whose messages the ROS 2 of the tests has."""
-
-
 def package_of(robot: str) -> str:
     return f"{GUARDED[robot]}_supervisor" if robot in GUARDED else f"{robot}_controller"
 
 
-def generate(robot: str, folder: Path, target: str) -> None:
+def generate(robot: str, folder: Path, target: str, environment: dict[str, str]) -> None:
     """Generate the package of a robot into the workspace's ``src``."""
     model = GUARDED.get(robot, robot)
     arguments = ["--target", target, "--mode", "supervisor" if robot in GUARDED else "controller"]
     arguments += ["--output", str(folder / "src"), "--package", package_of(robot)]
-    done = run_robosc(["generate", str(HERE / model / f"{model}.rscd"), *arguments], folder, {})
+    done = run_robosc(
+        ["generate", str(HERE / model / f"{model}.rscd"), *arguments], folder, environment
+    )
     if done.returncode != 0:
         raise SystemExit(done.stderr)
 
@@ -208,17 +219,23 @@ def main() -> int:
         print(f"gallery: {reason}", file=sys.stderr)
         return 1
     started = time.monotonic()
-    robots = args.robots or (names() if args.ros == 1 else ROS2)
+    robots = args.robots or names()
+    reaper.watch()
     ros: Ros1 | Ros2 = (Ros1 if args.ros == 1 else Ros2)(CACHE / f"ros{args.ros}")
     ros.build(robots)
     print(f"generated and built in {time.monotonic() - started:.0f} s")
-    failed = False
+    failed, table = False, Table()
     with ros.running():
         for robot in robots:
             for seed in range(1, args.worlds + 1) if args.worlds else [0]:
-                record = CACHE / f"{robot}-{seed}.json"
+                if args.table and table.has(args.ros, robot, seed):
+                    continue
+                record = CACHE / f"ros{args.ros}-{robot}-{seed}.json"
                 ros.drive(robot, seed, bool(args.worlds), record)
-                failed |= tell(json.loads(record.read_text(encoding="utf-8")))
+                run = json.loads(record.read_text(encoding="utf-8"))
+                failed |= tell(run)
+                if args.table:
+                    table.add(args.ros, run)
                 if not args.worlds:
                     draw(record)
     return int(failed)
@@ -252,7 +269,13 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("robots", nargs="*", choices=[*names(), []], metavar="NAME")
     parser.add_argument("--ros", type=int, choices=(1, 2), default=1)
     parser.add_argument("--worlds", type=int, default=0, help="so many worlds with planted faults")
-    return parser.parse_args()
+    parser.add_argument(
+        "--table", action="store_true", help="add the worlds to the README's table but those it has"
+    )
+    args = parser.parse_args()
+    if args.table and not args.worlds:
+        parser.error("--table needs --worlds")
+    return args
 
 
 if __name__ == "__main__":

@@ -33,13 +33,16 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import IO, Any
 
-__all__ = ["Bed", "Graph", "Peer", "Process", "Unavailable", "free_domain", "test_bed"]
+__all__ = [
+    "Bed", "Graph", "Peer", "Process", "Unavailable", "build_interfaces", "free_domain",
+    "test_bed",
+]  # fmt: skip
 
 PATIENCE = 60.0
 """Seconds after which something that must come has not come, even on a machine that is busy."""
@@ -190,13 +193,20 @@ def _make_interfaces(bed: Bed) -> None:
     missing += [] if Path("/usr/share/ament_cmake").is_dir() else ["ament-cmake"]
     if missing:
         raise Unavailable(f"not installed: {', '.join(missing)} (./dev setup installs them)")
+    build_interfaces(bed, INTERFACES, bed.interfaces)
+
+
+def build_interfaces(
+    bed: Bed, packages: Iterable[Path], prefix: Path, generators: Path = GENERATORS
+) -> None:
+    """Build interface packages into a prefix; what they depend on is in the bed's environment."""
     with tempfile.TemporaryDirectory() as scratch:
-        stubs = _stubs(Path(scratch))
-        for package in INTERFACES:
-            _build_interface(bed, package, Path(scratch), stubs)
+        stubs = _stubs(Path(scratch), generators)
+        for package in packages:
+            _build_interface(bed, package, Path(scratch), stubs, prefix)
 
 
-def _stubs(scratch: Path) -> Path:
+def _stubs(scratch: Path, generators: Path) -> Path:
     stubs = scratch / "stubs"
     for name in _EMPTY_PACKAGES:
         config = stubs / "share" / name / "cmake" / f"{name}Config.cmake"
@@ -204,23 +214,20 @@ def _stubs(scratch: Path) -> Path:
         config.write_text(f"set({name}_FOUND TRUE)\n")
     config = stubs / "share" / "rosidl_default_generators" / "cmake" / GENERATORS.name
     config.parent.mkdir(parents=True)
-    config.symlink_to(GENERATORS)
+    config.symlink_to(generators)
     # ament's CMake runs Python of the environment, which must see this one module of Debian's.
     (stubs / "python").mkdir()
     (stubs / "python" / "ament_package").symlink_to(_DEBIAN_PYTHON / "ament_package")
     return stubs
 
 
-def _build_interface(bed: Bed, package: Path, scratch: Path, stubs: Path) -> None:
+def _build_interface(bed: Bed, package: Path, scratch: Path, stubs: Path, prefix: Path) -> None:
     build = scratch / f"build-{package.name}"
-    env = bed.environment | {
-        "PYTHONPATH": str(stubs / "python"),
-        "AMENT_PREFIX_PATH": str(bed.prefix),
-        "ROS_VERSION": "2",
-    }
+    env = bed.environment | {"PYTHONPATH": str(stubs / "python"), "ROS_VERSION": "2"}
+    found = env["AMENT_PREFIX_PATH"].replace(os.pathsep, ";")
     configure = [
         "cmake", "-S", package, "-B", build,
-        f"-DCMAKE_PREFIX_PATH={stubs};{bed.prefix}", f"-DCMAKE_INSTALL_PREFIX={bed.interfaces}",
+        f"-DCMAKE_PREFIX_PATH={stubs};{found}", f"-DCMAKE_INSTALL_PREFIX={prefix}",
         "-DPYTHON_INSTALL_DIR=lib/python", f"-DPython3_EXECUTABLE={bed.python}",
         "-DPython3_FIND_VIRTUALENV=ONLY", "-DBUILD_TESTING=OFF",
     ]  # fmt: skip
