@@ -1,7 +1,7 @@
 """Random robots, as model text: small, valid, and of everything that has a meaning in synthesis.
 
 :func:`random_model` builds one from a ``random.Random``; :func:`models` is the same as a hypothesis
-strategy, whose random source shrinks. ``size`` from 1 bounds the product of all axes.
+strategy, whose random source shrinks. ``size`` from 1 bounds the product of all state variables.
 """
 
 from __future__ import annotations

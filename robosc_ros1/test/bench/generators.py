@@ -43,9 +43,9 @@ class Automata:
 
 @dataclass(frozen=True)
 class _Component:
-    """An automaton with the values of its axes in each state."""
+    """An automaton with the values of its state variables in each state."""
 
-    axes: tuple[int, ...]
+    variables: tuple[int, ...]
     places: tuple[_Local, ...]
     automaton: Automaton
     leaves_range: bool
@@ -57,16 +57,16 @@ def automata_of(plant: Plant) -> Automata:
         for number, event in enumerate(plant.events)
     }
     components = {
-        axis.name: _component(plant, axis.name, labels)
-        for axis in plant.variables
-        if axis.kind is VariableKind.LOCATION
+        variable.name: _component(plant, variable.name, labels)
+        for variable in plant.variables
+        if variable.kind is VariableKind.LOCATION
     }
     automata = [c.automaton for c in components.values() if not c.leaves_range]
     specification = [c.automaton for c in components.values() if c.leaves_range]
     automata += [
         _phase(plant, number, labels)
-        for number, axis in enumerate(plant.variables)
-        if axis.kind is VariableKind.PHASE
+        for number, variable in enumerate(plant.variables)
+        if variable.kind is VariableKind.PHASE
     ]
     for event in plant.events:
         if event.phase is None and not event.automata:
@@ -87,52 +87,52 @@ def automata_of(plant: Plant) -> Automata:
 
 
 def _component(plant: Plant, name: str, labels: dict[int, list[str]]) -> _Component:
-    axes = tuple(
+    variables = tuple(
         number
-        for number, axis in enumerate(plant.variables)
-        if axis.kind is not VariableKind.PHASE and axis.name.split(".")[0] == name
+        for number, variable in enumerate(plant.variables)
+        if variable.kind is not VariableKind.PHASE and variable.name.split(".")[0] == name
     )
     alone: list[tuple[Event, list[str]]] = []
     for event in plant.events:
         own = tuple(p for p in event.automata if p.component == name)
         if own:
             alone.append((replace(event, automata=own, phase=None), labels[id(event)]))
-    places = [tuple(plant.variables[axis].initial for axis in axes)]
+    places = [tuple(plant.variables[variable].initial for variable in variables)]
     number = {places[0]: 0}
     transitions = []
     leaves_range = False
     for place in places:  # grows while it is walked
-        state = _state(plant, axes, place)
+        state = _state(plant, variables, place)
         for event, names in alone:
             for label, values in zip(names, valuations(event), strict=True):
                 after = outcome(plant, event, values, state)
                 if isinstance(after, Verdict):
                     leaves_range |= after is Verdict.OUT_OF_RANGE and not event.controllable
                     continue
-                target = tuple(after[axis] for axis in axes)
+                target = tuple(after[variable] for variable in variables)
                 if target not in number:
                     number[target] = len(places)
                     places.append(target)
                 transitions.append((number[place], label, number[target]))
-    location = plant.variables[axes[0]]
+    location = plant.variables[variables[0]]
     assert location.marked is not None
     marked = frozenset(n for n, place in enumerate(places) if place[0] in location.marked)
     events = frozenset(label for _, names in alone for label in names)
     automaton = Automaton(len(places), marked, events, tuple(transitions))
-    return _Component(axes, tuple(places), automaton, leaves_range)
+    return _Component(variables, tuple(places), automaton, leaves_range)
 
 
-def _state(plant: Plant, axes: Iterable[int], place: _Local) -> PlantState:
+def _state(plant: Plant, variables: Iterable[int], place: _Local) -> PlantState:
     state = list(plant.initial)
-    for axis, value in zip(axes, place, strict=True):
-        state[axis] = value
+    for variable, value in zip(variables, place, strict=True):
+        state[variable] = value
     return tuple(state)
 
 
-def _phase(plant: Plant, axis: int, labels: dict[int, list[str]]) -> Automaton:
+def _phase(plant: Plant, variable: int, labels: dict[int, list[str]]) -> Automaton:
     transitions = []
     for event in plant.events:
-        if event.phase is not None and event.phase.variable == axis:
+        if event.phase is not None and event.phase.variable == variable:
             step = event.phase
             transitions += [
                 (source, label, step.target)
@@ -166,11 +166,11 @@ def _requirement(
         node.component for node in walk(clause) if isinstance(node, StateRef | VariableRef)
     )
     parts = [components[name] for name in read]
-    axes = tuple(axis for part in parts for axis in part.axes)
+    variables = tuple(variable for part in parts for variable in part.variables)
 
     def allows(place: tuple[int, ...]) -> bool:
         local = tuple(v for part, n in zip(parts, place, strict=True) for v in part.places[n])
-        return holds(plant, clause, _state(plant, axes, local))
+        return holds(plant, clause, _state(plant, variables, local))
 
     return _observer([part.automaton for part in parts], frozenset(labels), allows)
 

@@ -48,24 +48,24 @@ class Twin:
         names = {(VariableKind.LOCATION, name): attribute for name, attribute in context.locations}
         names |= {(VariableKind.DATA, name): attribute for name, attribute in context.variables}
         names |= {(VariableKind.PHASE, key): attribute for attribute, key in phases.items()}
-        self.attributes = [names[axis.kind, axis.name] for axis in self.plant.variables]
+        self.attributes = [names[variable.kind, variable.name] for variable in self.plant.variables]
         self.inputs = {(i.key, i.kind): i for i in self.controller.INPUTS}
         self.commands = {(c.key, c.kind): c for c in self.controller.COMMANDS}
         self.taus = {(t.component, t.number): t for t in self.controller.TAUS}
 
     def put(self, state: PlantState) -> None:
-        for axis, index, attribute in zip(
+        for variable, index, attribute in zip(
             self.plant.variables, state, self.attributes, strict=True
         ):
-            value = index == 1 if axis.kind is VariableKind.PHASE else axis.values[index]
+            value = index == 1 if variable.kind is VariableKind.PHASE else variable.values[index]
             setattr(self.controller, attribute, value)
 
     def state(self) -> PlantState:
         return tuple(
             int(getattr(self.controller, attribute))
-            if axis.kind is VariableKind.PHASE
-            else axis.values.index(getattr(self.controller, attribute))
-            for axis, attribute in zip(self.plant.variables, self.attributes, strict=True)
+            if variable.kind is VariableKind.PHASE
+            else variable.values.index(getattr(self.controller, attribute))
+            for variable, attribute in zip(self.plant.variables, self.attributes, strict=True)
         )
 
     def call(self, method: Callable[..., Any] | None, *arguments: Any) -> Any:
@@ -149,9 +149,9 @@ def check_tau(twin: Twin, event: Event, state: PlantState, expected: Any) -> Pla
         assert path is None
         assert twin.state() == state
         return None
-    axis = event.automata[0].variable
-    names = twin.plant.variables[axis].values
-    assert path == f"{names[state[axis]]}->{names[expected[axis]]}"
+    variable = event.automata[0].variable
+    names = twin.plant.variables[variable].values
+    assert path == f"{names[state[variable]]}->{names[expected[variable]]}"
     assert twin.state() == expected
     return twin.state()
 

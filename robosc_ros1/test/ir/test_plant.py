@@ -29,10 +29,10 @@ def event(system: Plant, kind: str, name: str, index: int = 0) -> Event:
 
 
 def step(system: Plant, kind: str, name: str, state: dict[str, object], *values, index: int = 0):
-    """The state after an event as {axis name: value}, or the verdict."""
+    """The state after an event as {state variable name: value}, or the verdict."""
     before = list(system.initial)
-    for axis, value in state.items():
-        (position,) = (i for i, a in enumerate(system.variables) if a.name == axis)
+    for variable, value in state.items():
+        (position,) = (i for i, a in enumerate(system.variables) if a.name == variable)
         before[position] = system.variables[position].values.index(value)
     after = outcome(system, event(system, kind, name, index), values, tuple(before))
     if isinstance(after, Verdict):
@@ -179,7 +179,7 @@ def test_an_automaton_level_tau_exists_in_every_state():
         assert step(system, "tau", "Counter", early, index=1) is Verdict.IMPOSSIBLE
 
 
-def test_variables_that_nothing_decides_on_are_no_axes():
+def test_data_that_nothing_decides_on_is_no_state_variable():
     system = plant(VARIABLES)
     assert (VariableKind.DATA, "Counter.heard") not in system.variable_index
     (edge, *_) = event(system, "response", "level").automata[0].edges

@@ -113,18 +113,18 @@ def test_no_way_is_shorter(seed: int) -> None:
     depth = {0: 0}
     for transition in graph.transitions:  # from states in order of their depth
         depth.setdefault(transition.target, depth[transition.source] + 1)
-    axes = [
+    variables = [
         (n, a) for n, a in enumerate(supervisor.plant.variables) if a.kind is VariableKind.LOCATION
     ]
-    for number, axis in axes:
-        for index, name in enumerate(axis.values):
+    for number, variable in variables:
+        for index, name in enumerate(variable.values):
             there = [depth[n] for n, s in enumerate(graph.states) if s[number] == index]
             player = session(supervisor)
             if there:
-                assert len(player.do(f"goto {axis.name}.{name}").happenings) == min(there)
+                assert len(player.do(f"goto {variable.name}.{name}").happenings) == min(there)
             else:
                 with pytest.raises(Refused, match="no way leads"):
-                    player.do(f"goto {axis.name}.{name}")
+                    player.do(f"goto {variable.name}.{name}")
 
 
 def test_goto_where_no_way_leads(player: Session) -> None:

@@ -24,7 +24,7 @@ ENGINES = ("dense", "folded", "bdd")
 
 
 def synthesized(robot: Robot, engine: str) -> Supervisor:
-    """``folded`` is the dense engine that looks for dependent axes however small the product."""
+    """``folded`` is the dense engine that looks for dependent state variables however small the product."""
     if engine != "folded":
         return pipeline.synthesize(robot, engine)
     with pytest.MonkeyPatch.context() as patch:

@@ -25,7 +25,7 @@ SMALL = 2**25
 
 
 def states_of(plant: Plant) -> Iterator[PlantState]:
-    yield from product(*(range(axis.size) for axis in plant.variables))
+    yield from product(*(range(variable.size) for variable in plant.variables))
 
 
 def value_in(
@@ -34,11 +34,11 @@ def value_in(
     def look(leaf: Leaf) -> Value | None:
         match leaf:
             case VariableRef(component=component, variable=name):
-                axis = plant.variable_index[VariableKind.DATA, f"{component}.{name}"]
-                return plant.variables[axis].values[state[axis]]
+                variable = plant.variable_index[VariableKind.DATA, f"{component}.{name}"]
+                return plant.variables[variable].values[state[variable]]
             case StateRef(component=component, state=name):
-                axis = plant.variable_index[VariableKind.LOCATION, component]
-                return plant.variables[axis].values[state[axis]] == name
+                variable = plant.variable_index[VariableKind.LOCATION, component]
+                return plant.variables[variable].values[state[variable]] == name
             case PhaseRef(communication=key):
                 return state[plant.variable_index[VariableKind.PHASE, key]] == 1
             case ValueRef(path=path):

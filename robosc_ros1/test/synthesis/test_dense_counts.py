@@ -117,7 +117,7 @@ def test_enum_of_64_values() -> None:
     )
 
 
-def test_more_axes_than_numpy_has_dimensions() -> None:
+def test_more_state_variables_than_numpy_has_dimensions() -> None:
     """40 constant components around three that move."""
     still = [
         f"component C{i} {{ behaviour {{ initial marked state a {{}} marked state b {{}} }} }}"
@@ -133,7 +133,7 @@ def test_more_axes_than_numpy_has_dimensions() -> None:
     assert sizes("".join(parts)) == (8, 8, 24)
 
 
-def test_guard_over_many_axes() -> None:
+def test_guard_over_many_state_variables() -> None:
     count = 18
     sensors = "".join(
         f"component S{i} {{ outgoing message m{i} with type: boolean behaviour {{"
@@ -230,7 +230,7 @@ def test_product_beyond_machine_integers_is_refused_before_anything_is_allocated
         synthesize(plant_of(many), "dense")
 
 
-def test_dependent_axes_do_not_count() -> None:
+def test_dependent_state_variables_do_not_count() -> None:
     """The product of services that components mirror is 8^n; only 4^n is charged for."""
     plant = plant_of(families.services_hands(6))
     assert synthesize(plant, "dense", 4**6).controlled_states == families.hands_states(6)

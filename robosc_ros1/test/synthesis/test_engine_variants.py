@@ -23,7 +23,7 @@ pytestmark = pytest.mark.slow
 VARIANTS = {
     "automata in turn": [(stages, "_MOST_CHOICES", 1)],
     "conditions in cases": [(transitions, "_WIDE", 1)],
-    "dependent axes folded": [(compute, "_SMALL", 0)],
+    "dependent state variables folded": [(compute, "_SMALL", 0)],
     "operations in small parts": [
         (operations, "_LARGEST_STEP", 2),
         (operations, "_WORTH_UNROLLING", 1),

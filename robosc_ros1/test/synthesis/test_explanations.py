@@ -270,7 +270,9 @@ def test_traces_of_random_robots_can_be_played(seed: int) -> None:
             if step.event.requirement is not None:
                 assert holds(plant, step.event.requirement, before)
         if end is not Verdict.OUT_OF_RANGE:
-            values = tuple(axis.values[at] for axis, at in zip(plant.variables, end, strict=True))
+            values = tuple(
+                variable.values[at] for variable, at in zip(plant.variables, end, strict=True)
+            )
             assert values not in oracle.kept
 
 

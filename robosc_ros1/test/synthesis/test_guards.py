@@ -141,8 +141,8 @@ COVERED = plant_of(
     " marked state two { on response from s goto three } marked state three {} } }"
     "requirement go needs A.x > 1 and A.b and A.c = red"
 )
-AXES = tuple(range(len(COVERED.variables)))
-SHAPE = tuple(axis.size for axis in COVERED.variables)
+VARIABLES = tuple(range(len(COVERED.variables)))
+SHAPE = tuple(variable.size for variable in COVERED.variables)
 
 
 @pytest.mark.slow
@@ -154,8 +154,8 @@ def test_cover_separates_the_two_sets(seed: int, part: float, careless: float) -
     rng = np.random.default_rng(seed)
     care = rng.random(SHAPE) >= careless
     inside = rng.random(SHAPE) < part
-    table = Table(AXES, inside & care, ~inside & care)
-    for candidate in (table, table.reduced(lambda axis: axis)):
+    table = Table(VARIABLES, inside & care, ~inside & care)
+    for candidate in (table, table.reduced(lambda variable: variable)):
         holds = Stepper(COVERED).test(condition_of(COVERED, candidate))
         for place in np.ndindex(*SHAPE):
             if care[place]:
@@ -166,9 +166,12 @@ def _table(inside: object) -> Table:
     found = np.zeros(SHAPE, np.bool_)
     for place in np.ndindex(*SHAPE):
         found[place] = inside(
-            {axis.name: axis.values[at] for axis, at in zip(COVERED.variables, place, strict=True)}
+            {
+                variable.name: variable.values[at]
+                for variable, at in zip(COVERED.variables, place, strict=True)
+            }
         )
-    return Table(AXES, found, ~found).reduced(lambda axis: axis)
+    return Table(VARIABLES, found, ~found).reduced(lambda variable: variable)
 
 
 SHORT = {

@@ -1,4 +1,4 @@
-"""Folding dependent axes: nothing but the memory changes."""
+"""Folding dependent state variables: nothing but the memory changes."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_values_never_taken_cost_nothing() -> None:
     assert solved(plant, True)[0].size == 5
 
 
-def test_independent_axes_stay_apart() -> None:
+def test_independent_state_variables_stay_apart() -> None:
     layout = solved(plant_of(families.hands(4)), True)[0]
     assert [dim.size for dim in layout.dims] == [2] * 8
 
@@ -82,5 +82,5 @@ def test_three_that_move_together_become_one() -> None:
         "requirement go needs B.seen = 1"
     )
     layout, count, _ = solved(plant, True)
-    assert [dim.axes for dim in layout.dims] == [(0, 1, 2)]
+    assert [dim.variables for dim in layout.dims] == [(0, 1, 2)]
     assert (layout.size, count) == (2, 2)

@@ -17,7 +17,7 @@ from robosc.language.operators import BINARY, Result
 from robosc.model.expr import Binary, Call, Expr, Literal, StateRef, Unary, VariableRef
 from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Value
 from robosc.model.values import result_type
-from robosc.synthesis.vectorised import axis_of, evaluate_vectorised, support
+from robosc.synthesis.vectorised import evaluate_vectorised, support, variable_of
 
 PLANT: Plant = plant_of(
     "datatype enum Colour from integer to { value = 1 -> red value = 2 -> green default -> blue }"
@@ -35,9 +35,9 @@ BOOLEAN, INTEGER, DOUBLE = BooleanType(), IntegerType(), DoubleType()
 
 def _leaves(type_: object) -> list[Expr]:
     found: list[Expr] = []
-    for axis in PLANT.variables:
-        if "." in axis.name:
-            component, name = axis.name.split(".")
+    for variable in PLANT.variables:
+        if "." in variable.name:
+            component, name = variable.name.split(".")
             variable = next(
                 v for v in PLANT.robot.component(component).behaviour.variables if v.name == name
             )
@@ -107,23 +107,23 @@ conditions = st.recursive(
 
 def _one_by_one(expr: Expr, indexes: dict[int, int]) -> Value:
     def lookup(leaf: Leaf) -> Value:
-        axis = axis_of(PLANT, leaf)
-        assert axis is not None
-        value = PLANT.variables[axis].values[indexes[axis]]
+        variable = variable_of(PLANT, leaf)
+        assert variable is not None
+        value = PLANT.variables[variable].values[indexes[variable]]
         return value == leaf.state if isinstance(leaf, StateRef) else value
 
     return evaluate(expr, lookup)
 
 
 def check(expr: Expr) -> None:
-    axes = support(PLANT, expr)
-    sizes = [PLANT.variables[axis].size for axis in axes]
-    grid = np.ogrid[tuple(slice(size) for size in sizes)] if axes else []
-    found = evaluate_vectorised(PLANT, expr, dict(zip(axes, grid, strict=True)))
+    variables = support(PLANT, expr)
+    sizes = [PLANT.variables[variable].size for variable in variables]
+    grid = np.ogrid[tuple(slice(size) for size in sizes)] if variables else []
+    found = evaluate_vectorised(PLANT, expr, dict(zip(variables, grid, strict=True)))
     everywhere = np.broadcast_to(found, sizes)
     for place in np.ndindex(*sizes):
         try:
-            expected = _one_by_one(expr, dict(zip(axes, place, strict=True)))
+            expected = _one_by_one(expr, dict(zip(variables, place, strict=True)))
         except OverflowError:  # an integer beyond the doubles meets one: no model comes near
             continue
         got = everywhere[place]

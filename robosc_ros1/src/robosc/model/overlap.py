@@ -68,21 +68,21 @@ def _can_hold_together(guards: Sequence[Expr], states: Mapping[str, Sequence[str
         for part in walk(guard)
         if isinstance(part, VariableRef | ValueRef | StateRef | PhaseRef | ParameterRef)
     }
-    axes = _axes(leaves, states)
-    if axes is None or prod(len(axis) for axis in axes) > _MOST_CASES:
+    choices = _choices(leaves, states)
+    if choices is None or prod(map(len, choices)) > _MOST_CASES:
         return False
-    for parts in product(*axes):
+    for parts in product(*choices):
         case = {leaf: value for part in parts for leaf, value in part.items()}
         if all(evaluate(guard, case.__getitem__) is True for guard in guards):
             return True
     return False
 
 
-def _axes(
+def _choices(
     leaves: Iterable[Leaf], states: Mapping[str, Sequence[str]]
 ) -> list[Sequence[_Case]] | None:
     """What can vary on its own; None if it is not finite. A component is in one of its states."""
-    axes: list[Sequence[_Case]] = []
+    choices: list[Sequence[_Case]] = []
     in_states: dict[str, list[StateRef]] = {}
     for leaf in leaves:
         if isinstance(leaf, StateRef):
@@ -91,10 +91,10 @@ def _axes(
         values = (False, True) if isinstance(leaf, PhaseRef) else domain(leaf.type)
         if values is None or values[:_MOST_CASES] != values:
             return None
-        axes.append([{leaf: value} for value in values])
+        choices.append([{leaf: value} for value in values])
     for component, refs in in_states.items():
-        axes.append([{ref: ref.state == s for ref in refs} for s in states.get(component, ())])
-    return axes
+        choices.append([{ref: ref.state == s for ref in refs} for s in states.get(component, ())])
+    return choices
 
 
 def _report(

@@ -40,7 +40,7 @@ _DENSE_BY_VALUES = 2**24
 _DENSE_PAIRS = 10_000
 _MOST_VALUES = 2**14
 _SMALL = 2**12
-"""Products up to this size are not worth looking for dependent axes."""
+"""Products up to this size are not worth looking for dependent state variables."""
 _WHOLE = 2**12
 """Products up to this size are not worth taking apart."""
 _TOGETHER = {"dense": 2**6, "bdd": 2**60}
@@ -56,8 +56,8 @@ def synthesize(
     """The supervisor of a plant.
 
     ``engine`` is ``auto``, ``dense`` or ``bdd``. ``max_states`` bounds the product space of the
-    dense engine, that of each independent part by itself, axes that depend on each other counted
-    once. An empty supervisor is a result, not an error.
+    dense engine, that of each independent part by itself, state variables that depend on each other
+    counted once. An empty supervisor is a result, not an error.
 
     Raises:
         StateSpaceError: the product is larger than ``max_states``, and no other engine may be used.
@@ -147,8 +147,10 @@ def _pairs(plant: Plant, expr: Expr) -> int:
         return max(_pairs(plant, operand) for operand in expr.operands)
     if expr.operation.is_comparison and all(map(is_linear, expr.operands)):
         return 0
-    axes = support(plant, expr)
-    return prod(plant.variables[axis].size for axis in axes) if len(axes) > 1 else 0
+    variables = support(plant, expr)
+    return (
+        prod(plant.variables[variable].size for variable in variables) if len(variables) > 1 else 0
+    )
 
 
 def _symbolic(plant: Plant, progress: Progress | None) -> Supervisor:
@@ -188,11 +190,11 @@ def _crowded(plant: Plant, most: int) -> str | None:
     for event in plant.events:
         values = {parameter.path: len(parameter.values) for parameter in event.parameters}
         for automaton in event.automata:
-            for axis, expr in {u for edge in automaton.edges for u in edge.updates}:
+            for variable, expr in {u for edge in automaton.edges for u in edge.updates}:
                 read = {node.path for node in walk(expr) if isinstance(node, ValueRef)}
                 taken = prod(values[path] for path in read)
-                if taken * plant.variables[axis].size > most:
-                    name, size = plant.variables[axis].name, plant.variables[axis].size
+                if taken * plant.variables[variable].size > most:
+                    name, size = plant.variables[variable].name, plant.variables[variable].size
                     return f"{event.name} brings {taken} values for the {size} of {name}"
     return None
 
@@ -208,9 +210,9 @@ def _nothing(plant: Plant) -> tuple[Guard, ...]:
 
 def _too_large(layout: Layout, max_states: int, engine: str) -> StateSpaceError:
     """What makes the product large, and what to do about it."""
-    axes = layout.plant.variables
+    variables = layout.plant.variables
     names = contributors(
-        (listing([axes[axis].name for axis in dim.axes], "with"), dim.size)
+        (listing([variables[variable].name for variable in dim.variables], "with"), dim.size)
         for dim in layout.dims
         if dim.size > 1
     )

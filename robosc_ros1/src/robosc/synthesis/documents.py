@@ -166,8 +166,8 @@ def _any_value(plant: Plant, event: Event) -> dict[str, Any]:
 
 def _state(plant: Plant, number: int, state: PlantState) -> dict[str, Any]:
     found: dict[VariableKind, dict[str, Any]] = {kind: {} for kind in VariableKind}
-    for axis, value in zip(plant.variables, state, strict=True):
-        found[axis.kind][axis.name] = axis.shown(value)
+    for variable, value in zip(plant.variables, state, strict=True):
+        found[variable.kind][variable.name] = variable.shown(value)
     return {
         "id": number,
         "components": found[VariableKind.LOCATION],

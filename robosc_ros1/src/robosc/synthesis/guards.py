@@ -3,11 +3,11 @@
 Synthesis gives each controllable event a set of states; users want a condition. Where the
 requirements alone give the same set, their own wording is the guard. Otherwise an expression is
 made that is right in every state of the controlled system in which the plant can do the event, and
-means nothing elsewhere: the axes that do not matter are dropped one after another, and what the
-rest tells apart is covered by few and wide boxes (:mod:`robosc.synthesis.minimise`). If that is
-long, two other ways are tried, and the shortest result is taken: what the state requirements
-demand of the state after the event, where that happens to be the guard, and axes selected one
-after another by how much they tell apart.
+means nothing elsewhere: the state variables that do not matter are dropped one after another, and
+what the rest tells apart is covered by few and wide boxes (:mod:`robosc.synthesis.minimise`). If
+that is long, two other ways are tried, and the shortest result is taken: what the state
+requirements demand of the state after the event, where that happens to be the guard, and state
+variables selected one after another by how much they tell apart.
 
 Engines hand in their sets as a :class:`CareSet`; nothing here depends on their representation.
 """
@@ -41,8 +41,8 @@ _LONG = 40
 class CareSet(Protocol):
     """States in which an event is allowed, and states in which it is refused.
 
-    ``parts`` are the groups of axes that still tell states apart, each to be kept or forgotten as a
-    whole.
+    ``parts`` are the groups of state variables that still tell states apart, each to be kept or
+    forgotten as a whole.
     """
 
     @property
@@ -62,7 +62,8 @@ class CareSet(Protocol):
         """The combinations of values of all parts."""
 
     def condition(self, order: Callable[[int], Any]) -> Expr:
-        """A condition that separates the sets; of axes, the first in the order are dropped first.
+        """A condition that separates the sets; of state variables, the first in the order are
+        dropped first.
 
         Raises:
             TooLarge: it would be too long.
@@ -102,7 +103,7 @@ def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
 
 
 def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
-    rank = _axis_order(plant, event)
+    rank = _variable_order(plant, event)
     left = _pruned(care_set, rank)
     found: list[Expr] = []
     if left.size <= _SMALL or (len(left.parts) < 3 and left.size <= _LARGE):
@@ -134,27 +135,27 @@ def _attempt(care_set: CareSet, rank: Callable[[int], Any]) -> list[Expr]:
 
 def _pruned(care_set: CareSet, rank: Callable[[int], Any]) -> CareSet:
     """Without the parts that need not be looked at, the least useful ones dropped first."""
-    parts = sorted(care_set.parts, key=lambda part: max(rank(axis) for axis in part))
+    parts = sorted(care_set.parts, key=lambda part: max(rank(variable) for variable in part))
     return drop(parts, care_set, lambda left, some: left.without(some))
 
 
-def _axis_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, bool, int]]:
+def _variable_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, bool, int]]:
     near = _touched(plant, event)
 
-    def rank(axis: int) -> tuple[bool, bool, int]:
+    def rank(variable: int) -> tuple[bool, bool, int]:
         # Users cannot write a phase, so it is the first to go among equals.
-        return axis in near, plant.variables[axis].kind is not VariableKind.PHASE, -axis
+        return variable in near, plant.variables[variable].kind is not VariableKind.PHASE, -variable
 
     return rank
 
 
 def _touched(plant: Plant, event: Event) -> set[int]:
-    """The axes that an event reads or writes."""
+    """The state variables that an event reads or writes."""
     found = {automaton.variable for automaton in event.automata}
     expressions = [] if event.requirement is None else [event.requirement]
     for automaton in event.automata:
         for edge in automaton.edges:
-            found.update(axis for axis, _ in edge.updates)
+            found.update(variable for variable, _ in edge.updates)
             expressions += [expr for _, expr in edge.updates]
             expressions += [] if edge.guard is None else [edge.guard]
     for expr in expressions:

@@ -1,10 +1,11 @@
-"""Conditions for a set of combinations of axis values, as short as a greedy cover makes them.
+"""Conditions for a set of combinations of state variable values, as short as a greedy cover makes
+them.
 
-Two-level minimisation over axes of several values: a *box* is a set of values per axis. Boxes are
-grown from single combinations as far as nothing refused gets in, then chosen until all that is
-allowed is covered (a disjunction), or all that is refused (a conjunction of negated boxes);
-the shorter of the two is taken. Compare Rudell & Sangiovanni-Vincentelli, "Multiple-valued
-minimization for PLA optimization", IEEE Trans. CAD 6(5), 1987.
+Two-level minimisation over state variables of several values: a *box* is a set of values per state
+variable. Boxes are grown from single combinations as far as nothing refused gets in, then chosen
+until all that is allowed is covered (a disjunction), or all that is refused (a conjunction of
+negated boxes); the shorter of the two is taken. Compare Rudell & Sangiovanni-Vincentelli,
+"Multiple-valued minimization for PLA optimization", IEEE Trans. CAD 6(5), 1987.
 """
 
 from __future__ import annotations
@@ -49,30 +50,30 @@ _MOST_BOXES = 32
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Two disjoint sets of combinations: boolean arrays with one dimension per axis."""
+    """Two disjoint sets of combinations: boolean arrays with one dimension per state variable."""
 
-    axes: tuple[int, ...]
+    variables: tuple[int, ...]
     allowed: Bools
     refused: Bools
 
     def reduced(self, order: Callable[[int], Any]) -> Table:
-        """Without axes that are not needed to tell the two sets apart, tried in that order."""
+        """Without state variables that the two sets do not need to be told apart, in that order."""
         table = self
-        for axis in sorted(self.axes, key=order):
-            table = table._without(axis) or table
+        for variable in sorted(self.variables, key=order):
+            table = table._without(variable) or table
         return table
 
-    def _without(self, axis: int) -> Table | None:
-        place = self.axes.index(axis)
+    def _without(self, variable: int) -> Table | None:
+        place = self.variables.index(variable)
         allowed, refused = self.allowed.any(axis=place), self.refused.any(axis=place)
         if (allowed & refused).any():
             return None
-        return Table(self.axes[:place] + self.axes[place + 1 :], allowed, refused)
+        return Table(self.variables[:place] + self.variables[place + 1 :], allowed, refused)
 
 
 @dataclass(frozen=True, eq=False)
 class _Box:
-    """Per axis the values that must be in, and those that may."""
+    """Per state variable the values that must be in, and those that may."""
 
     needed: tuple[Bools, ...]
     free: tuple[Bools, ...]
@@ -84,25 +85,25 @@ def condition_of(plant: Plant, table: Table) -> Expr:
         return FALSE
     if not table.refused.any():
         return TRUE
-    axes = [plant.variables[axis] for axis in table.axes]
+    variables = [plant.variables[variable] for variable in table.variables]
     found: list[Expr] = []
     for inside, outside, positive in (
         (table.allowed, table.refused, True),
         (table.refused, table.allowed, False),
     ):
         try:
-            found.append(_joined(plant, axes, _cover(inside, outside), positive))
+            found.append(_joined(plant, variables, _cover(inside, outside), positive))
         except TooLarge:
             continue
     if found:
         return min(found, key=_cost)
-    diagrams = Diagrams([axis.size for axis in axes])
+    diagrams = Diagrams([variable.size for variable in variables])
     sets = [diagrams.of_rows(np.argwhere(each)) for each in (table.allowed, table.refused)]
-    return condition_of_products(plant, table.axes, diagrams, *sets)
+    return condition_of_products(plant, table.variables, diagrams, *sets)
 
 
 def condition_of_products(
-    plant: Plant, axes: Sequence[int], diagrams: Diagrams, allowed: int, refused: int
+    plant: Plant, variables: Sequence[int], diagrams: Diagrams, allowed: int, refused: int
 ) -> Expr:
     """The same for two sets over many state variables, told by decision diagrams.
 
@@ -116,7 +117,9 @@ def condition_of_products(
         except TooLarge:
             continue
         boxes = [_box_of(product, diagrams.sizes) for product in products]
-        found.append(_joined(plant, [plant.variables[axis] for axis in axes], boxes, positive))
+        found.append(
+            _joined(plant, [plant.variables[variable] for variable in variables], boxes, positive)
+        )
     if not found:
         raise TooLarge("a guard would be too long")
     return min(found, key=_cost)
@@ -131,12 +134,12 @@ def _box_of(product: Product, sizes: Sequence[int]) -> _Box:
 
 
 def _joined(
-    plant: Plant, axes: Sequence[StateVariable], boxes: Iterable[_Box], positive: bool
+    plant: Plant, variables: Sequence[StateVariable], boxes: Iterable[_Box], positive: bool
 ) -> Expr:
     """What holds in some box, or in none if not ``positive``."""
     if positive:
-        return disjunction(conjunction(_literals(plant, axes, box, True)) for box in boxes)
-    return conjunction(disjunction(_literals(plant, axes, box, False)) for box in boxes)
+        return disjunction(conjunction(_literals(plant, variables, box, True)) for box in boxes)
+    return conjunction(disjunction(_literals(plant, variables, box, False)) for box in boxes)
 
 
 def _cost(expr: Expr) -> tuple[int, int]:
@@ -168,7 +171,7 @@ def _cover(inside: Bools, outside: Bools) -> list[_Box]:
 
 
 def _orders(count: int) -> list[list[int]]:
-    """Some orders in which to grow a box: every axis comes first once, both ways round."""
+    """Some orders in which to grow a box; each state variable comes first once, both ways round."""
     forward = list(range(count))
     found = []
     for start in range(count):
@@ -180,11 +183,11 @@ def _orders(count: int) -> list[list[int]]:
 def _grow(seed: Sequence[Any], outside: Bools, order: Sequence[int]) -> list[Bools]:
     """A box around one combination, as wide as ``outside`` lets it be."""
     free = [np.arange(size) == at for size, at in zip(outside.shape, seed, strict=True)]
-    for axis in order:
-        everything = np.ones(outside.shape[axis], np.bool_)
-        slab = [everything if other == axis else values for other, values in enumerate(free)]
-        others = tuple(other for other in range(len(free)) if other != axis)
-        free[axis] = ~outside[np.ix_(*slab)].any(axis=others)
+    for variable in order:
+        everything = np.ones(outside.shape[variable], np.bool_)
+        slab = [everything if other == variable else values for other, values in enumerate(free)]
+        others = tuple(other for other in range(len(free)) if other != variable)
+        free[variable] = ~outside[np.ix_(*slab)].any(axis=others)
     return free
 
 
@@ -196,8 +199,8 @@ def _box(left: Bools, free: Sequence[Bools]) -> _Box:
     """A box that need not hold more than the combinations that no earlier one holds."""
     here = left[np.ix_(*free)]
     needed = []
-    for axis, values in enumerate(free):
-        others = tuple(other for other in range(len(free)) if other != axis)
+    for variable, values in enumerate(free):
+        others = tuple(other for other in range(len(free)) if other != variable)
         used = np.zeros(len(values), np.bool_)
         used[np.flatnonzero(values)] = here.any(axis=others)
         needed.append(used)
@@ -230,47 +233,49 @@ def _irredundant(inside: Bools, boxes: list[_Box]) -> list[_Box]:
 # --- wording -------------------------------------------------------------------------------------
 
 
-def _literals(plant: Plant, axes: Sequence[StateVariable], box: _Box, positive: bool) -> list[Expr]:
-    """What a box says of each axis, or what its negation says."""
+def _literals(
+    plant: Plant, variables: Sequence[StateVariable], box: _Box, positive: bool
+) -> list[Expr]:
+    """What a box says of each state variable, or what its negation says."""
     found = []
-    for axis, needed, free in zip(axes, box.needed, box.free, strict=True):
+    for variable, needed, free in zip(variables, box.needed, box.free, strict=True):
         if not free.all():
             low, high = (needed, free) if positive else (~free, ~needed)
-            found.append(_literal(plant, axis, low, high))
+            found.append(_literal(plant, variable, low, high))
     return found
 
 
-def _literal(plant: Plant, axis: StateVariable, needed: Bools, free: Bools) -> Expr:
-    """A condition on one axis that holds for all needed values and for no other than the free."""
-    match axis.kind:
+def _literal(plant: Plant, index: StateVariable, needed: Bools, free: Bools) -> Expr:
+    """A condition on one state variable: all needed values, and no others than the free."""
+    match index.kind:
         case VariableKind.PHASE:
-            active = PhaseRef(axis.name, str(axis.values[1]))
+            active = PhaseRef(index.name, str(index.values[1]))
             return active if free[1] else negation(active)
         case VariableKind.LOCATION:
-            return _member(needed, free, lambda v: StateRef(axis.name, str(axis.values[v])))
-    variable = _reference(plant, axis)
+            return _member(needed, free, lambda v: StateRef(index.name, str(index.values[v])))
+    variable = _reference(plant, index)
     type_ = variable.type
-    if isinstance(axis.values, Classes):
+    if isinstance(index.values, Classes):
         values = [[int(v) for v in np.flatnonzero(those)] for those in (needed, free)]
-        return axis.values.condition(*values).of(variable)
+        return index.values.condition(*values).of(variable)
     if isinstance(type_, BooleanType):
-        value = bool(axis.values[int(np.flatnonzero(needed)[0])])
+        value = bool(index.values[int(np.flatnonzero(needed)[0])])
         return variable if value else negation(variable)
 
     def equals(value: int) -> Expr:
-        return Binary("=", variable, Literal(axis.values[value], type_), _BOOLEAN)
+        return Binary("=", variable, Literal(index.values[value], type_), _BOOLEAN)
 
     members = _member(needed, free, equals)
     if isinstance(type_, IntegerType):
-        return min(_interval(axis, variable, needed, free), members, key=_cost)
+        return min(_interval(index, variable, needed, free), members, key=_cost)
     return members
 
 
-def _reference(plant: Plant, axis: StateVariable) -> _Reference:
+def _reference(plant: Plant, variable: StateVariable) -> _Reference:
     """What reads a variable or a test."""
-    if axis.test is not None:
-        return axis.test
-    component, name = axis.name.split(".")
+    if variable.test is not None:
+        return variable.test
+    component, name = variable.name.split(".")
     type_ = next(v.type for v in _variables(plant, component) if v.name == name)
     return VariableRef(component, name, type_)
 
@@ -287,7 +292,7 @@ def _member(needed: Bools, free: Bools, is_value: Callable[[int], Expr]) -> Expr
     return disjunction(some) if len(some) <= len(others) else conjunction(others)
 
 
-def _interval(axis: StateVariable, variable: _Reference, needed: Bools, free: Bools) -> Expr:
+def _interval(index: StateVariable, variable: _Reference, needed: Bools, free: Bools) -> Expr:
     """Runs of values, each told by its bounds; they stretch over free values where that helps."""
     runs: list[Expr] = []
     last = len(needed) - 1
@@ -303,13 +308,13 @@ def _interval(axis: StateVariable, variable: _Reference, needed: Bools, free: Bo
         while high < last and free[high + 1]:
             high += 1
             end = high if needed[high] else end
-        runs.append(_between(axis, variable, (low, place), (end, high)))
+        runs.append(_between(index, variable, (low, place), (end, high)))
         place = high + 1
     return disjunction(runs)
 
 
 def _between(
-    axis: StateVariable,
+    index: StateVariable,
     variable: _Reference,
     lower: tuple[int, int],
     upper: tuple[int, int],
@@ -317,11 +322,11 @@ def _between(
     """From one of the lower places to one of the upper ones; open where they reach the end."""
 
     def compare(op: str, place: int) -> Expr:
-        return Binary(op, variable, Literal(axis.values[place], variable.type), _BOOLEAN)
+        return Binary(op, variable, Literal(index.values[place], variable.type), _BOOLEAN)
 
     parts = []
     if lower[0] > 0:
         parts.append(compare(">=", lower[0]))
-    if upper[1] < axis.size - 1:
+    if upper[1] < index.size - 1:
         parts.append(compare("<=", upper[1]))
     return conjunction(parts)

@@ -14,7 +14,7 @@ from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.expr import conjunction, disjunction, junction, negation
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Leaf, Literal, PhaseRef, StateRef, Unary
 from robosc.model.traversal import rewritten
-from robosc.synthesis.vectorised import axis_of, support
+from robosc.synthesis.vectorised import support, variable_of
 
 __all__ = ["precondition"]
 
@@ -77,13 +77,13 @@ def _after(
         places[event.phase.variable] = event.phase.target
 
     def leaf(node: Literal | Leaf) -> Expr:
-        axis = None if isinstance(node, Literal) else axis_of(plant, node)
-        if axis in places:
+        index = None if isinstance(node, Literal) else variable_of(plant, node)
+        if index in places:
             if isinstance(node, StateRef):
-                return TRUE if _location(plant, axis, places[axis]) == node.state else FALSE
+                return TRUE if _location(plant, index, places[index]) == node.state else FALSE
             if isinstance(node, PhaseRef):
-                return TRUE if places[axis] else FALSE
-        return values.get(axis, node) if axis is not None else node
+                return TRUE if places[index] else FALSE
+        return values.get(index, node) if index is not None else node
 
     return rewritten(condition, leaf)
 

@@ -30,7 +30,7 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import walk
 from robosc.model.types import EnumType
-from robosc.synthesis.vectorised import axis_of
+from robosc.synthesis.vectorised import variable_of
 
 __all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]
 
@@ -71,12 +71,12 @@ class Stepper:
             "IMPOSSIBLE": Verdict.IMPOSSIBLE,
             "OUT_OF_RANGE": Verdict.OUT_OF_RANGE,
         }
-        for number, axis in enumerate(plant.variables):
-            if not isinstance(axis.values, range):
-                self._namespace[f"V{number}"] = tuple(axis.values)
-                self._namespace[f"I{number}"] = {v: i for i, v in enumerate(axis.values)}
-            if isinstance(axis.values, Classes):
-                self._namespace[f"class{number}"] = cache(axis.values.index)
+        for number, variable in enumerate(plant.variables):
+            if not isinstance(variable.values, range):
+                self._namespace[f"V{number}"] = tuple(variable.values)
+                self._namespace[f"I{number}"] = {v: i for i, v in enumerate(variable.values)}
+            if isinstance(variable.values, Classes):
+                self._namespace[f"class{number}"] = cache(variable.values.index)
         self._steps: dict[int, StepFunction] = {}
         self._tests: dict[Expr, Test] = {}
 
@@ -165,7 +165,7 @@ class Stepper:
         slots: Mapping[tuple[str | int, ...], tuple[int, bool]],
     ) -> Iterator[str]:
         yield f"t[{automaton.variable}] = {edge.target}"
-        for axis, expr in edge.updates:
+        for variable, expr in edge.updates:
             text = self._python(expr, slots)
             undefined = any(isinstance(n, ValueRef) and slots[n.path][1] for n in walk(expr))
             indent = ""
@@ -173,14 +173,15 @@ class Stepper:
                 yield "try:"
                 indent = " " * 4
             yield f"{indent}x = {text}"
-            values = self.plant.variables[axis].values
+            values = self.plant.variables[variable].values
             if isinstance(values, Classes):
-                yield f"{indent}t[{axis}] = class{axis}(x)"
+                yield f"{indent}t[{variable}] = class{variable}(x)"
             elif isinstance(values, range):
-                yield f"{indent}if {values[0]} <= x <= {values[-1]}: t[{axis}] = x - {values[0]}"
+                low, high = values[0], values[-1]
+                yield f"{indent}if {low} <= x <= {high}: t[{variable}] = x - {low}"
                 yield f"{indent}else: inside = False"
             else:
-                yield f"{indent}if x in I{axis}: t[{axis}] = I{axis}[x]"
+                yield f"{indent}if x in I{variable}: t[{variable}] = I{variable}[x]"
                 yield f"{indent}else: inside = False"
             if undefined:
                 yield "except Undefined: pass"
@@ -198,18 +199,18 @@ class Stepper:
         if isinstance(leaf, ValueRef):
             slot, undefined = slots[leaf.path]
             return f"need(v[{slot}])" if undefined else f"v[{slot}]"
-        axis = axis_of(self.plant, leaf)
-        assert axis is not None
+        variable = variable_of(self.plant, leaf)
+        assert variable is not None
         match leaf:
             case StateRef(state=name):
-                return f"(s[{axis}] == {self.plant.variables[axis].values.index(name)})"
+                return f"(s[{variable}] == {self.plant.variables[variable].values.index(name)})"
             case PhaseRef():
-                return f"(s[{axis}] == 1)"
+                return f"(s[{variable}] == 1)"
             case VariableRef() | TestRef():
-                values = self.plant.variables[axis].values
+                values = self.plant.variables[variable].values
                 if isinstance(values, range):
-                    return f"(s[{axis}] + {values[0]})" if values[0] else f"s[{axis}]"
-                return f"V{axis}[s[{axis}]]"
+                    return f"(s[{variable}] + {values[0]})" if values[0] else f"s[{variable}]"
+                return f"V{variable}[s[{variable}]]"
             case ElementRef() | ParameterRef():
                 raise AssertionError("it belongs to an aggregate, or to a test")
 

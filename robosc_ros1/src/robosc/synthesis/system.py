@@ -147,14 +147,14 @@ def _stays(plant: Plant, automaton: LocalAutomaton, fails: dict[int, list[Expr]]
     return conjunction(stays)
 
 
-def _location(plant: Plant, axis: int, place: int) -> str:
-    return str(plant.variables[axis].values[place])
+def _location(plant: Plant, variable: int, place: int) -> str:
+    return str(plant.variables[variable].values[place])
 
 
 def _inside(plant: Plant, edge: Edge) -> Iterator[Expr]:
     """That the edge's updates keep to the ranges."""
-    for axis, expr in edge.updates:
-        values = plant.variables[axis].values
+    for variable, expr in edge.updates:
+        values = plant.variables[variable].values
         if isinstance(values, range):
             low = Literal(values[0], IntegerType())
             high = Literal(values[-1], IntegerType())
@@ -180,7 +180,7 @@ def steps_of(stepper: Stepper, states: Sequence[PlantState]) -> tuple[Step, ...]
 
 def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> Step:
     plant = stepper.plant
-    changed = {axis for axis, old in enumerate(before) if after[axis] != old}
+    changed = {variable for variable, old in enumerate(before) if after[variable] != old}
     # A command about which the environment decides may be refused though it could lead there.
     order = sorted(enumerate(plant.events), key=lambda item: _branches(item[1]))
     for number, event in order:
@@ -206,5 +206,6 @@ def make_step(
 
 def tau_values(plant: Plant, event: Event, before: PlantState, after: PlantState) -> Values:
     """The value of a tau: ``("from->to",)``."""
-    axis = event.automata[0].variable
-    return (f"{_location(plant, axis, before[axis])}->{_location(plant, axis, after[axis])}",)
+    variable = event.automata[0].variable
+    source, target = (_location(plant, variable, state[variable]) for state in (before, after))
+    return (f"{source}->{target}",)

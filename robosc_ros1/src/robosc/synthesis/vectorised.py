@@ -1,10 +1,10 @@
 """Expressions evaluated over many states at once.
 
-An expression over a few axes is evaluated for all their values in one go: each axis is a *column*,
-an array of indexes into its values, shaped so that numpy broadcasts columns against each other.
-Results equal :func:`robosc.ir.expr.evaluate` exactly: integers never overflow and never pass
-through a double that cannot hold them (Python's own integers take over where 64 bits might not do),
-and division is that of IEEE 754.
+An expression over a few state variables is evaluated for all their values in one go: each state
+variable is a *column*, an array of indexes into its values, shaped so that numpy broadcasts columns
+against each other. Results equal :func:`robosc.ir.expr.evaluate` exactly: integers never overflow
+and never pass through a double that cannot hold them (Python's own integers take over where 64 bits
+might not do), and division is that of IEEE 754.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ from robosc.model.expr import (
 from robosc.model.traversal import fold, walk
 from robosc.model.types import EnumType, StringType, Type
 
-__all__ = ["Bools", "IndexArrays", "Indexes", "axis_of", "evaluate_vectorised", "support"]
+__all__ = ["Bools", "IndexArrays", "Indexes", "variable_of", "evaluate_vectorised", "support"]
 
 Bools: TypeAlias = NDArray[np.bool_]
 Indexes: TypeAlias = NDArray[np.intp]
 IndexArrays: TypeAlias = Mapping[int, Indexes]
-"""Index arrays by axis, broadcastable against each other."""
+"""Index arrays by state variable, broadcastable against each other."""
 
 
-def axis_of(plant: Plant, leaf: Expr) -> int | None:
-    """The axis that a leaf reads; None for all that reads no state."""
+def variable_of(plant: Plant, leaf: Expr) -> int | None:
+    """The state variable that a leaf reads; None for all that reads no state."""
     match leaf:
         case TestRef(name=name):
             return plant.variable_index[VariableKind.TEST, name]
@@ -56,8 +56,8 @@ def axis_of(plant: Plant, leaf: Expr) -> int | None:
 
 
 def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
-    """The axes that an expression reads, ascending."""
-    found = {axis for node in walk(expr) if (axis := axis_of(plant, node)) is not None}
+    """The state variables that an expression reads, ascending."""
+    found = {variable for node in walk(expr) if (variable := variable_of(plant, node)) is not None}
     return tuple(sorted(found))
 
 
@@ -71,24 +71,24 @@ def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArr
     def leaf(node: Literal | Leaf) -> NDArray[Any]:
         if isinstance(node, Literal):
             return _literal(node.value, node.type)
-        axis = axis_of(plant, node)
-        assert axis is not None, "a parameter without value"
-        return _leaf(plant.variables[axis], node, columns[axis])
+        variable = variable_of(plant, node)
+        assert variable is not None, "a parameter without value"
+        return _leaf(plant.variables[variable], node, columns[variable])
 
     return fold(expr, leaf, _apply)
 
 
-def _leaf(axis: StateVariable, expr: Expr, indexes: Indexes) -> NDArray[Any]:
+def _leaf(variable: StateVariable, expr: Expr, indexes: Indexes) -> NDArray[Any]:
     match expr:
         case StateRef(state=name):
-            result: NDArray[Any] = indexes == axis.values.index(name)
+            result: NDArray[Any] = indexes == variable.values.index(name)
             return result
         case PhaseRef():
             return np.asarray(indexes == 1)
         case VariableRef(type=EnumType(values=names)) | TestRef(type=EnumType(values=names)):
-            codes = [names.index(str(v)) for v in axis.values]
+            codes = [names.index(str(v)) for v in variable.values]
             return np.array(codes, dtype=np.int64)[indexes]
-    values = axis.values
+    values = variable.values
     if isinstance(values, range):
         fits = max(abs(values[0]), abs(values[-1])) < EXACT_IN_INT64
         return np.asarray(indexes.astype(np.int64 if fits else object) + values[0])

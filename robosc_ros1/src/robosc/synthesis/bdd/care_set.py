@@ -1,8 +1,8 @@
 """The states in which an event is allowed and refused, as decision diagrams.
 
-Most guards read a few axes: these become a table, and what is made of it is the same for every
-engine (:mod:`robosc.synthesis.minimise`). A guard that reads so many that no sum of products is
-found is covered by boxes found on the diagrams themselves.
+Most guards read a few state variables: these become a table, and what is made of it is the same for
+every engine (:mod:`robosc.synthesis.minimise`). A guard that reads so many that no sum of products
+is found is covered by boxes found on the diagrams themselves.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from robosc.synthesis.vectorised import Bools
 __all__ = ["BddCareSet", "wide_condition"]
 
 _MOST_AXES = 200
-"""Sums of products recurse over the axes."""
+"""Sums of products recurse over the state variables."""
 _MOST_SELECTED = 16
 _MOST_WORK = 2**21
 _MOST_CALLS = 2**17
@@ -41,58 +41,58 @@ _MOST_CALLS = 2**17
 
 @dataclass(frozen=True, eq=False)
 class BddCareSet:
-    """Two disjoint sets over the axes that are left. See ``guards.CareSet``."""
+    """Two disjoint sets over the state variables that are left. See ``guards.CareSet``."""
 
     encoding: Encoding
-    axes: tuple[int, ...]
+    variables: tuple[int, ...]
     allowed: Bdd
     refused: Bdd
 
     @property
     def parts(self) -> tuple[tuple[int, ...], ...]:
-        return tuple((axis,) for axis in self.axes)
+        return tuple((variable,) for variable in self.variables)
 
     def without(self, parts: Sequence[tuple[int, ...]]) -> BddCareSet | None:
-        found = self._forgetting({axis for part in parts for axis in part})
+        found = self._forgetting({variable for part in parts for variable in part})
         overlap = found.allowed & found.refused
         return found if overlap == self.encoding.manager.false else None
 
     def selected(self) -> BddCareSet | None:
-        """Select the axis that leaves the fewest states confused, until none is."""
+        """Select the state variable that leaves the fewest states confused, until none is."""
         manager = self.encoding.manager
         both = self.allowed | self.refused
-        if manager.size(both) * len(self.axes) ** 2 > _MOST_WORK:
+        if manager.size(both) * len(self.variables) ** 2 > _MOST_WORK:
             return None
 
         def confused(chosen: Sequence[int]) -> dict[int, int]:
-            left = [axis for axis in self.axes if axis not in chosen]
+            left = [variable for variable in self.variables if variable not in chosen]
             return {
-                axis: self.encoding.count(both & found.allowed & found.refused)
-                for axis, found in self._with_each(left)
+                variable: self.encoding.count(both & found.allowed & found.refused)
+                for variable, found in self._with_each(left)
             }
 
         total = self.encoding.count(both)
-        chosen = select(len(self.axes), total, _MOST_SELECTED, confused)
-        return None if chosen is None else self._forgetting(set(self.axes).difference(chosen))
+        chosen = select(len(self.variables), total, _MOST_SELECTED, confused)
+        return None if chosen is None else self._forgetting(set(self.variables).difference(chosen))
 
-    def _with_each(self, axes: Sequence[int]) -> Iterator[tuple[int, BddCareSet]]:
-        """Each of some axes, and the projection that forgets the others of them.
+    def _with_each(self, variables: Sequence[int]) -> Iterator[tuple[int, BddCareSet]]:
+        """Each of some state variables, and the projection that forgets the others of them.
 
-        In it the sets may overlap. Half of the axes are forgotten at a time, so that projections
-        are made of what is left of the sets already.
+        In it the sets may overlap. Half of the state variables are forgotten at a time, so that
+        projections are made of what is left of the sets already.
         """
-        if len(axes) == 1:
-            yield axes[0], self
+        if len(variables) == 1:
+            yield variables[0], self
             return
-        first, second = axes[: len(axes) // 2], axes[len(axes) // 2 :]
+        first, second = variables[: len(variables) // 2], variables[len(variables) // 2 :]
         yield from self._forgetting(second)._with_each(first)
         yield from self._forgetting(first)._with_each(second)
 
-    def _forgetting(self, axes: Collection[int]) -> BddCareSet:
-        """The projection without some axes, in which the sets may overlap."""
+    def _forgetting(self, variables: Collection[int]) -> BddCareSet:
+        """The projection without some state variables, in which the sets may overlap."""
         manager = self.encoding.manager
-        cube = self.encoding.now(axes)
-        left = tuple(axis for axis in self.axes if axis not in axes)
+        cube = self.encoding.now(variables)
+        left = tuple(variable for variable in self.variables if variable not in variables)
         allowed, refused = manager.exists(self.allowed, cube), manager.exists(self.refused, cube)
         return BddCareSet(self.encoding, left, allowed, refused)
 
@@ -106,24 +106,30 @@ class BddCareSet:
 
     @property
     def size(self) -> int:
-        return prod(self.encoding.plant.variables[axis].size for axis in self.axes)
+        return prod(self.encoding.plant.variables[variable].size for variable in self.variables)
 
     def condition(self, order: Callable[[int], Any]) -> Expr:
         plant = self.encoding.plant
         if self.size <= LARGEST_TABLE:
-            axes = tuple(sorted(self.axes))
-            table = Table(axes, self._array(self.allowed, axes), self._array(self.refused, axes))
+            variables = tuple(sorted(self.variables))
+            table = Table(
+                variables,
+                self._array(self.allowed, variables),
+                self._array(self.refused, variables),
+            )
             return condition_of(plant, table.reduced(order))
-        axes = tuple(sorted(self.axes, key=self.encoding.place))
-        if len(axes) > _MOST_AXES:
+        variables = tuple(sorted(self.variables, key=self.encoding.place))
+        if len(variables) > _MOST_AXES:
             raise TooLarge("a guard reads too many state variables")
-        diagrams = Diagrams([plant.variables[axis].size for axis in axes])
-        sets = [self._diagram(diagrams, axes, states) for states in (self.allowed, self.refused)]
-        return condition_of_products(plant, axes, diagrams, *sets)
+        diagrams = Diagrams([plant.variables[variable].size for variable in variables])
+        sets = [
+            self._diagram(diagrams, variables, states) for states in (self.allowed, self.refused)
+        ]
+        return condition_of_products(plant, variables, diagrams, *sets)
 
-    def _diagram(self, diagrams: Diagrams, axes: Sequence[int], states: Bdd) -> int:
+    def _diagram(self, diagrams: Diagrams, variables: Sequence[int], states: Bdd) -> int:
         manager = self.encoding.manager
-        cubes = [self.encoding.now([axis]) for axis in axes]
+        cubes = [self.encoding.now([variable]) for variable in variables]
         known: dict[tuple[int, Bdd], int] = {}
         calls = 0
 
@@ -131,7 +137,7 @@ class BddCareSet:
             nonlocal calls
             if states == manager.false:
                 return NOTHING
-            if depth == len(axes):
+            if depth == len(variables):
                 return END
             if (depth, states) not in known:
                 calls += diagrams.sizes[depth]
@@ -142,7 +148,7 @@ class BddCareSet:
                         number(
                             depth + 1,
                             manager.and_exists(
-                                states, self.encoding.value(axes[depth], index), cubes[depth]
+                                states, self.encoding.value(variables[depth], index), cubes[depth]
                             ),
                         )
                         for index in range(diagrams.sizes[depth])
@@ -152,21 +158,21 @@ class BddCareSet:
 
         return number(0, states)
 
-    def _array(self, states: Bdd, axes: Sequence[int]) -> Bools:
+    def _array(self, states: Bdd, variables: Sequence[int]) -> Bools:
         manager = self.encoding.manager
-        shape = tuple(self.encoding.plant.variables[axis].size for axis in axes)
+        shape = tuple(self.encoding.plant.variables[variable].size for variable in variables)
         known: dict[tuple[int, Bdd], Bools] = {}
 
         def array(depth: int, states: Bdd) -> Bools:
-            if depth == len(axes) or states == manager.false:
+            if depth == len(variables) or states == manager.false:
                 return np.full(shape[depth:], states != manager.false, np.bool_)
             if (depth, states) not in known:
-                axis = axes[depth]
-                cube = self.encoding.now([axis])
+                variable = variables[depth]
+                cube = self.encoding.now([variable])
                 known[depth, states] = np.stack([
                     array(
                         depth + 1,
-                        manager.and_exists(states, self.encoding.value(axis, index), cube),
+                        manager.and_exists(states, self.encoding.value(variable, index), cube),
                     )
                     for index in range(shape[depth])
                 ])  # fmt: skip
@@ -175,7 +181,7 @@ class BddCareSet:
         return array(0, states)
 
 
-# --- guards over very many axes ------------------------------------------------------------------
+# --- guards over very many state variables -------------------------------------------------------
 
 
 def wide_condition(cases: BddCareSet) -> Expr:
@@ -200,7 +206,7 @@ def wide_condition(cases: BddCareSet) -> Expr:
 
 
 _Box = dict[int, frozenset[int]]
-"""The values that an axis may have, for each axis that matters."""
+"""The values that a state variable may have, for each state variable that matters."""
 
 
 class _Cover:
@@ -209,47 +215,53 @@ class _Cover:
     def __init__(self, cases: BddCareSet) -> None:
         self.encoding = cases.encoding
         self.plant: Plant = cases.encoding.plant
-        self.axes = tuple(sorted(cases.axes))
+        self.variables = tuple(sorted(cases.variables))
 
     def boxes(self, inside: Bdd, outside: Bdd) -> Iterator[_Box]:
         """Boxes that together hold all of ``inside``, and nothing of ``outside``."""
         left = inside
         while left != self.encoding.manager.false:
             seed = self.encoding.pick(left)
-            grown = [self._grow(seed, outside, order) for order in (self.axes, self.axes[::-1])]
+            grown = [
+                self._grow(seed, outside, order) for order in (self.variables, self.variables[::-1])
+            ]
             best = max(grown, key=lambda box: self.encoding.count(left & self._set(box)))
             left = left & ~self._set(best)
             yield best
 
     def literals(self, box: _Box, positive: bool) -> Iterator[Expr]:
-        """What a box says of each axis, or what its negation says."""
-        for axis in sorted(box):
-            inside = np.isin(np.arange(self.plant.variables[axis].size), list(box[axis]))
-            table = Table((axis,), inside, ~inside) if positive else Table((axis,), ~inside, inside)
+        """What a box says of each state variable, or what its negation says."""
+        for variable in sorted(box):
+            inside = np.isin(np.arange(self.plant.variables[variable].size), list(box[variable]))
+            table = (
+                Table((variable,), inside, ~inside)
+                if positive
+                else Table((variable,), ~inside, inside)
+            )
             yield condition_of(self.plant, table)
 
     def _grow(self, seed: Sequence[int], outside: Bdd, order: Sequence[int]) -> _Box:
         """A box around one combination, as wide as ``outside`` lets it be."""
         encoding = self.encoding
         rest = [encoding.manager.true]
-        for axis in reversed(order):
-            rest.append(encoding.value(axis, seed[axis]) & rest[-1])
+        for variable in reversed(order):
+            rest.append(encoding.value(variable, seed[variable]) & rest[-1])
         box: _Box = {}
-        for number, axis in enumerate(order):
+        for number, variable in enumerate(order):
             near = outside & rest[len(order) - number - 1]
-            size = self.plant.variables[axis].size
+            size = self.plant.variables[variable].size
             values = frozenset(
                 index
                 for index in range(size)
-                if near & encoding.value(axis, index) == encoding.manager.false
+                if near & encoding.value(variable, index) == encoding.manager.false
             )
             if len(values) < size:
-                box[axis] = values
-                outside = outside & encoding.values(axis, values)
+                box[variable] = values
+                outside = outside & encoding.values(variable, values)
         return box
 
     def _set(self, box: Mapping[int, frozenset[int]]) -> Bdd:
         result = self.encoding.manager.true
-        for axis in sorted(box, key=self.encoding.place, reverse=True):
-            result = self.encoding.values(axis, box[axis]) & result
+        for variable in sorted(box, key=self.encoding.place, reverse=True):
+            result = self.encoding.values(variable, box[variable]) & result
         return result

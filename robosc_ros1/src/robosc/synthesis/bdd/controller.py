@@ -103,10 +103,14 @@ class SymbolicController:
 
     def _moves(self, number: int, enabled: dict[int, Bdd]) -> list[_Move]:
         (automaton,) = self.plant.events[number].automata
-        axis, value = automaton.variable, self.encoding.value
-        location = self.encoding.now([axis])
+        variable, value = automaton.variable, self.encoding.value
+        location = self.encoding.now([variable])
         moves = [
-            _Move(enabled[number] & value(axis, edge.source), value(axis, edge.target), location)
+            _Move(
+                enabled[number] & value(variable, edge.source),
+                value(variable, edge.target),
+                location,
+            )
             for edge in automaton.edges
             if edge.source != edge.target  # the controller does not take what changes nothing
         ]
@@ -249,10 +253,10 @@ class SymbolicController:
         ends = self.states & ~self._moving
         taus = self._taus_of_plant()
         written = {self.plant.events[e.number].automata[0].variable for e in taus}
-        for axis in sorted(written):
+        for variable in sorted(written):
             seen = self._false
-            for index in range(self.plant.variables[axis].size):
-                here = self.encoding.value(axis, index)
+            for index in range(self.plant.variables[variable].size):
+                here = self.encoding.value(variable, index)
                 to = self._closure(ends & here, self._any_before)
                 chain = self._chain(to & seen & self._starts)
                 if chain is not None:

@@ -1,8 +1,8 @@
-"""Axes and parameters as boolean variables, expressions as sets of states.
+"""State variables and parameters as boolean variables, expressions as sets of states.
 
-An axis of n values takes the bits of the numbers below n, the most significant one first; each bit
-has a second variable beside it for the value after an event. Codes that stand for no value are in
-no set of states.
+A state variable of n values takes the bits of the numbers below n, the most significant one first;
+each bit has a second variable beside it for the value after an event. Codes that stand for no value
+are in no set of states.
 """
 
 from __future__ import annotations
@@ -22,17 +22,19 @@ from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_inde
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import order_items
 from robosc.synthesis.bdd.partition import Partition, combined, key_of
-from robosc.synthesis.vectorised import axis_of
+from robosc.synthesis.vectorised import variable_of
 
-__all__ = ["Encoding", "LeafSource", "axes_read"]
+__all__ = ["Encoding", "LeafSource", "variables_read"]
 
 LeafSource: TypeAlias = int | tuple[int, int]
-"""Where a leaf reads: an axis, or (number of the event, number of its parameter)."""
+"""Where a leaf reads: a state variable, or (number of the event, number of its parameter)."""
 
 
-def axes_read(plant: Plant, expr: Expr) -> set[int]:
-    """The axes that an expression reads."""
-    return {axis for leaf in _leaves(expr) if (axis := axis_of(plant, leaf)) is not None}
+def variables_read(plant: Plant, expr: Expr) -> set[int]:
+    """The state variables that an expression reads."""
+    return {
+        variable for leaf in _leaves(expr) if (variable := variable_of(plant, leaf)) is not None
+    }
 
 
 def _leaves(expr: Expr) -> Iterator[Leaf]:
@@ -43,7 +45,7 @@ def _leaves(expr: Expr) -> Iterator[Leaf]:
 
 @dataclass(frozen=True, slots=True)
 class _Block:
-    """The variables of an axis or parameter; ``after`` is empty for a parameter."""
+    """The variables of a state variable or parameter; ``after`` is empty for a parameter."""
 
     size: int
     now: tuple[int, ...]
@@ -68,7 +70,9 @@ class Encoding:
             self._blocks[items[item]] = block
             first += len(block.now) + len(block.after)
         self.manager = Manager(first, memory)
-        self._bits = sum(len(self._blocks[axis].now) for axis in range(len(plant.variables)))
+        self._bits = sum(
+            len(self._blocks[variable].now) for variable in range(len(plant.variables))
+        )
 
     def _block(self, source: LeafSource, first: int) -> _Block:
         if isinstance(source, int):
@@ -82,13 +86,13 @@ class Encoding:
 
     # --- sets of states
 
-    def place(self, axis: int) -> int:
-        """Where an axis stands in the order: its first variable."""
-        now = self._blocks[axis].now
+    def place(self, variable: int) -> int:
+        """Where a state variable stands in the order: its first variable."""
+        now = self._blocks[variable].now
         return now[0] if now else 0
 
     def value(self, source: LeafSource, index: int) -> Bdd:
-        """The states in which an axis (or parameter) has the value of this index."""
+        """The states in which a state variable (or parameter) has the value of this index."""
         found = self._codes.get((source, index))
         if found is None:
             found = self._indexes(self._blocks[source].now, (index,))
@@ -96,11 +100,11 @@ class Encoding:
         return found
 
     def values(self, source: LeafSource, indexes: Collection[int]) -> Bdd:
-        """The states in which an axis (or parameter) has one of these values."""
+        """The states in which a state variable (or parameter) has one of these values."""
         return self._indexes(self._blocks[source].now, indexes)
 
-    def value_after(self, axis: int, index: int) -> Bdd:
-        return self._indexes(self._blocks[axis].after, (index,))
+    def value_after(self, variable: int, index: int) -> Bdd:
+        return self._indexes(self._blocks[variable].after, (index,))
 
     def all_values(self, source: LeafSource) -> Bdd:
         return self.values(source, range(self._blocks[source].size))
@@ -119,11 +123,12 @@ class Encoding:
             result = result & (~one | other)
         return result
 
-    def unchanged(self, axis: int) -> Bdd:
-        """The axis has the same value after the event as before."""
-        block = self._blocks[axis]
+    def unchanged(self, variable: int) -> Bdd:
+        """The state variable has the same value after the event as before."""
+        block = self._blocks[variable]
         return self.manager.union(
-            self.value(axis, index) & self.value_after(axis, index) for index in range(block.size)
+            self.value(variable, index) & self.value_after(variable, index)
+            for index in range(block.size)
         )
 
     def _indexes(self, variables: Sequence[int], indexes: Collection[int]) -> Bdd:
@@ -153,38 +158,38 @@ class Encoding:
     def initial(self) -> Bdd:
         """The initial states."""
         result = self.manager.true
-        for axis in self._upwards:
-            result = self.values(axis, self.plant.variables[axis].start_indexes) & result
+        for variable in self._upwards:
+            result = self.values(variable, self.plant.variables[variable].start_indexes) & result
         return result
 
     def state(self, state: PlantState) -> Bdd:
         result = self.manager.true
-        for axis in self._upwards:
-            result = self.value(axis, state[axis]) & result
+        for variable in self._upwards:
+            result = self.value(variable, state[variable]) & result
         return result
 
     @cached_property
     def _upwards(self) -> tuple[int, ...]:
-        """The axes from the last in the order: conjunctions grow at the top in one step each."""
-        axes = range(len(self.plant.variables))
-        return tuple(sorted(axes, key=self.place, reverse=True))
+        """The state variables from the last in the order, so that conjunctions grow at the top."""
+        variables = range(len(self.plant.variables))
+        return tuple(sorted(variables, key=self.place, reverse=True))
 
     @cached_property
     def marked(self) -> Bdd:
         result = self.manager.true
-        for axis in self._upwards:
-            marked = self.plant.variables[axis].marked
+        for variable in self._upwards:
+            marked = self.plant.variables[variable].marked
             if marked is not None:
-                result = self.values(axis, marked) & result
+                result = self.values(variable, marked) & result
         return result
 
     def pick(self, states: Bdd) -> PlantState:
         """One state of a set that is not empty."""
         assignment = self.manager.pick(states)
         state = []
-        for axis in range(len(self.plant.variables)):
+        for number in range(len(self.plant.variables)):
             index = 0
-            for variable in self._blocks[axis].now:
+            for variable in self._blocks[number].now:
                 index = index << 1 | bool(assignment[variable])
             state.append(index)
         return tuple(state)
@@ -196,20 +201,20 @@ class Encoding:
     def assignment(self, state: PlantState) -> list[tuple[int, bool]]:
         """A state as values of variables."""
         found = []
-        for axis, index in enumerate(state):
-            for shift, variable in enumerate(reversed(self._blocks[axis].now)):
+        for number, index in enumerate(state):
+            for shift, variable in enumerate(reversed(self._blocks[number].now)):
                 found.append((variable, bool(index >> shift & 1)))
         return found
 
     def least(self, states: Bdd) -> PlantState:
-        """The first state of a set that is not empty, in the order of axes and their values."""
+        """The first state of a set that is not empty, in the order of variables and values."""
         only = self.pick(states)
         if states == self.state(only):
             return only
         state = []
-        for axis in range(len(self.plant.variables)):
-            for index in range(self._blocks[axis].size):
-                here = states & self.value(axis, index)
+        for variable in range(len(self.plant.variables)):
+            for index in range(self._blocks[variable].size):
+                here = states & self.value(variable, index)
                 if here != self.manager.false:
                     states = here
                     state.append(index)
@@ -229,18 +234,18 @@ class Encoding:
         return [(event, n) for n in range(len(self.plant.events[event].parameters))]
 
     def now(self, sources: Iterable[LeafSource]) -> Bdd:
-        """The variables of axes and parameters before an event, to quantify over."""
+        """The variables of state variables and parameters before an event, to quantify over."""
         return self.manager.cube(v for source in sources for v in self._blocks[source].now)
 
-    def after(self, axes: Iterable[int]) -> Bdd:
-        return self.manager.cube(v for axis in axes for v in self._blocks[axis].after)
+    def after(self, variables: Iterable[int]) -> Bdd:
+        return self.manager.cube(v for variable in variables for v in self._blocks[variable].after)
 
-    def pairs(self, axes: Iterable[int]) -> list[tuple[int, int]]:
-        """The variables of axes before and after an event."""
+    def pairs(self, variables: Iterable[int]) -> list[tuple[int, int]]:
+        """The variables of state variables before and after an event."""
         return [
             pair
-            for axis in axes
-            for pair in zip(self._blocks[axis].now, self._blocks[axis].after, strict=True)
+            for variable in variables
+            for pair in zip(self._blocks[variable].now, self._blocks[variable].after, strict=True)
         ]
 
     # --- expressions
@@ -313,9 +318,9 @@ class Encoding:
         return self.plant.events[event].parameters[number].values
 
     def _source(self, leaf: Leaf, event: int | None) -> LeafSource:
-        axis = axis_of(self.plant, leaf)
-        if axis is not None:
-            return axis
+        variable = variable_of(self.plant, leaf)
+        if variable is not None:
+            return variable
         assert event is not None and isinstance(leaf, ValueRef)
         return event, self._parameter(self.plant.events[event], leaf)
 
@@ -334,12 +339,12 @@ class Encoding:
         return [(value, self.values(source, indexes)) for value, indexes in found.values()]
 
     def _read(self, leaf: Leaf, event: int | None, index: int) -> Value | None:
-        axis = axis_of(self.plant, leaf)
-        if axis is None:
+        variable = variable_of(self.plant, leaf)
+        if variable is None:
             assert event is not None and isinstance(leaf, ValueRef)
             taken = self.plant.events[event]
             return taken.parameters[self._parameter(taken, leaf)].values[index]
-        value = self.plant.variables[axis].values[index]
+        value = self.plant.variables[variable].values[index]
         match leaf:
             case StateRef(state=name):
                 return value == name
@@ -371,11 +376,11 @@ def _groups(plant: Plant, items: Sequence[LeafSource]) -> Iterator[list[int]]:
             group.append(automaton.variable)
             for edge in automaton.edges:
                 if edge.guard is not None:
-                    group.extend(axes_read(plant, edge.guard))
-                for axis, expr in edge.updates:
-                    group.extend((axis, *axes_read(plant, expr)))
+                    group.extend(variables_read(plant, edge.guard))
+                for variable, expr in edge.updates:
+                    group.extend((variable, *variables_read(plant, expr)))
         yield group
         if event.requirement is not None:
-            yield [*group, *axes_read(plant, event.requirement)]
+            yield [*group, *variables_read(plant, event.requirement)]
     for condition, _ in plant.invariants:
-        yield list(axes_read(plant, condition))
+        yield list(variables_read(plant, condition))

@@ -24,7 +24,7 @@ from robosc.synthesis.parameters import weight
 __all__ = ["Iterates", "Progress", "SymbolicEngine", "SymbolicSolution"]
 
 _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
-"""Allowed and refused states, and the axes by which they are told apart."""
+"""Allowed and refused states, and the state variables by which they are told apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,9 @@ class SymbolicEngine:
 
     def _place(self, event: EventRelation) -> int:
         """Where an event stands in the variable order: its first variable."""
-        return min((self.encoding.place(axis) for axis in event.reads | event.writes), default=0)
+        return min(
+            (self.encoding.place(variable) for variable in event.reads | event.writes), default=0
+        )
 
     def solve(self) -> SymbolicSolution:
         """The controlled system."""
@@ -211,37 +213,37 @@ class SymbolicEngine:
     def _controlled(self, good: Bdd) -> tuple[list[Sequence[Disjunct]], list[list[int]]]:
         """The disjuncts that stay in ``good``, and which events can set each other going.
 
-        A command's guard is told by as few axes as possible: with all that ``good`` reads, every
-        event would have to be tried again after every other.
+        A command's guard is told by as few state variables as possible: with all that ``good``
+        reads, every event would have to be tried again after every other.
         """
         disjuncts: list[Sequence[Disjunct]] = []
         reads: list[frozenset[int]] = []
         for event in self.events:
-            required, axes = self._permitted[event.number], event.reads
+            required, variables = self._permitted[event.number], event.reads
             if self.plant.events[event.number].controllable:
                 here = good & event.possible & event.required
                 allowed = here & self.required_preimage(event, good)
                 refused = here & ~allowed
                 if refused != self.manager.false:
                     guard, needed = self._narrow(allowed, refused)
-                    required, axes = _guarded(required, guard), axes | needed
+                    required, variables = _guarded(required, guard), variables | needed
             disjuncts.append(required)
-            reads.append(axes)
+            reads.append(variables)
         return disjuncts, related_events(self.events, reads)
 
     def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
-        """A condition that tells two sets apart, and the few axes that it reads."""
+        """A condition that tells two sets apart, and the few state variables that it reads."""
         self.manager.collect_garbage()
 
-        def without(left: _Narrowed, axes: Sequence[int]) -> _Narrowed | None:
-            cube = self.encoding.now(axes)
+        def without(left: _Narrowed, variables: Sequence[int]) -> _Narrowed | None:
+            cube = self.encoding.now(variables)
             some, none = (self.manager.exists(states, cube) for states in left[:2])
             if some & none != self.manager.false:
                 return None
-            return some, none, left[2].difference(axes)
+            return some, none, left[2].difference(variables)
 
-        axes = sorted(range(len(self.plant.variables)), key=self.encoding.place)
-        found = drop(axes, (allowed, refused, frozenset(axes)), without)
+        variables = sorted(range(len(self.plant.variables)), key=self.encoding.place)
+        found = drop(variables, (allowed, refused, frozenset(variables)), without)
         return found[0], found[2]
 
     # --- fixpoints

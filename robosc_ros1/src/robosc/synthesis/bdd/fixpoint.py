@@ -68,8 +68,9 @@ class Fixpoint:
     ) -> Bdd:
         """Return the least fixpoint above ``states`` of the steps of all disjuncts.
 
-        That events which share no axis need not be tried again is exact for the disjuncts alone,
-        but a set that steps are confined to may couple them; so a pass over all has the last word.
+        That events which share no state variable need not be tried again is exact for the disjuncts
+        alone, but a set that steps are confined to may couple them; so a pass over all has the last
+        word.
         """
         active = [
             n for n in range(len(disjuncts)) if any(not disjunct.stays for disjunct in disjuncts[n])
@@ -163,15 +164,15 @@ class Fixpoint:
 def related_events(
     events: Sequence[EventRelation], reads: Sequence[frozenset[int]]
 ) -> list[list[int]]:
-    """Per event those that share an axis with it which one of the two writes."""
+    """Per event those that share a state variable with it which one of the two writes."""
     users: dict[int, set[int]] = {}
-    for event, axes in zip(events, reads, strict=True):
-        for axis in axes | event.writes:
-            users.setdefault(axis, set()).add(event.number)
+    for event, variables in zip(events, reads, strict=True):
+        for variable in variables | event.writes:
+            users.setdefault(variable, set()).add(event.number)
     related: list[set[int]] = [set() for _ in events]
     for event in events:
-        for axis in event.writes:
-            for other in users[axis] - {event.number}:
+        for variable in event.writes:
+            for other in users[variable] - {event.number}:
                 related[event.number].add(other)
                 related[other].add(event.number)
     return [sorted(others) for others in related]

@@ -2,11 +2,11 @@
 
 The transition relation of an event is a disjunction, kept as its *disjuncts* (Burch, Clarke & Long,
 "Symbolic model checking with partitioned transition relations", VLSI 1991). A disjunct that gives
-axes constant values needs no variables for the state afterwards: its image quantifies those axes
-away and conjoins the new values. Only where that would make too many disjuncts (a counter, many
-automata with a choice each) do a disjunct's axes use the variables beside, as a relation
-between old and new values. Axes that an event does not write do not occur, so nothing says that
-they stay.
+state variables constant values needs no variables for the state afterwards: its image quantifies
+those state variables away and conjoins the new values. Only where that would make too many
+disjuncts (a counter, many automata with a choice each) do a disjunct's state variables use the
+variables beside, as a relation between old and new values. State variables that an event does not
+write do not occur, so nothing says that they stay.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from robosc.ir.automaton import Edge, LocalAutomaton
 from robosc.ir.step import missing_together
 from robosc.model.expr import TRUE
-from robosc.synthesis.bdd.encoding import Encoding, axes_read
+from robosc.synthesis.bdd.encoding import Encoding, variables_read
 from robosc.synthesis.bdd.manager import Bdd, Renaming
 from robosc.synthesis.bdd.partition import Partition
 
@@ -34,9 +34,9 @@ Measured: a counter is seven times faster as a relation, a choice of two or thre
 class Disjunct:
     """``relation`` is over the state before and over the values afterwards of ``moved``.
 
-    ``target`` are the values afterwards of the other axes that are written. ``written`` and
-    ``fixed`` are these axes' variables, ``after`` those of ``moved`` afterwards. ``stays``:
-    it writes nothing.
+    ``target`` are the values afterwards of the other state variables that are written. ``written``
+    and ``fixed`` are these state variables' variables, ``after`` those of ``moved`` afterwards.
+    ``stays``: it writes nothing.
     """
 
     relation: Bdd
@@ -55,7 +55,7 @@ class EventRelation:
 
     ``possible`` is where the plant can do it with at least one value; ``range_violation`` where a
     range is left with at least one; ``occurring`` the same as ``possible`` with the parameters as
-    further variables. ``reads`` and ``writes`` are axes.
+    further variables. ``reads`` and ``writes`` are state variables.
     """
 
     number: int
@@ -70,7 +70,10 @@ class EventRelation:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Case:
-    """One way to take part, over state and parameters: ``constants`` are new values by axis."""
+    """One way to take part, over state and parameters.
+
+    ``constants`` are new values by state variable.
+    """
 
     relation: Bdd
     constants: tuple[tuple[int, int], ...]
@@ -187,10 +190,10 @@ class Relations:
         return _LocalRelation(self._merge(cases), everywhere, everywhere & ~manager.union(outside))
 
     def _edge(
-        self, edge: Edge, axis: int, here: Bdd, event: int, outside: list[Bdd]
+        self, edge: Edge, variable: int, here: Bdd, event: int, outside: list[Bdd]
     ) -> list[_Case]:
         """The cases of an edge where it is taken; ``outside`` gets where it leaves a range."""
-        constants = ((axis, edge.target),) if edge.target != edge.source else ()
+        constants = ((variable, edge.target),) if edge.target != edge.source else ()
         cases = [_Case(here, constants, frozenset())]
         for written, partition in self._assigned(edge, event).items():
             values = self.encoding.plant.variables[written].values
@@ -207,31 +210,31 @@ class Relations:
         return cases
 
     def _assigned(self, edge: Edge, event: int) -> dict[int, Partition]:
-        """What an edge assigns, by axis.
+        """What an edge assigns, by state variable.
 
-        Of several assignments to one axis the last one that is defined counts; a value outside the
-        range counts wherever it stands, so it is kept beside.
+        Of several assignments to one state variable the last one that is defined counts; a value
+        outside the range counts wherever it stands, so it is kept beside.
         """
         found: dict[int, Partition] = {}
-        for axis, expr in edge.updates:
+        for variable, expr in edge.updates:
             partition = self.encoding.partition(expr, event)
-            if axis in found:
-                values = self.encoding.plant.variables[axis].values
+            if variable in found:
+                values = self.encoding.plant.variables[variable].values
                 partition = [
                     (first if keep else second, both)
-                    for first, states in found[axis]
+                    for first, states in found[variable]
                     for second, others in partition
                     if (both := states & others) != self.manager.false
                     for keep in [second is None or (first is not None and first not in values)]
                 ]
-            found[axis] = partition
+            found[variable] = partition
         return found
 
     def _merge(self, cases: Iterable[_Case]) -> list[_Case]:
         """Cases with the same effect in one; those that never happen left out."""
         found: dict[tuple[frozenset[tuple[int, int]], frozenset[int]], list[Bdd]] = {}
         for case in cases:
-            # Of two assignments to one axis the later one counts.
+            # Of two assignments to one state variable the later one counts.
             constants = frozenset(dict(case.constants).items())
             found.setdefault((constants, case.moved), []).append(case.relation)
         united = [(effect, self.manager.union(sets)) for effect, sets in found.items()]
@@ -242,18 +245,18 @@ class Relations:
         ]
 
     def _as_relation(self, cases: Sequence[_Case]) -> _Case:
-        """All cases in one that says for each axis what it is afterwards."""
-        written = {axis for case in cases for axis, _ in case.constants}
+        """All cases in one that says for each state variable what it is afterwards."""
+        written = {variable for case in cases for variable, _ in case.constants}
         moved = written.union(*(case.moved for case in cases))
         relations = []
         for case in cases:
             relation = case.relation
             constants = dict(case.constants)
-            for axis in sorted(moved - case.moved):
-                if axis in constants:
-                    relation = relation & self.encoding.value_after(axis, constants[axis])
+            for variable in sorted(moved - case.moved):
+                if variable in constants:
+                    relation = relation & self.encoding.value_after(variable, constants[variable])
                 else:
-                    relation = relation & self.encoding.unchanged(axis)
+                    relation = relation & self.encoding.unchanged(variable)
             relations.append(relation)
         return _Case(self.manager.union(relations), (), frozenset(moved))
 
@@ -266,9 +269,9 @@ class Relations:
         targets: dict[tuple[Bdd, tuple[int, ...], frozenset[int]], list[Bdd]] = {}
         for case in self._merge(bare):
             target = self.manager.true
-            for axis, index in case.constants:
-                target = target & self.encoding.value(axis, index)
-            fixed = tuple(axis for axis, _ in case.constants)
+            for variable, index in case.constants:
+                target = target & self.encoding.value(variable, index)
+            fixed = tuple(variable for variable, _ in case.constants)
             targets.setdefault((case.relation, fixed, case.moved), []).append(target)
         return [
             self._disjunct(relation, fixed, moved, self.manager.union(several))
@@ -292,7 +295,7 @@ class Relations:
         )
 
     def _touched(self, number: int) -> tuple[frozenset[int], frozenset[int]]:
-        """The axes that an event reads (its requirement's too) and those that it writes."""
+        """The state variables that an event and its requirement read, and those that it writes."""
         plant = self.encoding.plant
         event = plant.events[number]
         reads: set[int] = set()
@@ -301,15 +304,15 @@ class Relations:
             reads.add(event.phase.variable)
             writes.add(event.phase.variable)
         if event.requirement is not None:
-            reads |= axes_read(plant, event.requirement)
+            reads |= variables_read(plant, event.requirement)
         for automaton in event.automata:
             reads.add(automaton.variable)
             for edge in automaton.edges:
                 if edge.guard is not None:
-                    reads |= axes_read(plant, edge.guard)
+                    reads |= variables_read(plant, edge.guard)
                 if edge.target != edge.source:
                     writes.add(automaton.variable)
-                for axis, expr in edge.updates:
-                    writes.add(axis)
-                    reads |= axes_read(plant, expr)
+                for variable, expr in edge.updates:
+                    writes.add(variable)
+                    reads |= variables_read(plant, expr)
         return frozenset(reads), frozenset(writes)

@@ -100,7 +100,7 @@ class SymbolicSystem:
     def _predecessor(self, layer: Bdd, target: PlantState) -> PlantState:
         after = self.encoding.state(target)
         initial = self.plant.initial
-        moved = {axis for axis, value in enumerate(target) if value != initial[axis]}
+        moved = {variable for variable, value in enumerate(target) if value != initial[variable]}
         # The last event on a shortest path has most likely done something that shows.
         for event in sorted(self.engine.events, key=lambda e: e.writes.isdisjoint(moved)):
             before = self.engine.required_preimage(event, after) & layer

@@ -61,8 +61,8 @@ def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
     enabled = solution.enabled(relation)
     possible = solution.possible(relation)
     required = possible & relation.required
-    axes = tuple(range(len(plant.variables)))
-    care_set = partial(BddCareSet, encoding, axes, enabled)
+    variables = tuple(range(len(plant.variables)))
+    care_set = partial(BddCareSet, encoding, variables, enabled)
     inputs = GuardInputs(
         required=encoding.count(required),
         enabled=encoding.count(enabled),
@@ -81,7 +81,7 @@ def _required(event: Event) -> Expr:
 
 
 def _too_large(plant: Plant, memory: int) -> StateSpaceError:
-    names = contributors((axis.name, axis.size) for axis in plant.variables)
+    names = contributors((variable.name, variable.size) for variable in plant.variables)
     return StateSpaceError(
         f"the symbolic engine ran out of the {memory // 2**20} MB that it may use. The largest"
         f" contributors are {names}: narrow their ranges, or drop variables that no condition needs"

@@ -41,16 +41,18 @@ class DenseCareSet:
 
     @property
     def parts(self) -> tuple[tuple[int, ...], ...]:
-        return tuple(dim.axes for dim in self.dims)
+        return tuple(dim.variables for dim in self.dims)
 
     @property
     def size(self) -> int:
-        return prod(self.plant.variables[axis].size for dim in self.dims for axis in dim.axes)
+        return prod(
+            self.plant.variables[variable].size for dim in self.dims for variable in dim.variables
+        )
 
     def without(self, parts: Sequence[tuple[int, ...]]) -> DenseCareSet | None:
         dims, allowed, refused = self.dims, self.allowed, self.refused
         for part in parts:
-            place = next(number for number, dim in enumerate(dims) if dim.axes == part)
+            place = next(number for number, dim in enumerate(dims) if dim.variables == part)
             allowed, refused = _forget(allowed, dims, place), _forget(refused, dims, place)
             dims = dims[:place] + dims[place + 1 :]
             if np.logical_and(allowed, refused).any():
@@ -104,52 +106,55 @@ class DenseCareSet:
         return DenseCareSet(self.plant, dims, flags[0], flags[1])
 
     def separates(self, condition: Expr) -> bool:
-        axes = support(self.plant, condition)
-        if not set(axes) <= {axis for dim in self.dims for axis in dim.axes}:
+        variables = support(self.plant, condition)
+        if not set(variables) <= {variable for dim in self.dims for variable in dim.variables}:
             return False
         for states, expected in ((self.allowed, True), (self.refused, False)):
             for start in range(0, len(states), _MOST_ROWS):
                 values = self._values(start + np.flatnonzero(states[start : start + _MOST_ROWS]))
-                found = evaluate_vectorised(self.plant, condition, {a: values[a] for a in axes})
+                found = evaluate_vectorised(
+                    self.plant, condition, {a: values[a] for a in variables}
+                )
                 if not (found.astype(np.bool_) == expected).all():
                     return False
         return True
 
     def _values(self, places: Indexes) -> dict[int, Indexes]:
-        """The values per axis of states at some places."""
+        """The values per state variable of states at some places."""
         return {
-            axis: dim.table[positions, number]
+            variable: dim.table[positions, number]
             for dim, positions in zip(self.dims, self._columns(places), strict=True)
-            for number, axis in enumerate(dim.axes)
+            for number, variable in enumerate(dim.variables)
         }
 
     def condition(self, order: Callable[[int], Any]) -> Expr:
-        axes = tuple(sorted(axis for dim in self.dims for axis in dim.axes))
+        variables = tuple(sorted(variable for dim in self.dims for variable in dim.variables))
         if self.size <= LARGEST_TABLE:
-            shape = tuple(self.plant.variables[axis].size for axis in axes)
+            shape = tuple(self.plant.variables[variable].size for variable in variables)
             flags = [
-                _table(self._rows(states, axes), shape) for states in (self.allowed, self.refused)
+                _table(self._rows(states, variables), shape)
+                for states in (self.allowed, self.refused)
             ]
-            return condition_of(self.plant, Table(axes, flags[0], flags[1]).reduced(order))
-        allowed, refused = self._rows(self.allowed, axes), self._rows(self.refused, axes)
-        for axis in sorted(axes, key=order):
-            kept = [number for number, other in enumerate(axes) if other != axis]
+            return condition_of(self.plant, Table(variables, flags[0], flags[1]).reduced(order))
+        allowed, refused = self._rows(self.allowed, variables), self._rows(self.refused, variables)
+        for variable in sorted(variables, key=order):
+            kept = [number for number, other in enumerate(variables) if other != variable]
             fewer = _distinct(allowed[:, kept]), _distinct(refused[:, kept])
             if len(_distinct(np.concatenate(fewer))) == len(fewer[0]) + len(fewer[1]):
-                axes = tuple(axes[number] for number in kept)
+                variables = tuple(variables[number] for number in kept)
                 allowed, refused = fewer
-        diagrams = Diagrams([self.plant.variables[axis].size for axis in axes])
+        diagrams = Diagrams([self.plant.variables[variable].size for variable in variables])
         sets = diagrams.of_rows(_distinct(allowed)), diagrams.of_rows(_distinct(refused))
-        return condition_of_products(self.plant, axes, diagrams, *sets)
+        return condition_of_products(self.plant, variables, diagrams, *sets)
 
-    def _rows(self, states: Bools, axes: Sequence[int]) -> Indexes:
+    def _rows(self, states: Bools, variables: Sequence[int]) -> Indexes:
         if np.count_nonzero(states) > _MOST_ROWS:
             raise TooLarge("a guard reads too many values")
         places = np.flatnonzero(states)
         values = self._values(places)
-        rows = np.empty((len(places), len(axes)), np.intp)
-        for column, axis in enumerate(axes):
-            rows[:, column] = values[axis]
+        rows = np.empty((len(places), len(variables)), np.intp)
+        for column, variable in enumerate(variables):
+            rows[:, column] = values[variable]
         return rows
 
 

@@ -19,7 +19,7 @@ __all__ = ["Dim"]
 class Dim:
     """Axes in one dimension: row i of ``table`` are their values at position i."""
 
-    axes: tuple[int, ...]
+    variables: tuple[int, ...]
     table: Indexes
 
     @property
@@ -32,7 +32,7 @@ class Dim:
 
     @cached_property
     def _spread(self) -> tuple[int, ...]:
-        """One more than the largest value of each axis."""
+        """One more than the largest value of each state variable."""
         return tuple(int(n) + 1 for n in self.table.max(axis=0))
 
     @cached_property
@@ -43,18 +43,19 @@ class Dim:
         return codes[order], order
 
     def find(self, columns: Sequence[Indexes]) -> Indexes:
-        """The positions of many rows, each of which must be there; one array per axis."""
+        """The positions of many rows, each of which must be there; one array per state variable."""
         codes, order = self._codes
         found = np.searchsorted(codes, np.ravel_multi_index(tuple(columns), self._spread))
         return np.asarray(order[found], dtype=np.intp)
 
     def images(self, writes: Mapping[int, Writes]) -> list[tuple[int, ...]]:
-        """Per position, those that writes of the dimension's axes lead to.
+        """Per position, those that writes of the dimension's state variables lead to.
 
         Combinations that the dimension leaves out belong to states that are never reached.
         """
         relations = [
-            None if (found := writes.get(axis)) is None else _relation(found) for axis in self.axes
+            None if (found := writes.get(variable)) is None else _relation(found)
+            for variable in self.variables
         ]
         images = []
         for row in self.table.tolist():

@@ -260,10 +260,10 @@ class DenseEngine:
 
     def _marked(self) -> Condition:
         allowed: dict[int, Bools] = {}
-        for number, axis in enumerate(self.plant.variables):
-            if axis.marked is not None:
-                values = np.zeros(axis.size, np.bool_)
-                values[sorted(axis.marked)] = True
+        for number, variable in enumerate(self.plant.variables):
+            if variable.marked is not None:
+                values = np.zeros(variable.size, np.bool_)
+                values[sorted(variable.marked)] = True
                 allowed[number] = values
         return Condition(allowed)
 

@@ -1,10 +1,10 @@
 """States as bits of one array, and the rules of a plant as operations on it.
 
-The array has one dimension (:class:`Dim`) per axis, or per group of axes that depend on each other:
-such a group is *folded* into one dimension that has only the combinations that can occur. Some
-short dimensions, with a product of at most 64, are packed: their combinations are the bits of a
-word. All others are dimensions of an array of words. So a set of states takes little more than a
-bit for each, and an operation on one word moves up to 64 states.
+The array has one dimension (:class:`Dim`) per state variable, or per group of state variables that
+depend on each other: such a group is *folded* into one dimension that has only the combinations
+that can occur. Some short dimensions, with a product of at most 64, are packed: their combinations
+are the bits of a word. All others are dimensions of an array of words. So a set of states takes
+little more than a bit for each, and an operation on one word moves up to 64 states.
 
 The *place* of a state is the number of its bit, counted through the array.
 """
@@ -66,9 +66,9 @@ class Layout:
         self.dims = tuple(dims)
         self.size = prod(dim.size for dim in self.dims)
         self.home = {
-            axis: (number, column)
+            variable: (number, column)
             for number, dim in enumerate(self.dims)
-            for column, axis in enumerate(dim.axes)
+            for column, variable in enumerate(dim.variables)
         }
         self._packed = _packed([dim.size for dim in self.dims])
         self._outer = tuple(n for n in range(len(self.dims)) if n not in self._packed)
@@ -82,12 +82,12 @@ class Layout:
 
     @classmethod
     def plain(cls, plant: Plant) -> Layout:
-        """One dimension per axis."""
+        """One dimension per state variable."""
         return cls(
             plant,
             [
-                Dim((number,), np.arange(axis.size).reshape(-1, 1))
-                for number, axis in enumerate(plant.variables)
+                Dim((number,), np.arange(variable.size).reshape(-1, 1))
+                for number, variable in enumerate(plant.variables)
             ],
         )
 
@@ -118,7 +118,7 @@ class Layout:
         """The place of a state; None if the layout leaves it out as unreachable."""
         place = 0
         for dim, stride in zip(self.dims, self.strides, strict=True):
-            position = dim.positions.get(tuple(state[axis] for axis in dim.axes))
+            position = dim.positions.get(tuple(state[variable] for variable in dim.variables))
             if position is None:
                 return None
             place += position * stride
@@ -128,7 +128,9 @@ class Layout:
         """The places of the initial states, ascending."""
         places = np.zeros(1, dtype=np.intp)
         for dim, stride in zip(self.dims, self.strides, strict=True):
-            starts = product(*(self.plant.variables[axis].start_indexes for axis in dim.axes))
+            starts = product(
+                *(self.plant.variables[variable].start_indexes for variable in dim.variables)
+            )
             positions = np.array([dim.positions[row] for row in starts], dtype=np.intp)
             places = (places[:, None] + positions * stride).reshape(-1)
         return np.sort(places)
@@ -137,8 +139,8 @@ class Layout:
         values = [0] * len(self.plant.variables)
         for number, dim in enumerate(self.dims):
             row = dim.table[self.position(number, place)]
-            for axis, value in zip(dim.axes, row.tolist(), strict=True):
-                values[axis] = value
+            for variable, value in zip(dim.variables, row.tolist(), strict=True):
+                values[variable] = value
         return tuple(values)
 
     def position(self, number: int, places: Indexes | int) -> Indexes:
@@ -155,9 +157,9 @@ class Layout:
         """A set as booleans, flat, with the dimensions in ``order``."""
         return unpack(states, self.bits).reshape(-1)
 
-    def _values(self, axis: int) -> tuple[int, Indexes]:
-        """The dimension of an axis, and the axis's value at each position there."""
-        dim, column = self.home[axis]
+    def _values(self, variable: int) -> tuple[int, Indexes]:
+        """The dimension of a state variable, and its value at each position there."""
+        dim, column = self.home[variable]
         return dim, self.dims[dim].table[:, column]
 
     # --- conditions
@@ -172,8 +174,8 @@ class Layout:
 
     def _where(self, condition: Condition) -> _Where | None:
         found = _Where({}, np.ones(self.bits, np.bool_), [])
-        for axis, values in condition.allowed.items():
-            dim, own = self._values(axis)
+        for variable, values in condition.allowed.items():
+            dim, own = self._values(variable)
             self._restrict(found, dim, values[own])
         for factor in condition.factors:
             grid = self._grid(factor)
@@ -194,23 +196,23 @@ class Layout:
             where.allowed[dim] = positions
 
     def _grid(self, factor: Factor) -> _Grid:
-        """A factor evaluated over the dimensions of its axes, once."""
+        """A factor evaluated over the dimensions of its state variables, once."""
         if id(factor) not in self._grids:
             self._grids[id(factor)] = factor, self._new_grid(factor)
         return self._grids[id(factor)][1]
 
     def _new_grid(self, factor: Factor) -> _Grid:
         """Evaluated in parts: intermediate results are integers, and there may be many."""
-        read = {self.home[axis][0] for axis in factor.axes}
+        read = {self.home[variable][0] for variable in factor.variables}
         dims = tuple(sorted(read.difference(self._packed)))
         shape = tuple(self.dims[dim].size for dim in dims)
         columns: dict[int, Indexes] = {}
-        for axis in factor.axes:
-            dim, values = self._values(axis)
+        for variable in factor.variables:
+            dim, values = self._values(variable)
             if dim in self._positions:
-                columns[axis] = values[self._positions[dim]].reshape([1] * len(dims) + [-1])
+                columns[variable] = values[self._positions[dim]].reshape([1] * len(dims) + [-1])
             else:
-                columns[axis] = values.reshape([-1 if d == dim else 1 for d in dims] + [1])
+                columns[variable] = values.reshape([-1 if d == dim else 1 for d in dims] + [1])
         memory = np.empty(shape, WORD)
         if not dims:
             memory[()] = self._masks(factor, columns, shape)
@@ -238,8 +240,8 @@ class Layout:
         if where is None:
             return []
         by_dim: dict[int, dict[int, Writes]] = {}
-        for axis, writes in rule.writes.items():
-            by_dim.setdefault(self.home[axis][0], {})[axis] = writes
+        for variable, writes in rule.writes.items():
+            by_dim.setdefault(self.home[variable][0], {})[variable] = writes
         images = {dim: self.dims[dim].images(writes) for dim, writes in by_dim.items()}
         rectangles = {
             dim: _rectangles(found, where.allowed.pop(dim, None))

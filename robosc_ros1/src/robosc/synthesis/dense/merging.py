@@ -27,33 +27,35 @@ Writes: TypeAlias = tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Factor:
-    """A test over several axes: a boolean array for any columns of them."""
+    """A test over several state variables: a boolean array for any columns of them."""
 
-    axes: tuple[int, ...]
+    variables: tuple[int, ...]
     test: Callable[[IndexArrays], Bools]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Condition:
-    """All of: the value of each axis in ``allowed`` is permitted, and each factor holds."""
+    """A conjunction: each state variable in ``allowed`` has such a value, and each factor holds."""
 
     allowed: dict[int, Bools]
     factors: tuple[Factor, ...] = ()
 
     def key(self) -> tuple[object, ...]:
         return (
-            tuple((axis, self.allowed[axis].tobytes()) for axis in sorted(self.allowed)),
+            tuple(
+                (variable, self.allowed[variable].tobytes()) for variable in sorted(self.allowed)
+            ),
             tuple(sorted(id(factor) for factor in self.factors)),
         )
 
     def both(self, other: Condition) -> Condition | None:
-        """The conjunction; None if no value of some axis is left."""
+        """The conjunction; None if no value of some state variable is left."""
         allowed = dict(self.allowed)
-        for axis, values in other.allowed.items():
-            kept = allowed[axis] & values if axis in allowed else values
+        for variable, values in other.allowed.items():
+            kept = allowed[variable] & values if variable in allowed else values
             if not kept.any():
                 return None
-            allowed[axis] = kept
+            allowed[variable] = kept
         factors = {id(f): f for f in (*self.factors, *other.factors)}
         return Condition(allowed, tuple(factors.values()))
 
@@ -124,13 +126,16 @@ class Merger:
 
 
 def _product(several: list[dict[int, Writes]]) -> dict[int, Writes] | None:
-    """One write that stands for several, if they are all combinations of writes per axis."""
-    axes = several[0].keys()
-    if any(writes.keys() != axes for writes in several):
+    """One write for several, if they are all combinations of writes per state variable."""
+    variables = several[0].keys()
+    if any(writes.keys() != variables for writes in several):
         return None
-    per_axis = {axis: dict.fromkeys(writes[axis] for writes in several) for axis in axes}
-    if prod(len(each) for each in per_axis.values()) != len(several):
+    per_variable = {
+        variable: dict.fromkeys(writes[variable] for writes in several) for variable in variables
+    }
+    if prod(len(each) for each in per_variable.values()) != len(several):
         return None
     return {
-        axis: _union(each) if len(each) > 1 else next(iter(each)) for axis, each in per_axis.items()
+        variable: _union(each) if len(each) > 1 else next(iter(each))
+        for variable, each in per_variable.items()
     }

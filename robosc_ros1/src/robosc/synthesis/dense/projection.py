@@ -1,10 +1,11 @@
-"""Axes that depend on each other, projected to one dimension before anything is allocated.
+"""State variables that depend on each other, projected to one dimension before anything is
+allocated.
 
 A component often mirrors the phase of its service, and then half of the combinations of the two
-never occur. For a group of axes, the combinations that the plant can reach are over-approximated
-by looking at the group alone: conditions on other axes are taken to hold. What is found is closed
-under every event of the plant, so all reachable states have their combination among it, and the
-others need no place in memory.
+never occur. For a group of state variables, the combinations that the plant can reach are
+over-approximated by looking at the group alone: conditions on other state variables are taken to
+hold. What is found is closed under every event of the plant, so all reachable states have their
+combination among it, and the others need no place in memory.
 """
 
 from __future__ import annotations
@@ -27,20 +28,20 @@ _LARGEST_LOOK = 2**14
 """Groups with more combinations than this are not looked at."""
 _LARGEST_DIM = 256
 _MOST_PAIRS = 20_000
-"""More pairs of axes than this would take minutes to look at."""
+"""More pairs of state variables than this would take minutes to look at."""
 _WORTH = 0.75
 """At most this part of the combinations may be left: long dimensions make more operations."""
 
 
 def projected_layout(plant: Plant, rules: Sequence[EventRules]) -> Layout:
-    """The layout of a plant with dependent axes in common dimensions.
+    """The layout of a plant with dependent state variables in common dimensions.
 
     The size of the layout bounds the memory of the engine and is what ``max_states`` speaks of.
     """
     projector = _Projector(plant, rules)
-    projector.reduce_axes()
+    projector.reduce_variables()
     projector.merge()
-    return Layout(plant, sorted(projector.dims(), key=lambda dim: dim.axes[0]))
+    return Layout(plant, sorted(projector.dims(), key=lambda dim: dim.variables[0]))
 
 
 class _Projector:
@@ -51,24 +52,24 @@ class _Projector:
         self.touched = [
             written | _read(event) for event, written in zip(rules, self.written, strict=True)
         ]
-        # Groups are many and events too: which events write an axis is found once for all.
+        # Groups are many and events too: which events write a state variable is found once for all.
         self.writers: dict[int, list[int]] = {}
         for number, written in enumerate(self.written):
-            for axis in written:
-                self.writers.setdefault(axis, []).append(number)
+            for variable in written:
+                self.writers.setdefault(variable, []).append(number)
         self.dim_of = {
-            number: Dim((number,), np.arange(axis.size).reshape(-1, 1))
-            for number, axis in enumerate(plant.variables)
+            number: Dim((number,), np.arange(variable.size).reshape(-1, 1))
+            for number, variable in enumerate(plant.variables)
         }
 
     def dims(self) -> list[Dim]:
         return list({id(dim): dim for dim in self.dim_of.values()}.values())
 
-    def reduce_axes(self) -> None:
-        """Drop the values that an axis never takes."""
-        for axis, dim in self.dim_of.items():
+    def reduce_variables(self) -> None:
+        """Drop the values that a state variable never takes."""
+        for variable, dim in self.dim_of.items():
             if 1 < dim.size <= _LARGEST_LOOK:
-                self.dim_of[axis] = self._reached([dim])
+                self.dim_of[variable] = self._reached([dim])
 
     def merge(self) -> None:
         """Project groups, the most dependent first, as long as it pays."""
@@ -86,10 +87,10 @@ class _Projector:
                 continue
             joint = self._reached([one, other])
             if joint.size <= _LARGEST_DIM and joint.size <= _WORTH * most:
-                self.dim_of.update(dict.fromkeys(joint.axes, joint))
+                self.dim_of.update(dict.fromkeys(joint.variables, joint))
 
     def _related(self) -> set[tuple[int, int]]:
-        """Pairs of axes of which one event writes one and reads or writes the other.
+        """Pairs of state variables of which one event writes one and reads or writes the other.
 
         Empty if there are too many: one event may assign thousands of variables.
         """
@@ -103,10 +104,12 @@ class _Projector:
 
     def _reached(self, dims: Sequence[Dim]) -> Dim:
         """The combinations of some dimensions that can occur, as one dimension."""
-        axes = tuple(axis for dim in dims for axis in dim.axes)
+        variables = tuple(variable for dim in dims for variable in dim.variables)
         layout = Layout(self.plant, dims)
-        numbers = sorted({number for axis in axes for number in self.writers.get(axis, ())})
-        events = [self._projected(self.rules[number], layout, set(axes)) for number in numbers]
+        numbers = sorted(
+            {number for variable in variables for number in self.writers.get(variable, ())}
+        )
+        events = [self._projected(self.rules[number], layout, set(variables)) for number in numbers]
         states = layout.nothing()
         add(states, layout.starts())
         between = layout.nothing()
@@ -120,12 +123,14 @@ class _Projector:
             dim.table[layout.position(number, reached)] for number, dim in enumerate(layout.dims)
         ]
         table = np.concatenate(columns, axis=1)
-        order = np.argsort(axes)
-        return Dim(tuple(sorted(axes)), table[:, order])
+        order = np.argsort(variables)
+        return Dim(tuple(sorted(variables)), table[:, order])
 
-    def _projected(self, event: EventRules, layout: Layout, axes: set[int]) -> Stages:
+    def _projected(self, event: EventRules, layout: Layout, variables: set[int]) -> Stages:
         return tuple(
-            sweep_order(op for rule in _distinct(stage, axes) for op in layout.operations(rule))
+            sweep_order(
+                op for rule in _distinct(stage, variables) for op in layout.operations(rule)
+            )
             for stage in event.stages
         )
 
@@ -143,25 +148,38 @@ def _apply(stages: Stages, states: Bitset, between: Bitset) -> None:
     np.bitwise_or(states, after, out=states)
 
 
-def _distinct(stage: Iterable[TransitionRule], axes: set[int]) -> list[TransitionRule]:
-    """The rules as far as they concern some axes, each once."""
+def _distinct(stage: Iterable[TransitionRule], variables: set[int]) -> list[TransitionRule]:
+    """The rules as far as they concern some state variables, each once."""
     found: dict[tuple[object, ...], TransitionRule] = {}
     for rule in stage:
         condition = Condition(
-            {axis: values for axis, values in rule.condition.allowed.items() if axis in axes},
-            tuple(factor for factor in rule.condition.factors if axes.issuperset(factor.axes)),
+            {
+                variable: values
+                for variable, values in rule.condition.allowed.items()
+                if variable in variables
+            },
+            tuple(
+                factor
+                for factor in rule.condition.factors
+                if variables.issuperset(factor.variables)
+            ),
         )
-        writes = {axis: write for axis, write in rule.writes.items() if axis in axes}
+        writes = {
+            variable: write for variable, write in rule.writes.items() if variable in variables
+        }
         found[condition.key(), tuple(sorted(writes.items()))] = TransitionRule(condition, writes)
     return list(found.values())
 
 
 def _written(event: EventRules) -> set[int]:
-    return {axis for stage in event.stages for rule in stage for axis in rule.writes}
+    return {variable for stage in event.stages for rule in stage for variable in rule.writes}
 
 
 def _read(event: EventRules) -> set[int]:
     conditions = [rule.condition for stage in event.stages for rule in stage]
-    return {axis for condition in conditions for axis in condition.allowed} | {
-        axis for condition in conditions for factor in condition.factors for axis in factor.axes
+    return {variable for condition in conditions for variable in condition.allowed} | {
+        variable
+        for condition in conditions
+        for factor in condition.factors
+        for variable in factor.variables
     }

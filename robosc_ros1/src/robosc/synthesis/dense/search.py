@@ -1,8 +1,8 @@
 """Shortest paths in a dense solution: breadth first over arrays of states.
 
-A frontier is an array of places in the layout; its states are decoded to one column per axis, and
-each rule is evaluated on all of them at once. Only the layers are kept: a path is found backwards,
-by expanding each layer once more.
+A frontier is an array of places in the layout; its states are decoded to one column per state
+variable, and each rule is evaluated on all of them at once. Only the layers are kept: a path is
+found backwards, by expanding each layer once more.
 """
 
 from __future__ import annotations
@@ -116,11 +116,11 @@ class DenseSystem:
         Only states are tried that differ from it in nothing but what the event writes.
         """
         columns, state = self._columns(layer), self.layout.state(target)
-        changed = [columns[axis] != state[axis] for axis in range(len(state))]
+        changed = [columns[variable] != state[variable] for variable in range(len(state))]
         nothing = np.zeros(len(layer), np.int32)
         differing = sum(changed, nothing)
         for number, written in enumerate(self.plant.writes):
-            near = layer[sum((changed[axis] for axis in written), nothing) == differing]
+            near = layer[sum((changed[variable] for variable in written), nothing) == differing]
             if len(near):
                 start = _Batch(near, self._columns(near), frozenset())
                 for before, after in self._steps(self.solution.engine.steps[number], start):
@@ -157,16 +157,16 @@ class DenseSystem:
         found: dict[int, Indexes] = {}
         for number, dim in enumerate(self.layout.dims):
             rows = dim.table[self.layout.position(number, places)]
-            for column, axis in enumerate(dim.axes):
-                found[axis] = rows[:, column]
+            for column, variable in enumerate(dim.variables):
+                found[variable] = rows[:, column]
         return found
 
     def _after(self, batch: _Batch) -> Indexes:
         """The places of the states that the columns of a batch tell."""
         after = batch.places
-        for number in {self.layout.home[axis][0] for axis in batch.written}:
+        for number in {self.layout.home[variable][0] for variable in batch.written}:
             dim, stride = self.layout.dims[number], self.layout.strides[number]
-            found = dim.find([batch.columns[axis] for axis in dim.axes])
+            found = dim.find([batch.columns[variable] for variable in dim.variables])
             after = after + (found - self.layout.position(number, batch.places)) * stride
         return after
 
@@ -182,8 +182,8 @@ class _Batch:
     def where(self, condition: Condition) -> _Batch:
         """Those that meet a condition."""
         kept = np.ones(len(self.places), np.bool_)
-        for axis, values in condition.allowed.items():
-            kept &= values[self.columns[axis]]
+        for variable, values in condition.allowed.items():
+            kept &= values[self.columns[variable]]
         for factor in condition.factors:
             kept &= factor.test(self.columns)
         return self._only(kept)
@@ -191,16 +191,16 @@ class _Batch:
     def moved(self, rule: TransitionRule) -> Iterator[_Batch]:
         """Where a rule leads those in which it holds, once per combination of new values."""
         batches = [self.where(rule.condition)]
-        for axis, writes in rule.writes.items():
+        for variable, writes in rule.writes.items():
             batches = [
                 written
                 for batch in batches
                 if len(batch.places)
-                for written in batch._written(axis, writes)
+                for written in batch._written(variable, writes)
             ]
         yield from batches
 
-    def _written(self, axis: int, writes: Writes) -> Iterator[_Batch]:
+    def _written(self, variable: int, writes: Writes) -> Iterator[_Batch]:
         """Old values with one new value each are looked up at once; there may be hundreds."""
         most = 1 + max(max(old) for old, _ in writes)
         single = np.full(most, -1)
@@ -211,21 +211,21 @@ class _Batch:
             several = np.zeros(most, np.bool_)
             several[list(old)] = True
             for value in new:
-                yield self._changed(axis, np.where(several, value, -1))
-        yield self._changed(axis, single)
+                yield self._changed(variable, np.where(several, value, -1))
+        yield self._changed(variable, single)
 
-    def _changed(self, axis: int, new: Indexes) -> _Batch:
+    def _changed(self, variable: int, new: Indexes) -> _Batch:
         """With a new value for each old one; without the states that have -1 or none there."""
-        values = self.columns[axis]
+        values = self.columns[variable]
         found = np.full(len(values), -1)
         known = values < len(new)
         found[known] = new[values[known]]
         batch = self._only(found >= 0)
-        columns = {**batch.columns, axis: found[found >= 0]}
-        return _Batch(batch.places, columns, self.written | {axis})
+        columns = {**batch.columns, variable: found[found >= 0]}
+        return _Batch(batch.places, columns, self.written | {variable})
 
     def _only(self, kept: Bools) -> _Batch:
         if kept.all():
             return self
-        columns = {axis: values[kept] for axis, values in self.columns.items()}
+        columns = {variable: values[kept] for variable, values in self.columns.items()}
         return _Batch(self.places[kept], columns, self.written)

@@ -47,7 +47,9 @@ def _ordered_groups(
     graph.add_nodes_from(range(len(automata)))
     reads = [_reads(plant, p) for p in automata]
     takes = [_takes(p) for p in automata]
-    writes = [{p.variable} | {axis for e in p.edges for axis, _ in e.updates} for p in automata]
+    writes = [
+        {p.variable} | {variable for e in p.edges for variable, _ in e.updates} for p in automata
+    ]
     for i in range(len(automata)):
         for j in range(len(automata)):
             if i != j and reads[i] & writes[j]:
@@ -72,7 +74,7 @@ def _expressions(automaton: LocalAutomaton) -> Iterator[Expr]:
 
 
 def _reads(plant: Plant, automaton: LocalAutomaton) -> set[int]:
-    return {axis for expr in _expressions(automaton) for axis in support(plant, expr)}
+    return {variable for expr in _expressions(automaton) for variable in support(plant, expr)}
 
 
 def _takes(automaton: LocalAutomaton) -> set[tuple[str | int, ...]]:

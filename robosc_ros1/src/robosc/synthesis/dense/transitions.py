@@ -1,9 +1,10 @@
-"""The plant's events as conditions and writes over axes: what engines compile further.
+"""The plant's events as conditions and writes over state variables: what engines compile further.
 
 An event in all states is a set of *rules*. A rule has a condition, a conjunction of sets of values
-per axis and of tests over several axes, and what it writes: per axis, which old values lead to
-which new ones. For one combination of parameter values the conditions of an event's rules exclude
-each other; combinations that behave alike share one rule, whose writes are then sets.
+per state variable and of tests over several state variables, and what it writes: per state
+variable, which old values lead to which new ones. For one combination of parameter values the
+conditions of an event's rules exclude each other; combinations that behave alike share one rule,
+whose writes are then sets.
 
 Events with many automata are cut into *stages*, sets of rules that follow one another. No stage
 writes what a later one reads, so the result is that of all at once; within a stage exactly one rule
@@ -52,7 +53,7 @@ _WIDE = 2**16
 class _Option:
     """One way for a component to take part: locations with their targets, guards, updates."""
 
-    axis: int
+    variable: int
     targets: tuple[tuple[int, int], ...]
     fails: tuple[Expr, ...]
     guard: Expr | None
@@ -118,7 +119,7 @@ class Compiler:
         if parts is not None and parts.conjunctive:
             return self._all_of(parts.parts)
         if parts is not None and self.is_wide(expr):
-            # A wide choice becomes cases that exclude each other: each reads fewer axes.
+            # A wide choice becomes cases that exclude each other: each reads fewer state variables.
             return self._either(*parts.parts)
 
         def test(columns: IndexArrays) -> Bools:
@@ -132,31 +133,34 @@ class Compiler:
         return (*self._all_of([first]), *self._all_of([(expr, not polarity), second]))
 
     def _test(
-        self, key: tuple[object, ...], axes: tuple[int, ...], test: Callable[[IndexArrays], Bools]
+        self,
+        key: tuple[object, ...],
+        variables: tuple[int, ...],
+        test: Callable[[IndexArrays], Bools],
     ) -> tuple[Condition, ...]:
         """The condition that a test holds; none if it never does. ``key`` names the test."""
         if key not in self._tests:
-            self._tests[key] = self._new_test(axes, test)
+            self._tests[key] = self._new_test(variables, test)
         found = self._tests[key]
         return () if found is None else (found,)
 
     def _new_test(
-        self, axes: tuple[int, ...], test: Callable[[IndexArrays], Bools]
+        self, variables: tuple[int, ...], test: Callable[[IndexArrays], Bools]
     ) -> Condition | None:
-        if not axes:
+        if not variables:
             return ALWAYS if test({}) else None
-        if len(axes) > 1:
-            return Condition({}, (Factor(axes, test),))
-        (axis,) = axes
-        size = self.plant.variables[axis].size
-        values = np.broadcast_to(test({axis: np.arange(size)}), (size,)).copy()
-        return Condition({axis: values}) if values.any() else None
+        if len(variables) > 1:
+            return Condition({}, (Factor(variables, test),))
+        (variable,) = variables
+        size = self.plant.variables[variable].size
+        values = np.broadcast_to(test({variable: np.arange(size)}), (size,)).copy()
+        return Condition({variable: values}) if values.any() else None
 
-    def _size(self, axes: Iterable[int]) -> int:
-        return prod(self.plant.variables[axis].size for axis in axes)
+    def _size(self, variables: Iterable[int]) -> int:
+        return prod(self.plant.variables[variable].size for variable in variables)
 
-    def _values(self, axis: int, chosen: Sequence[int]) -> Bools:
-        values = np.zeros(self.plant.variables[axis].size, dtype=np.bool_)
+    def _values(self, variable: int, chosen: Sequence[int]) -> Bools:
+        values = np.zeros(self.plant.variables[variable].size, dtype=np.bool_)
         values[list(chosen)] = True
         return values
 
@@ -176,10 +180,10 @@ class Compiler:
             written = dict(writes)
             for option in options:
                 sources = [source for source, _ in option.targets]
-                here = Condition({option.axis: self._values(option.axis, sources)})
+                here = Condition({option.variable: self._values(option.variable, sources)})
                 condition = condition.both(here) if condition is not None else None
                 if any(source != target for source, target in option.targets):
-                    written[option.axis] = as_writes(
+                    written[option.variable] = as_writes(
                         {source: {target} for source, target in option.targets}
                     )
             if condition is not None:
@@ -230,8 +234,8 @@ class Compiler:
             if not conditions:
                 continue
             alternatives: list[tuple[dict[int, Writes], Condition]] = [({}, ALWAYS)]
-            for axis, expr in self._updates(options, chosen):
-                inside, outside = self._update(axis, expr)
+            for variable, expr in self._updates(options, chosen):
+                inside, outside = self._update(variable, expr)
                 yield from _conjoin(conditions, outside)
                 alternatives = [
                     ({**done, **write}, both)
@@ -255,17 +259,17 @@ class Compiler:
             for path in {part.path for part in walk(expr) if isinstance(part, ValueRef)}
         )
         updates = [update for option in options for update in option.updates]
-        written = Counter(axis for axis, _ in updates)
+        written = Counter(variable for variable, _ in updates)
         parameters = {parameter.path: parameter.values for parameter in event.parameters}
         found: dict[int, Writes] = {}
-        for axis, expr in updates:
-            if not isinstance(expr, ValueRef) or read[expr.path] > 1 or written[axis] > 1:
+        for variable, expr in updates:
+            if not isinstance(expr, ValueRef) or read[expr.path] > 1 or written[variable] > 1:
                 continue
-            values, incoming = self.plant.variables[axis].values, parameters[expr.path]
+            values, incoming = self.plant.variables[variable].values, parameters[expr.path]
             if any(value is None or value not in values for value in incoming):
                 continue
             targets = tuple(sorted({values.index(value) for value in incoming}))
-            found[axis] = ((tuple(range(len(values))), targets),)
+            found[variable] = ((tuple(range(len(values))), targets),)
         return found
 
     def _updates(
@@ -273,39 +277,39 @@ class Compiler:
     ) -> Iterator[tuple[int, Expr]]:
         for option in options:
             before: dict[int, Expr] = {}
-            for axis, expr in option.updates:
-                old = before.get(axis) or _reference(self.plant.variables[axis], expr)
+            for variable, expr in option.updates:
+                old = before.get(variable) or _reference(self.plant.variables[variable], expr)
                 update = assigned(expr, chosen, old)
                 if update is not None:
-                    before[axis] = update
-                    yield axis, update
+                    before[variable] = update
+                    yield variable, update
 
     def _update(
-        self, axis: int, expr: Expr
+        self, variable: int, expr: Expr
     ) -> tuple[list[tuple[dict[int, Writes], Condition]], tuple[Condition, ...]]:
         """Writes with the conditions under which they happen, and where the range is left."""
-        size = self.plant.variables[axis].size
+        size = self.plant.variables[variable].size
         everything = tuple(range(size))
-        axes = support(self.plant, expr)
-        indexes = self._indexes_of(axis, expr)
-        if axes == (axis,):
+        variables = support(self.plant, expr)
+        indexes = self._indexes_of(variable, expr)
+        if variables == (variable,):
             column = np.arange(size)
-            new = np.broadcast_to(indexes({axis: column}), (size,))
-            inside = Condition({axis: new >= 0})
+            new = np.broadcast_to(indexes({variable: column}), (size,))
+            inside = Condition({variable: new >= 0})
             rectangles = as_writes({int(v): {int(new[v])} for v in column if new[v] >= 0})
-            outside = (Condition({axis: new < 0}),) if (new < 0).any() else ()
-            return ([({axis: rectangles}, inside)] if rectangles else []), outside
+            outside = (Condition({variable: new < 0}),) if (new < 0).any() else ()
+            return ([({variable: rectangles}, inside)] if rectangles else []), outside
         cases: list[tuple[dict[int, Writes], Condition]] = []
-        for value in self._possible(axis, axes, indexes):
-            conditions = self._index_test(axis, expr, indexes, value)
+        for value in self._possible(variable, variables, indexes):
+            conditions = self._index_test(variable, expr, indexes, value)
             write: Writes = ((everything, (value,)),)
             if value >= 0:
-                cases.extend(({axis: write}, condition) for condition in conditions)
-        return cases, self._index_test(axis, expr, indexes, -1)
+                cases.extend(({variable: write}, condition) for condition in conditions)
+        return cases, self._index_test(variable, expr, indexes, -1)
 
-    def _indexes_of(self, axis: int, expr: Expr) -> Callable[[IndexArrays], NDArray[Any]]:
-        """The index of the value that ``expr`` gives to the axis, -1 outside its range."""
-        values = self.plant.variables[axis].values
+    def _indexes_of(self, variable: int, expr: Expr) -> Callable[[IndexArrays], NDArray[Any]]:
+        """The index of the value that ``expr`` gives a state variable, -1 outside its range."""
+        values = self.plant.variables[variable].values
 
         def indexes(columns: IndexArrays) -> NDArray[Any]:
             result = evaluate_vectorised(self.plant, expr, columns)
@@ -325,26 +329,30 @@ class Compiler:
 
     def _possible(
         self,
-        axis: int,
-        axes: tuple[int, ...],
+        variable: int,
+        variables: tuple[int, ...],
         indexes: Callable[[IndexArrays], NDArray[Any]],
     ) -> list[int]:
         """The indexes that an update can give: exactly if that is cheap to know."""
-        if self._size(axes) > _WIDE:
-            return list(range(self.plant.variables[axis].size))
-        grid = np.ogrid[tuple(slice(self.plant.variables[a].size) for a in axes)] if axes else []
-        return [int(v) for v in np.unique(indexes(dict(zip(axes, grid, strict=True))))]
+        if self._size(variables) > _WIDE:
+            return list(range(self.plant.variables[variable].size))
+        grid = (
+            np.ogrid[tuple(slice(self.plant.variables[a].size) for a in variables)]
+            if variables
+            else []
+        )
+        return [int(v) for v in np.unique(indexes(dict(zip(variables, grid, strict=True))))]
 
     def _index_test(
-        self, axis: int, expr: Expr, indexes: Callable[[IndexArrays], NDArray[Any]], value: int
+        self, variable: int, expr: Expr, indexes: Callable[[IndexArrays], NDArray[Any]], value: int
     ) -> tuple[Condition, ...]:
         if isinstance(expr.type, BooleanType) and value >= 0:
-            return self.condition(expr, bool(self.plant.variables[axis].values[value]))
+            return self.condition(expr, bool(self.plant.variables[variable].values[value]))
 
         def test(columns: IndexArrays) -> Bools:
             return np.asarray(indexes(columns) == value, dtype=np.bool_)
 
-        return self._test((expr, axis, value), support(self.plant, expr), test)
+        return self._test((expr, variable, value), support(self.plant, expr), test)
 
 
 def _reference(variable: StateVariable, assigned: Expr) -> VariableRef | TestRef:

@@ -35,19 +35,20 @@ def why_blocked(stepper: Stepper, state: PlantState, steps: Sequence[Step]) -> B
         return None
     stuck = [
         number
-        for number, axis in enumerate(plant.variables)
-        if axis.marked is not None and not any(state[number] in axis.marked for state in states)
+        for number, variable in enumerate(plant.variables)
+        if variable.marked is not None
+        and not any(state[number] in variable.marked for state in states)
     ]
     if not stuck:
         names = [
             plant.variables[n].name
-            for n, axis in enumerate(plant.variables)
-            if axis.marked is not None and any(s[n] not in axis.marked for s in states)
+            for n, variable in enumerate(plant.variables)
+            if variable.marked is not None and any(s[n] not in variable.marked for s in states)
         ]
         reason = f"{listing(names)} are never in marked states at the same time again"
         return Blocked(reason, None, None)
-    axis = min(stuck, key=lambda n: plant.variables[n].kind is VariableKind.PHASE)
-    return _told(stepper, steps, states, axis)
+    variable = min(stuck, key=lambda n: plant.variables[n].kind is VariableKind.PHASE)
+    return _told(stepper, steps, states, variable)
 
 
 def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
@@ -70,13 +71,13 @@ def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
 
 
 def _told(
-    stepper: Stepper, steps: Sequence[Step], states: Sequence[PlantState], axis: int
+    stepper: Stepper, steps: Sequence[Step], states: Sequence[PlantState], variable: int
 ) -> Blocked:
     plant = stepper.plant
-    places = sorted({state[axis] for state in states})
-    names = [str(plant.variables[axis].values[place]) for place in places]
-    name = plant.variables[axis].name
-    if plant.variables[axis].kind is VariableKind.PHASE:
+    places = sorted({state[variable] for state in states})
+    names = [str(plant.variables[variable].values[place]) for place in places]
+    name = plant.variables[variable].name
+    if plant.variables[variable].kind is VariableKind.PHASE:
         return Blocked(f"{plant.robot.display_names[name]} stays busy for good", None, None)
     if len(places) > 1:
         reason = f"{name} never gets back to a marked state (it stays in {listing(names, 'or')})"
@@ -85,22 +86,24 @@ def _told(
     reason = f"{name} is stuck in {name}.{names[0]}, from where no marked state can be reached"
     behaviour = plant.robot.component(name).behaviour
     assert behaviour is not None
-    return Blocked(reason, _remedy(stepper.plant, steps, axis, place), behaviour.states[place].span)
+    return Blocked(
+        reason, _remedy(stepper.plant, steps, variable, place), behaviour.states[place].span
+    )
 
 
-def _remedy(plant: Plant, steps: Sequence[Step], axis: int, place: int) -> str | None:
-    name = plant.variables[axis].name
-    here = str(plant.variables[axis].values[place])
-    back = plant.variables[axis].initial
+def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> str | None:
+    name = plant.variables[variable].name
+    here = str(plant.variables[variable].values[place])
+    back = plant.variables[variable].initial
     for step in reversed(steps):
         event = step.event
-        edges = _edges(event, axis, place)
+        edges = _edges(event, variable, place)
         synchronised = event.kind.synchronised and edges
         if event.kind.of_component or synchronised or any(edge.guard is None for edge in edges):
             continue
-        origin = _requested_from(plant, event.key, axis, place)
-        if origin is not None and _leaving_by(plant, event.key, axis, place):
-            target = plant.variables[axis].values[origin]
+        origin = _requested_from(plant, event.key, variable, place)
+        if origin is not None and _leaving_by(plant, event.key, variable, place):
+            target = plant.variables[variable].values[origin]
             direction = "to" if event.kind is EventKind.REQUEST else "from"
             added = f"add 'on {event.kind.value} {direction} {event.name} goto {target}'"
             if edges:
@@ -109,15 +112,15 @@ def _remedy(plant: Plant, steps: Sequence[Step], axis: int, place: int) -> str |
     leaving = [
         event
         for event in plant.events
-        if any(edge.target != place for edge in _edges(event, axis, place))
+        if any(edge.target != place for edge in _edges(event, variable, place))
     ]
     if not leaving:
-        target = plant.variables[axis].values[back]
+        target = plant.variables[variable].values[back]
         return f"nothing leaves state {here} of {name}: add a transition, as in 'goto {target}'"
     return None
 
 
-def _requested_from(plant: Plant, key: str, axis: int, place: int) -> int | None:
+def _requested_from(plant: Plant, key: str, variable: int, place: int) -> int | None:
     """The state from which a request led the component here, or else its initial one.
 
     Not where a good result leads: nothing has been achieved.
@@ -127,31 +130,31 @@ def _requested_from(plant: Plant, key: str, axis: int, place: int) -> int | None
         for event in plant.events
         if event.key == key and event.kind is EventKind.REQUEST
         for automaton in event.automata
-        if automaton.variable == axis
+        if automaton.variable == variable
         for edge in automaton.edges
         if edge.target == place
     ]
-    found = (state for state in (*sources, plant.variables[axis].initial) if state != place)
+    found = (state for state in (*sources, plant.variables[variable].initial) if state != place)
     return next(found, None)
 
 
-def _edges(event: Event, axis: int, place: int) -> list[Edge]:
-    """What a component, told by its axis, does on an event in a state."""
+def _edges(event: Event, variable: int, place: int) -> list[Edge]:
+    """What a component, told by its state variable, does on an event in a state."""
     return [
         edge
         for automaton in event.automata
-        if automaton.variable == axis
+        if automaton.variable == variable
         for edge in automaton.edges
         if edge.source == place
     ]
 
 
-def _leaving_by(plant: Plant, key: str, axis: int, place: int) -> list[Edge]:
+def _leaving_by(plant: Plant, key: str, variable: int, place: int) -> list[Edge]:
     """Edges out of a state by other events of a communication."""
     return [
         edge
         for event in plant.events
         if event.key == key and not event.kind.of_component
-        for edge in _edges(event, axis, place)
+        for edge in _edges(event, variable, place)
         if edge.target != place
     ]

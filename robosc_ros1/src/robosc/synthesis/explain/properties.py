@@ -349,8 +349,8 @@ class _Controller:
     def _difference(self, one: PlantState, other: PlantState) -> str:
         told = [
             [
-                f"{axis.name}.{axis.values[state[n]]}"
-                for n, axis in enumerate(self.plant.variables)
+                f"{variable.name}.{variable.values[state[n]]}"
+                for n, variable in enumerate(self.plant.variables)
                 if one[n] != other[n]
             ]
             for state in (one, other)

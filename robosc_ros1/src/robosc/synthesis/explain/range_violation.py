@@ -11,7 +11,7 @@ from robosc.model.types import BooleanType, Value
 from robosc.source import Span
 from robosc.supervisor import Step
 from robosc.synthesis.stepper import Stepper
-from robosc.synthesis.vectorised import axis_of
+from robosc.synthesis.vectorised import variable_of
 
 __all__ = ["Leaving", "leaving_remedy"]
 
@@ -34,9 +34,9 @@ def leaving_remedy(stepper: Stepper, step: Step, state: PlantState) -> Leaving:
                 for parameter, value in zip(step.event.parameters, step.values, strict=True)
                 if parameter.path == leaf.path
             )
-        axis = axis_of(plant, leaf)
-        assert axis is not None
-        value = plant.variables[axis].values[state[axis]]
+        variable = variable_of(plant, leaf)
+        assert variable is not None
+        value = plant.variables[variable].values[state[variable]]
         match leaf:
             case StateRef(state=name):
                 return value == name
@@ -46,14 +46,14 @@ def leaving_remedy(stepper: Stepper, step: Step, state: PlantState) -> Leaving:
 
     for automaton in step.event.automata:
         edge = _taken(automaton, state, lookup)
-        for axis, expr in edge.updates if edge is not None else ():
+        for variable, expr in edge.updates if edge is not None else ():
             try:
                 value = evaluate(expr, lookup)
             except Undefined:
                 continue
-            if value not in plant.variables[axis].values:
+            if value not in plant.variables[variable].values:
                 assert edge is not None
-                return _told(plant, automaton, edge, axis, expr, value, step)
+                return _told(plant, automaton, edge, variable, expr, value, step)
     raise AssertionError("no variable leaves its range")
 
 
@@ -75,14 +75,14 @@ def _told(
     plant: Plant,
     automaton: LocalAutomaton,
     edge: Edge,
-    axis: int,
+    variable: int,
     expr: Expr,
     value: Value,
     step: Step,
 ) -> Leaving:
-    name, values = plant.variables[axis].name, plant.variables[axis].values
+    name, values = plant.variables[variable].name, plant.variables[variable].values
     reason = f"{name} leaves its range {values[0]}..{values[-1]} (it becomes {value})"
-    guard = _preventing(plant, axis, expr)
+    guard = _preventing(plant, variable, expr)
     widen = f"widen the range of {name}"
     if guard is None:
         return Leaving(reason, widen, edge.span)
@@ -96,13 +96,13 @@ def _told(
     return Leaving(reason, remedy, edge.span)
 
 
-def _preventing(plant: Plant, axis: int, expr: Expr) -> Expr | None:
+def _preventing(plant: Plant, index: int, expr: Expr) -> Expr | None:
     """A guard that keeps ``x := x + c`` or ``x := x - c`` inside the range."""
-    values = plant.variables[axis].values
+    values = plant.variables[index].values
     match expr:
         case Binary(
             operator="+" | "-" as op, left=VariableRef() as variable, right=Literal(value=int(by))
-        ) if axis_of(plant, variable) == axis:
+        ) if variable_of(plant, variable) == index:
             shift = by if op == "+" else -by
             low, high = int(values[0]), int(values[-1])
             bound = (high if shift >= 0 else low) - shift

@@ -34,8 +34,8 @@ from robosc.synthesis.verify.steps import (
     EventSteps,
     Grouped,
     Successors,
-    axes_of,
     condition,
+    variables_of,
 )
 
 __all__ = ["DEFAULT_LIMIT", "verify"]
@@ -145,14 +145,14 @@ class _Verifier:
             permitted = required is None or required(state)
             return label, moves, free, permitted
 
-        return Grouped(self._plant, ((e, self._axes(e)) for e in self._order), work_out)
+        return Grouped(self._plant, ((e, self._variables(e)) for e in self._order), work_out)
 
-    def _axes(self, event: int) -> set[int]:
-        axes = set(self._moves[event].axes)
+    def _variables(self, event: int) -> set[int]:
+        variables = set(self._moves[event].variables)
         for expr in (self._required[event], self._guards[event]):
             if expr is not None:
-                axes |= axes_of(self._plant, expr)
-        return axes
+                variables |= variables_of(self._plant, expr)
+        return variables
 
     def found(self) -> Findings:
         self._refuse()
@@ -328,7 +328,7 @@ class _Verifier:
             return None
         changes = Grouped(
             self._plant,
-            ((event, self._moves[event].axes) for event in range(len(self._moves))),
+            ((event, self._moves[event].variables) for event in range(len(self._moves))),
             lambda event, state: [c for _, c in self._moves[event](state) if c] or None,
         )
         todo = [self._coding.encode(state) for state in self._plant.initial_states]
@@ -359,12 +359,12 @@ class _Verifier:
         event = self._plant.events[index]
         if not event.kind.of_component:
             return Step(event, self._moves[index].valuations[values])
-        axis = self._plant.variable_index[VariableKind.LOCATION, event.key]
+        variable = self._plant.variable_index[VariableKind.LOCATION, event.key]
         before = self._coding.decode(code)
         change = dict(self._moves[index](before))[values] or 0
         after = self._coding.decode(code + change)
-        names = self._plant.variables[axis].values
-        return Step(event, (f"{names[before[axis]]}->{names[after[axis]]}",))
+        names = self._plant.variables[variable].values
+        return Step(event, (f"{names[before[variable]]}->{names[after[variable]]}",))
 
 
 def _check_controllable(supervisor: Supervisor) -> Check:

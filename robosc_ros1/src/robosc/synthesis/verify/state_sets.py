@@ -22,10 +22,10 @@ from robosc.synthesis.bdd.manager import Bdd, Manager, Renaming
 from robosc.synthesis.verify.steps import (
     Coding,
     EventSteps,
-    axes_of,
-    axes_read,
     value_in,
     values_read,
+    variables_of,
+    variables_read,
 )
 
 __all__ = ["Relation", "StateSets"]
@@ -35,9 +35,9 @@ _FEW_ROWS: Final = 1 << 10  # beyond, operators are put together: sums have few 
 
 _Values: TypeAlias = tuple[Value | None, ...]
 _Row: TypeAlias = tuple[int, ...]
-"""Values of some axes."""
+"""Values of some state variables."""
 _Effect: TypeAlias = tuple[int | None, ...]
-"""What becomes of the axes that an event writes; None: one stays as it is."""
+"""What becomes of the state variables that an event writes; None: one stays as it is."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,8 +72,11 @@ class _Table:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Local:
-    """An automaton's part in an event: the axes ``written``, the places in the event's values that
-    it ``reads``, and a table for each combination of these."""
+    """An automaton's part in an event, as tables.
+
+    It has the state variables ``written``, the places in the event's values that it ``reads``, and
+    a table for each combination of these.
+    """
 
     written: list[int]
     reads: list[int]
@@ -111,8 +114,8 @@ class StateSets:
     @property
     def initial(self) -> Bdd:
         found = self.manager.true
-        for axis, variable in enumerate(self.plant.variables):
-            found = found & self._rows([axis], [(index,) for index in variable.start_indexes])
+        for index, variable in enumerate(self.plant.variables):
+            found = found & self._rows([index], [(index,) for index in variable.start_indexes])
         return found
 
     def holds(self, expr: Expr) -> Bdd:
@@ -132,15 +135,17 @@ class StateSets:
 
         What reads few combinations of values is looked up; a wider one is put together.
         """
-        axes = sorted(axes_of(self.plant, expr))
-        if self._size(axes) <= _FEW_ROWS or not isinstance(expr, Binary):
+        variables = sorted(variables_of(self.plant, expr))
+        if self._size(variables) <= _FEW_ROWS or not isinstance(expr, Binary):
             rows: dict[Value, list[_Row]] = {}
-            for row in self._combinations(axes):
-                rows.setdefault(value_in(self.plant, expr, self._at(axes, row)), []).append(row)
-            return {value: self._rows(axes, having) for value, having in rows.items()}
+            for row in self._combinations(variables):
+                rows.setdefault(value_in(self.plant, expr, self._at(variables, row)), []).append(
+                    row
+                )
+            return {value: self._rows(variables, having) for value, having in rows.items()}
         left, right = self._valued(expr.left), self._valued(expr.right)
         if len(left) * len(right) > _MOST_ROWS:
-            raise self._too_many(axes)
+            raise self._too_many(variables)
         found: dict[Value, list[Bdd]] = {}
         for (first, some), (second, others) in product(left.items(), right.items()):
             found.setdefault(expr.operation.scalar(first, second), []).append(some & others)
@@ -185,79 +190,83 @@ class StateSets:
         """What one automaton does in an event, given as an event of its own."""
         steps = EventSteps(self.plant, coding, event)
         (written,) = replace(self.plant, events=(event,)).writes
-        axes = sorted(axes_read(self.plant, event))
+        variables = sorted(variables_read(self.plant, event))
         paths = values_read(event)
         reads = [n for n, parameter in enumerate(event.parameters) if parameter.path in paths]
         found = _Local(sorted(written), reads, {})
         for values in steps.valuations:
             if (read := found.read(values)) not in found.tables:
-                if self._size(axes) * (len(found.tables) + 1) > _MOST_ROWS:
-                    raise self._too_many(axes)
-                found.tables[read] = self._table(steps, axes, found.written, values)
+                if self._size(variables) * (len(found.tables) + 1) > _MOST_ROWS:
+                    raise self._too_many(variables)
+                found.tables[read] = self._table(steps, variables, found.written, values)
         return found
 
     def _table(
-        self, steps: EventSteps, axes: Sequence[int], written: Sequence[int], values: _Values
+        self, steps: EventSteps, variables: Sequence[int], written: Sequence[int], values: _Values
     ) -> _Table:
-        """An axis that is not read either stays or gets the same value whatever it was: two states
-        that differ in it tell which."""
+        """What the event does, by the values that it reads.
+
+        A state variable that is not read either stays or gets the same value whatever it was; two
+        states that differ in it tell which.
+        """
         escapes: list[_Row] = []
         effects: dict[_Effect, list[_Row]] = {}
-        for row in self._combinations(axes):
-            state, other = self._at(axes, row, 0), self._at(axes, row, 1)
+        for row in self._combinations(variables):
+            state, other = self._at(variables, row, 0), self._at(variables, row, 1)
             after = steps.after(state, values)
             if isinstance(after, list):
                 again = steps.after(other, values)
                 effect = tuple(
-                    None if state[axis] != other[axis] and after[axis] != again[axis]
-                    else after[axis]
-                    for axis in written
+                    None
+                    if state[variable] != other[variable] and after[variable] != again[variable]
+                    else after[variable]
+                    for variable in written
                 )  # fmt: skip
                 effects.setdefault(effect, []).append(row)
             elif after == "escapes" and not steps.event.controllable:
                 escapes.append(row)
         return _Table(
-            inside=self._rows(axes, (row for rows in effects.values() for row in rows)),
-            escapes=self._rows(axes, escapes),
+            inside=self._rows(variables, (row for rows in effects.values() for row in rows)),
+            escapes=self._rows(variables, escapes),
             steps=self.manager.union(
-                self._rows(axes, rows) & self._after(written, effect)
+                self._rows(variables, rows) & self._after(written, effect)
                 for effect, rows in effects.items()
             ),
         )
 
-    def _size(self, axes: Iterable[int]) -> int:
-        return prod(self.plant.variables[axis].size for axis in axes)
+    def _size(self, variables: Iterable[int]) -> int:
+        return prod(self.plant.variables[variable].size for variable in variables)
 
-    def _combinations(self, axes: Sequence[int]) -> Iterator[_Row]:
-        if self._size(axes) > _MOST_ROWS:
-            raise self._too_many(axes)
-        return product(*(range(self.plant.variables[axis].size) for axis in axes))
+    def _combinations(self, variables: Sequence[int]) -> Iterator[_Row]:
+        if self._size(variables) > _MOST_ROWS:
+            raise self._too_many(variables)
+        return product(*(range(self.plant.variables[variable].size) for variable in variables))
 
-    def _too_many(self, axes: Sequence[int]) -> StateSpaceError:
-        names = ", ".join(self.plant.variables[axis].name for axis in axes[:5])
+    def _too_many(self, variables: Sequence[int]) -> StateSpaceError:
+        names = ", ".join(self.plant.variables[variable].name for variable in variables[:5])
         return StateSpaceError(
             f"verification stops at {_MOST_ROWS} combinations of values of {names}"
         )
 
-    def _at(self, axes: Sequence[int], row: _Row, rest: int = 0) -> PlantState:
+    def _at(self, variables: Sequence[int], row: _Row, rest: int = 0) -> PlantState:
         """The state with some values; all others are ``rest`` where they can be."""
         state = [min(rest, variable.size - 1) for variable in self.plant.variables]
-        for axis, value in zip(axes, row, strict=True):
-            state[axis] = value
+        for index, value in zip(variables, row, strict=True):
+            state[index] = value
         return tuple(state)
 
-    def _rows(self, axes: Sequence[int], rows: Iterable[_Row]) -> Bdd:
-        """The states in which some axes, in ascending order, have the values of one of the rows."""
-        if not axes:
+    def _rows(self, variables: Sequence[int], rows: Iterable[_Row]) -> Bdd:
+        """The states in which state variables, ascending, have the values of one of the rows."""
+        if not variables:
             return self.manager.true if any(True for _ in rows) else self.false
         by_value: dict[int, list[_Row]] = {}
         for row in rows:
             by_value.setdefault(row[0], []).append(row[1:])
         same: dict[Bdd, list[int]] = {}
         for value, below in by_value.items():
-            same.setdefault(self._rows(axes[1:], below), []).append(value)
+            same.setdefault(self._rows(variables[1:], below), []).append(value)
         return self.manager.union(
-            below & self.manager.union(self._value(self._bits[axes[0]], v) for v in values)
+            below & self.manager.union(self._value(self._bits[variables[0]], v) for v in values)
             for below, values in same.items()
         )
 
@@ -269,11 +278,11 @@ class StateSets:
 
     def _after(self, written: Sequence[int], effect: _Effect) -> Bdd:
         found = self.manager.true
-        for axis, value in zip(reversed(written), reversed(effect), strict=True):
+        for variable, value in zip(reversed(written), reversed(effect), strict=True):
             if value is not None:
-                found = self._value([bit + 1 for bit in self._bits[axis]], value) & found
+                found = self._value([bit + 1 for bit in self._bits[variable]], value) & found
                 continue
-            for bit in reversed(self._bits[axis]):
+            for bit in reversed(self._bits[variable]):
                 now, after = (self.manager.literal(b, True) for b in (bit, bit + 1))
                 found = ~(now ^ after) & found
         return found
@@ -281,9 +290,9 @@ class StateSets:
     @property
     def marked(self) -> Bdd:
         found = self.manager.true
-        for axis, variable in enumerate(self.plant.variables):
+        for index, variable in enumerate(self.plant.variables):
             if variable.marked is not None:
-                found = found & self._rows([axis], [(value,) for value in variable.marked])
+                found = found & self._rows([index], [(value,) for value in variable.marked])
         return found
 
     def count(self, states: Bdd) -> int:

@@ -1,8 +1,8 @@
 """Single steps of a plant for the independent checker: what an event does in one state.
 
-A state is one integer here, its axes in mixed radix, so that a step is an addition. What an event
-does depends on few axes; it is worked out by the book (:mod:`robosc.ir.automaton`) once for each
-combination of their values and looked up afterwards.
+A state is one integer here, its state variables in mixed radix, so that a step is an addition. What
+an event does depends on few state variables; it is worked out by the book
+(:mod:`robosc.ir.automaton`) once for each combination of their values and looked up afterwards.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ __all__ = [
     "EventSteps",
     "Grouped",
     "Successors",
-    "axes_of",
-    "axes_read",
+    "variables_of",
+    "variables_read",
     "condition",
     "value_in",
     "values_read",
@@ -53,16 +53,17 @@ where an assignment would leave its range."""
 
 _Values: TypeAlias = tuple[Value | None, ...]
 _Parameters: TypeAlias = dict[tuple[str | int, ...], Value | None]
-_CHUNK = 4096  # states of one remembered part of the axes
+_CHUNK = 4096  # states of one remembered part of the state variables
 
 
 class Coding:
-    """States as integers; the last axis counts fastest."""
+    """States as integers; the last state variable counts fastest."""
 
     def __init__(self, plant: Plant) -> None:
-        sizes = [axis.size for axis in plant.variables]
+        sizes = [variable.size for variable in plant.variables]
         self.strides = [prod(sizes[i + 1 :]) for i in range(len(sizes))]
-        # The axes in runs that are decoded together, each run with the product of its sizes.
+        # The state variables in runs that are decoded together, each run with the product of its
+        # sizes.
         self._runs: list[tuple[int, list[int], dict[int, PlantState]]] = []
         run: list[int] = []
         for size in reversed(sizes):
@@ -94,23 +95,23 @@ def _digits(number: int, sizes: list[int]) -> PlantState:
     return tuple(reversed(digits))
 
 
-def _size(plant: Plant, axes: Iterable[int]) -> int:
-    return prod(plant.variables[axis].size for axis in axes)
+def _size(plant: Plant, variables: Iterable[int]) -> int:
+    return prod(plant.variables[variable].size for variable in variables)
 
 
-def _getter(axes: Iterable[int]) -> Callable[[PlantState], Any]:
-    chosen = sorted(axes)
+def _getter(variables: Iterable[int]) -> Callable[[PlantState], Any]:
+    chosen = sorted(variables)
     return itemgetter(*chosen) if chosen else lambda state: ()
 
 
 def condition(plant: Plant, expr: Expr) -> Condition:
     """A function that evaluates a condition over the state.
 
-    What reads few axes is evaluated once per combination of their values; a wider condition is
-    taken apart at its operators.
+    What reads few state variables is evaluated once per combination of their values; a wider
+    condition is taken apart at its operators.
     """
-    axes = axes_of(plant, expr)
-    if _size(plant, axes) > _CHUNK:
+    variables = variables_of(plant, expr)
+    if _size(plant, variables) > _CHUNK:
         match expr:
             case Unary(operator="!", operand=operand):
                 inner = condition(plant, operand)
@@ -122,7 +123,7 @@ def condition(plant: Plant, expr: Expr) -> Condition:
                 if operator == "or":
                     return lambda state: first(state) or second(state)
                 return lambda state: not first(state) or second(state)
-    key, known = _getter(axes), dict[Any, bool]()
+    key, known = _getter(variables), dict[Any, bool]()
 
     def remembered(state: PlantState) -> bool:
         here = key(state)
@@ -137,8 +138,8 @@ def condition(plant: Plant, expr: Expr) -> Condition:
 class Grouped(Generic[T]):
     """A function of single events, remembered for groups of them; results of None are left out.
 
-    Events that touch few axes between them share one table, so that a state costs one look-up per
-    group. An event that touches many is worked out anew in each state.
+    Events that touch few state variables between them share one table, so that a state costs one
+    look-up per group. An event that touches many is worked out anew in each state.
     """
 
     def __init__(
@@ -152,15 +153,15 @@ class Grouped(Generic[T]):
         self._wide: list[int] = []
         group: list[int] = []
         shared: set[int] = set()
-        for event, axes in events:
-            if _size(plant, axes) > _CHUNK:
+        for event, variables in events:
+            if _size(plant, variables) > _CHUNK:
                 self._wide.append(event)
                 continue
-            if _size(plant, shared | axes) > _CHUNK:
+            if _size(plant, shared | variables) > _CHUNK:
                 self._groups.append((_getter(shared), group, {}))
                 group, shared = [], set()
             group.append(event)
-            shared |= axes
+            shared |= variables
         self._groups.append((_getter(shared), group, {}))
 
     def __call__(self, state: PlantState) -> Iterator[T]:
@@ -188,11 +189,11 @@ class EventSteps:
         self.valuations = [
             v for v in product(*(p.values for p in event.parameters)) if _fit(event, v)
         ]
-        self.axes = _touched(plant, event)
+        self.variables = _touched(plant, event)
         self._plant = plant
         self._coding = coding
-        self._few = _size(plant, self.axes) <= _CHUNK
-        self._key = _getter(self.axes)
+        self._few = _size(plant, self.variables) <= _CHUNK
+        self._key = _getter(self.variables)
         self._known: dict[Any, Successors] = {}
 
     def __call__(self, state: PlantState) -> Successors:
@@ -248,15 +249,15 @@ class EventSteps:
         self, edge: Edge, state: PlantState, parameters: _Parameters, after: list[int]
     ) -> bool:
         """Whether all assignments stay in their ranges; an undefined one changes nothing."""
-        for axis, expr in edge.updates:
+        for variable, expr in edge.updates:
             try:
                 value = evaluate(expr, _lookup(self._plant, state, parameters))
             except Undefined:
                 continue
-            values = self._plant.variables[axis].values
+            values = self._plant.variables[variable].values
             if value not in values:
                 return False
-            after[axis] = values.index(value)
+            after[variable] = values.index(value)
         return True
 
 
@@ -292,8 +293,8 @@ def _lookup(
         if isinstance(leaf, ValueRef):
             return parameters[leaf.path]
         assert not isinstance(leaf, ElementRef | ParameterRef)
-        axis = _axis_of(plant, leaf)
-        value = plant.variables[axis].values[state[axis]]
+        variable = _variable_of(plant, leaf)
+        value = plant.variables[variable].values[state[variable]]
         if isinstance(leaf, StateRef):
             return value == leaf.state
         return value == leaf.phase if isinstance(leaf, PhaseRef) else value
@@ -301,7 +302,7 @@ def _lookup(
     return look
 
 
-def _axis_of(plant: Plant, leaf: VariableRef | TestRef | StateRef | PhaseRef) -> int:
+def _variable_of(plant: Plant, leaf: VariableRef | TestRef | StateRef | PhaseRef) -> int:
     match leaf:
         case TestRef(name=name):
             return plant.variable_index[VariableKind.TEST, name]
@@ -312,10 +313,10 @@ def _axis_of(plant: Plant, leaf: VariableRef | TestRef | StateRef | PhaseRef) ->
     return plant.variable_index[VariableKind.PHASE, leaf.communication]
 
 
-def axes_of(plant: Plant, expr: Expr) -> set[int]:
+def variables_of(plant: Plant, expr: Expr) -> set[int]:
     """What a condition over the state reads."""
     return {
-        _axis_of(plant, part)
+        _variable_of(plant, part)
         for part in walk(expr)
         if isinstance(part, VariableRef | TestRef | StateRef | PhaseRef)
     }
@@ -337,22 +338,24 @@ def values_read(event: Event) -> set[tuple[str | int, ...]]:
     return {part.path for expr in read for part in walk(expr) if isinstance(part, ValueRef)}
 
 
-def axes_read(plant: Plant, event: Event) -> set[int]:
+def variables_read(plant: Plant, event: Event) -> set[int]:
     """What decides over an event."""
-    axes = set() if event.phase is None else {event.phase.variable}
+    variables = set() if event.phase is None else {event.phase.variable}
     for automaton in event.automata:
-        axes.add(automaton.variable)
+        variables.add(automaton.variable)
         for edge in automaton.edges:
             if edge.guard is not None:
-                axes |= axes_of(plant, edge.guard)
+                variables |= variables_of(plant, edge.guard)
             for _, expr in edge.updates:
-                axes |= axes_of(plant, expr)
-    return axes
+                variables |= variables_of(plant, expr)
+    return variables
 
 
 def _touched(plant: Plant, event: Event) -> set[int]:
     edges = (edge for automaton in event.automata for edge in automaton.edges)
-    return axes_read(plant, event).union(axis for edge in edges for axis, _ in edge.updates)
+    return variables_read(plant, event).union(
+        variable for edge in edges for variable, _ in edge.updates
+    )
 
 
 def _holds(plant: Plant, expr: Expr, state: PlantState, parameters: _Parameters) -> bool:
