@@ -590,7 +590,7 @@ _ALL = (
         _ROS,
         "unread-field",
         "The real definition has no field of this name. Nothing reads or sends the property, so it"
-        " does no harm.",
+        " has no effect.",
         "datatype object Twist { speed: double }   // linked to geometry_msgs/Twist",
         "Remove the property, or use one of the fields that the hint lists.",
     ),
@@ -765,7 +765,7 @@ _ALL = (
         "The command can never be sent, because something could follow that nobody can prevent"
         " and that must not happen. The message tells the shortest way there.",
         "state grabbing { on response from grab goto idle }   // and if the grab fails?",
-        "Mostly an event is not handled; the hint says which and where.",
+        "Usually some event is not handled; the hint says which and where.",
     ),
     _plant(
         Severity.WARNING,
@@ -773,8 +773,8 @@ _ALL = (
         "The command is allowed less often than its requirements say, because in some states"
         " something could follow that nobody can prevent and that must not happen.",
         "on response from fill do level := level + 1   // level: integer(0..3)",
-        "If that is what is wanted, nothing needs to be done: the controller sees to it. If not,"
-        " the hint says what would lift the restriction.",
+        "If that is what is wanted, nothing needs to be done: the controller takes care of it. If"
+        " not, the hint says what would lift the restriction.",
     ),
     _plant(
         Severity.WARNING,
@@ -820,7 +820,7 @@ _ALL = (
     _plant(
         Severity.WARNING,
         "requirement-never-met",
-        "The requirement holds in no state in which the robot can do what it speaks of.",
+        "The requirement holds in no state in which its commands could happen.",
         "requirement move needs Arm.idle and Arm.busy",
         "Correct the condition.",
     ),
@@ -835,10 +835,10 @@ _ALL = (
     ),
     _plant(
         Severity.WARNING,
-        "endless-settling",
-        "The components' internal transitions can follow one another for ever, and the controller"
-        " takes them as soon as they are possible: it would never come to rest. At run time a"
-        " bound ends that with a safe stop.",
+        "livelock",
+        "The components' internal transitions can follow one another without end (a livelock). The"
+        " controller takes them as soon as they are possible, so it would never wait for an input"
+        " again. At run time a step bound ends that with a safe stop.",
         "state a { transition goto b } state b { transition goto a }",
         "Give one of the transitions a guard that fails after the step.",
     ),
@@ -871,9 +871,9 @@ _ALL = (
     _plant(
         Severity.WARNING,
         "blocking-under-control",
-        "A marked state can be reached, but the controller passes through it: it takes own"
-        " transitions as soon as they are possible, and comes to rest in states that are not"
-        " marked only.",
+        "A marked state can be reached, but the controller passes through it: it takes"
+        " internal transitions as soon as they are possible, and every run to completion ends in a"
+        " state that is not marked.",
         "marked state a { transition goto b } state b {}",
         "Mark the states in which the component does rest, or guard the transitions that leave"
         " the marked ones.",

@@ -18,7 +18,7 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis import compute, synthesize
 from robosc.synthesis.explain import properties as explain_properties
 
-CONTROL = ("endless-settling", "order-matters", "blocking-under-control")
+CONTROL = ("livelock", "order-matters", "blocking-under-control")
 
 
 def behaviour(states: str, other: str = "") -> str:
@@ -259,7 +259,7 @@ def in_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("in_one_piece")
 def test_a_large_system_without_end_is_told() -> None:
     found = supervisor_of(steep_families.restless(18), "dense")
-    assert [d.code for d in found.diagnostics] == ["endless-settling", "properties-unchecked"]
+    assert [d.code for d in found.diagnostics] == ["livelock", "properties-unchecked"]
     assert properties(found) == {"bounded response": False}
     assert found.step_bound is None
 
@@ -278,7 +278,7 @@ def test_a_large_system_whose_automata_end_by_themselves() -> None:
 class TestLargeSystemsSetBySet:
     def test_no_end(self) -> None:
         found = supervisor_of(steep_families.restless(40), "bdd")
-        assert [d.code for d in found.diagnostics] == ["endless-settling"]
+        assert [d.code for d in found.diagnostics] == ["livelock"]
         assert properties(found) == {
             "bounded response": False,
             "confluence": True,

@@ -21,7 +21,7 @@ BEFORE_TIME = -1.0
 
 class Port:
     def now(self) -> float:
-        """Seconds on the clock of the pace: a steady one, or ROS time when that is simulated;
+        """Seconds on the scheduler's clock: a steady one, or ROS time when that is simulated;
         :data:`BEFORE_TIME` before that begins."""
         raise NotImplementedError
 

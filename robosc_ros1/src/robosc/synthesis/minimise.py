@@ -1,5 +1,4 @@
-"""Conditions for a set of combinations of state variable values, as short as a greedy cover makes
-them.
+"""Conditions for a set of combinations of values, as short as a greedy cover makes them.
 
 Two-level minimisation over state variables of several values: a *box* is a set of values per state
 variable. Boxes are grown from single combinations as far as nothing refused gets in, then chosen

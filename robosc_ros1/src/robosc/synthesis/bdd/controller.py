@@ -87,12 +87,12 @@ class SymbolicController:
         """What becomes of the controller's runs to completion."""
         self._run()
         ending = self._leading(self.states & ~self._moving)
-        endless = self._starts & ~ending
+        livelock = self._starts & ~ending
         return Runs(
-            endless=self._chain(endless),
+            livelock=self._chain(livelock),
             differing=self._differing(),
             stuck=self._chain_to_rest(self._rests & ~self._reaching()),
-            longest=None if endless != self._false else self._longest(),
+            longest=None if livelock != self._false else self._longest(),
         )
 
     # --- what the controller does

@@ -47,7 +47,7 @@ _FIRST = 2_000
 
 @dataclass(frozen=True)
 class Properties:
-    """What holds, by name; ``step_bound`` is the longest completion, None: unknown or endless."""
+    """What holds, by name; ``step_bound`` is the longest completion, None: unknown or livelock."""
 
     holds: tuple[tuple[str, bool], ...]
     step_bound: int | None
@@ -80,10 +80,10 @@ def _longest(system: System) -> int | None:
 def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
     """What can be told without walking through all states."""
     bound = _longest(system)
-    endless = None if bound is not None else _Controller(system.plant, guards).endless(_FIRST)
+    livelock = None if bound is not None else _Controller(system.plant, guards).livelock(_FIRST)
     holds: tuple[tuple[str, bool], ...] = ()
-    if bound is not None or endless is not None:
-        holds = ((_NAMES[0], endless is None),)
+    if bound is not None or livelock is not None:
+        holds = ((_NAMES[0], livelock is None),)
     left_out = _NAMES[len(holds) :]
     unchecked = Diagnostic(
         Severity.WARNING,
@@ -93,7 +93,7 @@ def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -
         system.plant.robot.span,
         "narrow the ranges of variables that requirements read, or avoid internal transitions",
     )
-    return Properties(holds, bound, (*([] if endless is None else [endless]), unchecked))
+    return Properties(holds, bound, (*([] if livelock is None else [livelock]), unchecked))
 
 
 def _longest_locally(plant: Plant) -> int | None:
@@ -157,33 +157,33 @@ class _Controller:
     def examine(self) -> Properties:
         self._run()
         diagnostics: list[Diagnostic] = []
-        endless = next((s for s in self.completions.values() if not s.ends), None)
-        if endless is not None:
-            diagnostics.append(self._endless(endless))
+        livelock = next((s for s in self.completions.values() if not s.ends), None)
+        if livelock is not None:
+            diagnostics.append(self._livelock(livelock))
         differing = self._differing()
         if differing is not None:
             diagnostics.append(self._order_matters(*differing))
         stuck = self._stuck()
-        if stuck is not None and endless is None:
+        if stuck is not None and livelock is None:
             diagnostics.append(self._blocking(stuck))
-        answers = (endless is None, differing is None, stuck is None and endless is None)
+        answers = (livelock is None, differing is None, stuck is None and livelock is None)
         holds = tuple(zip(_NAMES, answers, strict=True))
         bound = max(len(s.path) - 1 for s in self.completions.values())
-        return Properties(holds, bound if endless is None else None, tuple(diagnostics))
+        return Properties(holds, bound if livelock is None else None, tuple(diagnostics))
 
     def told(self, runs: Runs, bound: int | None) -> Properties:
         """What was found set by set, in words; ``bound`` is a closer one on completions."""
         diagnostics: list[Diagnostic] = []
-        if runs.endless is not None:
-            diagnostics.append(self._endless(self._follow(runs.endless)))
+        if runs.livelock is not None:
+            diagnostics.append(self._livelock(self._follow(runs.livelock)))
         if runs.differing is not None:
             chain, one, other = runs.differing
             diagnostics.append(self._order_matters(self._follow(chain).path[0], one, other))
-        if runs.stuck is not None and runs.endless is None:
+        if runs.stuck is not None and runs.livelock is None:
             diagnostics.append(self._blocking(self._follow(runs.stuck).rest))
         if bound is None:
             bound = runs.longest
-        ends = runs.endless is None
+        ends = runs.livelock is None
         answers = (ends, runs.differing is None, runs.stuck is None and ends)
         holds = tuple(zip(_NAMES, answers, strict=True))
         return Properties(holds, bound if ends else None, tuple(diagnostics))
@@ -199,11 +199,11 @@ class _Controller:
             self.came[start] = next(path for path in paths if path[-1] == start)
         return self.completions[chain[-1]]
 
-    def endless(self, most: int) -> Diagnostic | None:
+    def livelock(self, most: int) -> Diagnostic | None:
         """A completion that goes round, among the first ones."""
         self._run(most)
         found = next((s for s in self.completions.values() if not s.ends), None)
-        return None if found is None else self._endless(found)
+        return None if found is None else self._livelock(found)
 
     def _run(self, most: int | None = None) -> None:
         """Walk through all completions, or until there are ``most``."""
@@ -228,7 +228,7 @@ class _Controller:
                         self.edges.append((rest, self.completions[after].rest))
 
     def _completed(self, start: PlantState) -> list[PlantState]:
-        """Settle from a state, once; the state at rest if it is a new one."""
+        """Run to completion from a state, once; the state at rest if it is a new one."""
         if start in self.completions:
             return []
         completion = self.completions[start] = self._complete(start)
@@ -320,14 +320,14 @@ class _Controller:
     def _after(self, steps: Sequence[Step]) -> str:
         return f"after {trace_text(steps)}" if steps else "at the start"
 
-    def _endless(self, completion: _Completion) -> Diagnostic:
+    def _livelock(self, completion: _Completion) -> Diagnostic:
         path = completion.path
         begin = path.index(path[-1])
         cycle = self._internal(path[begin:])
         trace = self._trace_to(path[0]) + self._internal(path[: begin + 1])
         return Diagnostic(
             Severity.WARNING,
-            "endless-settling",
+            "livelock",
             f"the internal transitions never end: {self._after(trace)} they repeat"
             f" {trace_text(cycle)}",
             cycle[0].event.span,
