@@ -10,6 +10,8 @@ import argparse
 import contextlib
 import ctypes.util
 import fcntl
+import hashlib
+import itertools
 import json
 import os
 import shutil
@@ -35,7 +37,7 @@ RATE = 25
 sys.path[:0] = [str(ROOT / "robosc_ros1" / "src"), str(ROOT / "robosc_ros1" / "test")]
 
 import reaper  # noqa: E402
-from ros2.ros2_support import Graph, free_domain  # noqa: E402
+from ros2.ros2_support import Graph, free_domain, test_bed  # noqa: E402
 from ros2_bed import GalleryBed  # noqa: E402
 from ros_support import Master, Workspace, master, run_robosc  # noqa: E402
 from table import Table  # noqa: E402
@@ -89,7 +91,6 @@ class Ros1:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        shutil.rmtree(folder, ignore_errors=True)
         self.workspace = Workspace(folder)
         self._master: Master | None = None
 
@@ -136,12 +137,12 @@ class Ros2:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        shutil.rmtree(folder, ignore_errors=True)
-        (folder / "src").mkdir(parents=True)
+        self._bed = GalleryBed(test_bed().folder)
+        (folder / "src").mkdir(parents=True, exist_ok=True)
         self._domain = 0
 
     def build(self, robots: list[str]) -> None:
-        self._bed = GalleryBed.made(with_own=not COMMON.issuperset(robots))
+        self._bed.complete(with_own=not COMMON.issuperset(robots))
         for robot in robots:
             # With the definitions of ROS 2: those of ROS 1 have other names in a duration.
             prefixes = {"AMENT_PREFIX_PATH": self._bed.environment["AMENT_PREFIX_PATH"]}
@@ -221,24 +222,40 @@ def main() -> int:
     started = time.monotonic()
     robots = args.robots or names()
     reaper.watch()
-    ros: Ros1 | Ros2 = (Ros1 if args.ros == 1 else Ros2)(CACHE / f"ros{args.ros}")
-    ros.build(robots)
-    print(f"generated and built in {time.monotonic() - started:.0f} s")
+    kind = Ros1 if args.ros == 1 else Ros2
+    ros: Ros1 | Ros2 = kind(CACHE / f"ros{args.ros}")
+    stamp, made_from = ros.folder / "made-from", sources(robots)
+    if not stamp.is_file() or stamp.read_text(encoding="utf-8") != made_from:
+        shutil.rmtree(ros.folder)
+        ros = kind(ros.folder)
+        ros.build(robots)
+        stamp.write_text(made_from, encoding="utf-8")
+        print(f"generated and built in {time.monotonic() - started:.0f} s")
     failed, table = False, Table()
+    seeds = range(1, args.worlds + 1) if args.worlds else [0]
     with ros.running():
-        for robot in robots:
-            for seed in range(1, args.worlds + 1) if args.worlds else [0]:
-                if args.table and table.has(args.ros, robot, seed):
-                    continue
-                record = CACHE / f"ros{args.ros}-{robot}-{seed}.json"
-                ros.drive(robot, seed, bool(args.worlds), record)
-                run = json.loads(record.read_text(encoding="utf-8"))
-                failed |= tell(run)
-                if args.table:
-                    table.add(args.ros, run)
-                if not args.worlds:
-                    draw(record)
+        for seed, robot in itertools.product(seeds, robots):
+            if args.table and table.has(args.ros, robot, seed):
+                continue
+            record = CACHE / f"ros{args.ros}-{robot}-{seed}.json"
+            ros.drive(robot, seed, bool(args.worlds), record)
+            run = json.loads(record.read_text(encoding="utf-8"))
+            failed |= tell(run)
+            if args.table:
+                table.add(args.ros, run)
+            if not args.worlds:
+                draw(record)
     return int(failed)
+
+
+def sources(robots: list[str]) -> str:
+    """Return a digest of what the robots' packages are generated and built from."""
+    digest = hashlib.sha256(" ".join(robots).encode())
+    folders = HERE, ROOT / "robosc_ros1" / "src", ROOT / "robosc_ros1" / "templates"
+    for file in sorted(file for folder in folders for file in folder.rglob("*")):
+        if file.is_file() and "physics" not in file.parts and file.suffix not in (".pyc", ".csv"):
+            digest.update(file.read_bytes())
+    return digest.hexdigest()
 
 
 def tell(run: dict[str, Any]) -> bool:

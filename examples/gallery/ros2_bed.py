@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 
 import reaper
-from ros2.ros2_support import Bed, build_interfaces, test_bed
+from ros2.ros2_support import Bed, build_interfaces
 
 __all__ = ["GalleryBed"]
 
@@ -40,22 +40,16 @@ class GalleryBed(Bed):
             env[variable] = os.pathsep.join([*more, env[variable]])
         return env | {name: value for name, value in os.environ.items() if name == reaper.MARK}
 
-    @classmethod
-    def made(cls, with_own: bool) -> GalleryBed:
-        """Return it, made if it is not there or no longer what it should be.
+    def complete(self, with_own: bool) -> None:
+        """Make the prefixes that are not there or no longer what they should be.
 
         To build the gallery's own interfaces takes a minute, so not all of its robots have some.
-
-        Raises:
-            Unavailable: ROS 2 cannot be had here.
         """
-        bed = cls(test_bed().folder)
-        once(COMMON, [WHEELS.encode()], bed._unpack_wheels)
+        once(COMMON, [WHEELS.encode()], self._unpack_wheels)
         if with_own:
             files = [GENERATORS, *(f for p in PACKAGES for f in sorted(p.rglob("*.*")))]
             build = [file.read_bytes() for file in files]
-            once(OWN, build, lambda: build_interfaces(bed, PACKAGES, OWN, GENERATORS))
-        return bed
+            once(OWN, build, lambda: build_interfaces(self, PACKAGES, OWN, GENERATORS))
 
     def _unpack_wheels(self) -> None:
         """Make a prefix of what the wheels have for one."""

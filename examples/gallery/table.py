@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import fcntl
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -45,10 +46,12 @@ class Table:
             ros, run["world"], run["seed"], "yes" if run["succeeded"] else "no", run["simulated"],
             run["judgements"], sum(run["violations"].values()), "; ".join(run["faults"]), commit(),
         )  # fmt: skip
-        self.rows = self._read()  # another command may have added some meanwhile
-        self.rows.append(dict(zip(COLUMNS, map(str, values), strict=True)))
-        self.rows.sort(key=lambda row: (row["ros"], row["robot"], int(row["world"])))
-        self.write()
+        with self._file.open("a", encoding="utf-8") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            self.rows = self._read()  # another command may have added some meanwhile
+            self.rows.append(dict(zip(COLUMNS, map(str, values), strict=True)))
+            self.rows.sort(key=lambda row: (row["ros"], row["robot"], int(row["world"])))
+            self.write()
 
     def write(self) -> None:
         with self._file.open("w", encoding="utf-8", newline="") as file:

@@ -22,7 +22,9 @@ from physics.worlds import WORLDS
 WIDTH, HEIGHT, PANEL = 320, 240, 250
 FRAME = 100
 """Milliseconds. Poses are recorded every 200, so the film is twice as fast as the robot."""
-COLOURS = 48
+COLOURS = 96
+LETTERS = 36
+"""In a line of the panel."""
 FONT = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"
 
 
@@ -112,13 +114,17 @@ def lines(time: float, state: dict[str, Any]) -> Iterator[tuple[str, tuple[int, 
     for name, phase in state.get("communications", {}).items():
         yield f"{name}: {phase}", grey
     for command in state.get("commands", []):
-        name = command["event"]["name"]
+        kind, name = command["event"]["kind"], command["event"]["name"]
+        if kind == "cancel":
+            if not command["enabled"]:
+                continue  # as always but just before it is sent
+            name = f"cancel {name}"
         if command["enabled"]:
             yield f"{name}: enabled", green
         else:
             yield f"{name}: not enabled", (180, 30, 30)
             for reason in command["blocked_by"]:
-                for part in textwrap.wrap(reason["text"], 42)[:2]:
+                for part in textwrap.wrap(reason["text"], LETTERS)[:2]:
                     yield f"    {part}", grey
 
 
