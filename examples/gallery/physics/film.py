@@ -22,7 +22,7 @@ from physics.worlds import WORLDS
 WIDTH, HEIGHT, PANEL = 320, 240, 250
 FRAME = 100
 """Milliseconds. Poses are recorded every 200, so the film is twice as fast as the robot."""
-COLOURS = 96
+COLOURS = 64
 LETTERS = 36
 """In a line of the panel."""
 FONT = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"
@@ -38,15 +38,27 @@ def main() -> None:
     world = WORLDS[run["world"]](run["seed"])
     stage = Stage(world, run["poses"])
     stage.path(run["path"]).save(args.path)
-    frames = [
-        with_panel(picture, time, state).quantize(COLOURS)
+    pictures = [
+        with_panel(picture, time, state)
         for picture, (time, state) in zip(stage.pictures(), run["states"], strict=True)
     ]
+    palette = palette_of(pictures)
+    frames = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
     frames[0].save(
         args.film, save_all=True, append_images=frames[1:], duration=FRAME, loop=0, optimize=True
     )
     stage.close()
     world.close()
+
+
+def palette_of(pictures: list[Image.Image]) -> Image.Image:
+    """Return a picture with the colours of the film, also of what is small: the same in all frames,
+    or the floor would flicker."""
+    some = pictures[:: max(1, len(pictures) // 8)]
+    sheet = Image.new("RGB", (WIDTH + PANEL, HEIGHT * len(some)))
+    for number, picture in enumerate(some):
+        sheet.paste(picture, (0, HEIGHT * number))
+    return sheet.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
 
 
 class Stage:
