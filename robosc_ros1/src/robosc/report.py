@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from robosc.errors import Diagnostic, sort_diagnostics
 from robosc.ir.automaton import Plant, PlantState, VariableKind
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.supervisor import Explanation, Guard, Supervisor
 from robosc.synthesis.formatting import event_text, step_text, trace_text
 from robosc.synthesis.system import make_step

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
-from robosc.ir.expr import negation
+from robosc.ir.formulas import negation
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.expr import TRUE, Binary, Expr, StateRef, Unary, VariableRef
 from robosc.model.traversal import walk

@@ -269,7 +269,7 @@ def _run(engine: str, family: str, size: tuple[int, ...]) -> dict[str, float]:
 
 
 def _robosc(plant: Any, engine: str) -> dict[str, float]:
-    from robosc.ir.expr import to_dsl
+    from robosc.ir.formulas import to_dsl
     from robosc.synthesis import synthesize
 
     start = time.process_time()

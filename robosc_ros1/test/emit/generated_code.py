@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from robosc.emit.controller import ControllerContext, controller_context
-from robosc.emit.engine import render
+from robosc.emit.rendering import render
 from robosc.ir.lower import lower
 from robosc.model.resolve import load
 from robosc.source import Source

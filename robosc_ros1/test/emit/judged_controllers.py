@@ -20,7 +20,7 @@ from typing import Any
 from runtime.lamp_robot import PlayedPort
 
 from robosc.emit.common import plant_module
-from robosc.emit.engine import verbatim
+from robosc.emit.rendering import verbatim
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller

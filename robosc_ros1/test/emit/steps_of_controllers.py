@@ -9,8 +9,8 @@ from typing import Any
 from emit.generated_code import controller_class
 
 from robosc.ir.automaton import Event, EventParameter, PlantState, StateVariable, VariableKind
-from robosc.ir.expr import Leaf, Undefined
 from robosc.ir.finite.terms import value_of
+from robosc.ir.formulas import Leaf, Undefined
 from robosc.ir.step import Verdict, holds, outcome
 from robosc.model.entities import EventKind
 from robosc.model.evaluation import part_of_value

@@ -13,7 +13,7 @@ from emit.generated_code import controller_source, supervisor_of
 from emit.judged_controllers import judged, judging_modules
 from emit.mutants import mutants
 
-from robosc.emit.engine import verbatim
+from robosc.emit.rendering import verbatim
 from robosc.runtime import scheduler
 
 MODEL = """\

@@ -11,7 +11,7 @@ from types import ModuleType
 import numpy
 import pytest
 
-from robosc.emit.engine import verbatim
+from robosc.emit.rendering import verbatim
 from robosc.language.functions import AGGREGATES, CALLS
 from robosc.language.operators import BINARY, UNARY, Operand, Operator
 from robosc.model.evaluation import evaluate

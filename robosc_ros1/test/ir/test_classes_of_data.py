@@ -8,8 +8,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from robosc.ir.expr import evaluate
 from robosc.ir.finite.classes import Classes
+from robosc.ir.formulas import evaluate
 from robosc.language.operators import BINARY
 from robosc.model.expr import VariableRef
 from robosc.model.types import DoubleType, IntegerType, StringType, Type

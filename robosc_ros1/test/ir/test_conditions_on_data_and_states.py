@@ -7,7 +7,7 @@ from itertools import product
 import pytest
 from model.model_text import resolve
 
-from robosc.ir.expr import Leaf, Undefined, evaluate, exact, to_dsl
+from robosc.ir.formulas import Leaf, Undefined, evaluate, exact, to_dsl
 from robosc.ir.lower import lower
 from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef
 from robosc.model.traversal import walk

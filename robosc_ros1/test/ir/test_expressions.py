@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robosc.ir.expr import (
+from robosc.ir.formulas import (
     Undefined,
     conjunction,
     disjunction,
@@ -19,10 +19,10 @@ from robosc.ir.expr import (
 )
 from robosc.language.functions import FUNCTIONS, HELPERS
 from robosc.language.operators import BINARY, Result
+from robosc.model.compatibility import result_type
 from robosc.model.entities import Robot
 from robosc.model.expr import FALSE, TRUE, Binary, Call, Literal, Unary, ValueRef, VariableRef
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
-from robosc.model.values import result_type
 from robosc.runtime.values import divide, remainder
 from robosc.source import Source, Span
 

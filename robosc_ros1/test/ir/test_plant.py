@@ -6,7 +6,7 @@ import pytest
 
 from robosc.errors import render_all
 from robosc.ir.automaton import Event, Plant, VariableKind
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.ir.lower import lower
 from robosc.ir.step import Verdict, outcome, valuations
 from robosc.model.entities import EventKind

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from model_text import behaviour_of, faults, resolve
 
 from robosc.emit.python import access
-from robosc.ir.expr import element_name, to_dsl, to_python
+from robosc.ir.formulas import element_name, to_dsl, to_python
 from robosc.language.functions import HELPERS
 from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import ElementRef, Expr, ValueRef

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from model_text import behaviour_of, faults, resolve
 
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.model.evaluation import evaluate
 from robosc.model.expr import Expr, ValueRef
 

@@ -8,7 +8,7 @@ import pytest
 from model_text import faults, resolve
 
 from robosc.errors import render_all
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.model.entities import Robot
 from robosc.model.evaluation import evaluate
 from robosc.model.parameters import with_parameters

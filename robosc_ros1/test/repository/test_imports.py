@@ -29,7 +29,7 @@ THIRD_PARTY = {
     "dd": ("synthesis",),
     "oxidd": ("synthesis",),
     "networkx": ("synthesis", "report"),
-    "jinja2": ("emit.engine",),
+    "jinja2": ("emit.rendering",),
     "yaml": ("emit.config",),
     "lsprotocol": ("lsp.open_texts", "lsp.server", "lsp.wire"),
     "pygls": ("lsp.open_texts", "lsp.server", "verbs"),  # verbs tells what to install

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from robosc.errors import render_all
 from robosc.ir.automaton import Event, Plant, PlantState
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.ir.lower import lower
 from robosc.ir.step import Verdict, outcome
 from robosc.model.entities import EventKind

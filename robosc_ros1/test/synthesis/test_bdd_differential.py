@@ -14,7 +14,7 @@ from synthesis.plants import plant_of, replay
 from synthesis.subject import robot_of
 
 from robosc.ir.automaton import Plant
-from robosc.ir.expr import conjunction, negation
+from robosc.ir.formulas import conjunction, negation
 from robosc.ir.step import Verdict, holds
 from robosc.model.entities import EventKind
 from robosc.model.expr import Expr

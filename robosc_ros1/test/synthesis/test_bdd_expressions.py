@@ -11,7 +11,7 @@ from random_models import random_model
 from synthesis.plants import plant_of
 
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
-from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.formulas import Leaf, Undefined, evaluate
 from robosc.ir.step import Values, valuations
 from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import Value

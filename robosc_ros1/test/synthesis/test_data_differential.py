@@ -17,7 +17,7 @@ from synthesis.oracle import Event, Oracle, OracleState
 
 from robosc import pipeline
 from robosc.ir.automaton import Plant, PlantState, VariableKind
-from robosc.ir.expr import exact
+from robosc.ir.formulas import exact
 from robosc.ir.lower import lower
 from robosc.ir.step import holds
 from robosc.model.entities import Robot

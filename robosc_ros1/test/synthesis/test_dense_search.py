@@ -7,7 +7,7 @@ import pytest
 import steep_families
 from synthesis.plants import plant_of
 
-from robosc.ir.expr import conjunction, disjunction, negation
+from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.model.expr import Binary, Expr, Literal, VariableRef
 from robosc.model.types import BooleanType, IntegerType
 from robosc.synthesis.dense import transitions

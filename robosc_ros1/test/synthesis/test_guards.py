@@ -14,7 +14,7 @@ from synthesis.oracle import Event, Oracle
 from synthesis.plants import guard_text, plant_of, supervisor_of
 from synthesis.subject import robot_of
 
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.ir.lower import lower
 from robosc.synthesis import synthesize
 from robosc.synthesis.minimise import Table, condition_of

@@ -12,7 +12,7 @@ from synthesis.oracle import Oracle
 from synthesis.plants import plant_of
 from synthesis.subject import robot_of
 
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.synthesis import guards, synthesize
 from robosc.synthesis.bdd import care_set as bdd_care_set
 from robosc.synthesis.bdd import fixpoint

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from synthesis.plants import plant_of
 
 from robosc.ir.automaton import Plant
-from robosc.ir.expr import Leaf, evaluate
+from robosc.ir.formulas import Leaf, evaluate
 from robosc.language.functions import FUNCTIONS
 from robosc.language.operators import BINARY, Result
+from robosc.model.compatibility import result_type
 from robosc.model.expr import Binary, Call, Expr, Literal, StateRef, Unary, VariableRef
 from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Value
-from robosc.model.values import result_type
 from robosc.synthesis.vectorised import evaluate_vectorised, support, variable_of
 
 PLANT: Plant = plant_of(

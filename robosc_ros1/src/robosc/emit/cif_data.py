@@ -14,7 +14,7 @@ from itertools import product
 
 from robosc.errors import UsageError
 from robosc.ir.automaton import Edge, Event, EventParameter, Plant, StateVariable, VariableKind
-from robosc.ir.expr import Leaf, conjunction, disjunction, evaluate
+from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate
 from robosc.model.entities import Behaviour, Component, Robot, State, Variable
 from robosc.model.evaluation import converted
 from robosc.model.expr import (

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from pprint import pformat
 from xml.sax.saxutils import escape
 
-from robosc.emit.context import ParameterView
 from robosc.emit.modeldata import model_document
 from robosc.emit.plant_data import plant_data
+from robosc.emit.readme import ParameterView
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Robot
 from robosc.supervisor import Guard, Supervisor

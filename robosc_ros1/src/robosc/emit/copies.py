@@ -12,10 +12,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from robosc.emit.engine import render
 from robosc.emit.folding import Run, in_function, mapped, runs
 from robosc.emit.naming import PythonNames
 from robosc.emit.python import Attributes
+from robosc.emit.rendering import render
 from robosc.emit.views import (
     ControllerContext,
     CopiedRows,

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from robosc.errors import UsageError
 from robosc.ir.automaton import Plant, PlantState, VariableKind
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.model.entities import (
     Behaviour,
     Component,

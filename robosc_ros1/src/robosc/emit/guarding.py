@@ -13,10 +13,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from robosc.errors import ModelError, Note
-from robosc.ir.expr import evaluate
+from robosc.ir.formulas import evaluate
+from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication, Data, DataArray, DataObject, Kind, Robot
 from robosc.model.expr import Binary, Expr, Literal, Unary
-from robosc.model.report import Report
 from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, ObjectType, Value
 

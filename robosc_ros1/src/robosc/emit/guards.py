@@ -10,7 +10,7 @@ from robosc.emit.line_breaks import unparenthesised
 from robosc.emit.naming import place
 from robosc.emit.python import Spelling
 from robosc.ir.automaton import Event
-from robosc.ir.expr import negation
+from robosc.ir.formulas import negation
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, TRUE, Binary, Expr
 from robosc.supervisor import Guard, Supervisor

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, VariableKind
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.model.expr import Expr
 from robosc.model.traversal import path_text
 from robosc.supervisor import Supervisor

@@ -6,7 +6,7 @@ from robosc.emit.naming import field_attribute, place
 from robosc.emit.python import Spelling, access, converted, literal
 from robosc.emit.views import ProvideView
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
-from robosc.ir.expr import may_be_huge
+from robosc.ir.formulas import may_be_huge
 from robosc.model.check import all_expressions
 from robosc.model.entities import (
     Communication,

@@ -13,7 +13,7 @@ from typing import Any
 from robosc.emit.naming import place
 from robosc.emit.thresholds import thresholds
 from robosc.ir.automaton import Plant
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.model.entities import (
     After,
     Behaviour,

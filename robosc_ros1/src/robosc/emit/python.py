@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from robosc.emit.naming import field_attribute
-from robosc.ir.expr import element_name, exact, to_python
+from robosc.ir.formulas import element_name, exact, to_python
 from robosc.model.expr import (
     Binary,
     ElementRef,

@@ -17,7 +17,7 @@ from robosc.emit.naming import place
 from robosc.emit.python import Spelling, literal, operand, within
 from robosc.emit.views import ReactionView
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
-from robosc.ir.expr import exact, may_be_huge
+from robosc.ir.formulas import exact, may_be_huge
 from robosc.language.events import EventKind
 from robosc.model.entities import Variable
 from robosc.model.expr import Expr

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from robosc.emit.common import data_module, escaped, model_module, plant_module
 from robosc.emit.config import DEFAULTS, Config
-from robosc.emit.context import readme_context
 from robosc.emit.controller import controller_context
-from robosc.emit.engine import render, verbatim
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
+from robosc.emit.readme import readme_context
 from robosc.emit.relaying import relay_context
+from robosc.emit.rendering import render, verbatim
 from robosc.emit.ros1 import WIRING, package_context, spelling
 from robosc.model.parameters import with_parameters
 from robosc.names import rostest_name

@@ -18,11 +18,11 @@ from robosc.emit.common import (
     topics,
 )
 from robosc.emit.config import DEFAULTS, Config, declared_communications, shared_topics
-from robosc.emit.context import ParameterView, parameter_views, readme_context
 from robosc.emit.controller import ControllerContext, controller_context
-from robosc.emit.engine import render, verbatim
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
+from robosc.emit.readme import ParameterView, parameter_views, readme_context
+from robosc.emit.rendering import render, verbatim
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.model.parameters import with_parameters

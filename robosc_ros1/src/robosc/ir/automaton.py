@@ -19,8 +19,8 @@ from functools import cached_property
 from itertools import product
 from typing import Literal, TypeAlias
 
-from robosc.ir.expr import exact
 from robosc.ir.finite.view import FiniteView
+from robosc.ir.formulas import exact
 from robosc.model.entities import Assignment, EventKind, Robot
 from robosc.model.expr import Expr, TestRef, ValueRef
 from robosc.model.traversal import walk

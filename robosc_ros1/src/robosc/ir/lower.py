@@ -17,11 +17,11 @@ from robosc.ir.automaton import (
     VariableKind,
 )
 from robosc.ir.combining import Taken, result_transitions, taken_in
-from robosc.ir.expr import Leaf, conjunction, disjunction, negation, to_dsl
 from robosc.ir.finite.builder import finite_view
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import Term
 from robosc.ir.finite.view import FiniteView, may_be_missing, reference_to
+from robosc.ir.formulas import Leaf, conjunction, disjunction, negation, to_dsl
 from robosc.language.events import EventSort
 from robosc.model.entities import (
     Behaviour,

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple, TypeAlias
 
-from robosc.ir.expr import conjunction, disjunction, junction, negation
+from robosc.ir.formulas import conjunction, disjunction, junction, negation
 from robosc.model.evaluation import evaluate
 from robosc.model.expr import FALSE, TRUE, Expr, Leaf, Literal, Operation, ValueRef
 from robosc.model.traversal import fold, with_operands

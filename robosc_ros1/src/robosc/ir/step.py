@@ -8,7 +8,7 @@ from itertools import product
 from typing import TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState, VariableKind
-from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.formulas import Leaf, Undefined, evaluate
 from robosc.model.expr import (
     ElementRef,
     Expr,

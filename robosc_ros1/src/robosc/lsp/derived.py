@@ -186,7 +186,7 @@ def _document(diagnostic: Diagnostic, source: Source) -> dict[str, Any]:
 
 
 def _guards(supervisor: Supervisor) -> list[dict[str, Any]]:
-    from robosc.ir.expr import to_dsl
+    from robosc.ir.formulas import to_dsl
 
     return [
         {

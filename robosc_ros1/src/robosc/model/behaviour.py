@@ -7,6 +7,8 @@ from collections.abc import Iterable, Sequence
 from robosc.errors import Note
 from robosc.model.behaviour_rules import check_events, check_hiding, check_initial
 from robosc.model.communications import resolve_communication
+from robosc.model.compatibility import check_range, coerce, default_value, describe
+from robosc.model.diagnostics import Report, listing
 from robosc.model.durations import DURATION
 from robosc.model.entities import (
     After,
@@ -26,11 +28,9 @@ from robosc.model.expressions import Typer
 from robosc.model.incoming import Incoming, is_value, no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.reach import check_reach
-from robosc.model.report import Report, listing
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.targets import Targets
 from robosc.model.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value
-from robosc.model.values import check_range, coerce, default_value, describe
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,

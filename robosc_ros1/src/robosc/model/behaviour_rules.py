@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from robosc.errors import Note
+from robosc.model.diagnostics import Report
 from robosc.model.entities import Behaviour, EventKind, ResultTransition
 from robosc.model.expr import ValueRef
-from robosc.model.report import Report
 from robosc.model.tables import Instance
 from robosc.model.traversal import walk
 from robosc.source import Span

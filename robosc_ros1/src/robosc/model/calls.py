@@ -8,12 +8,12 @@ from typing import cast
 
 from robosc.language.functions import AGGREGATES, FUNCTIONS
 from robosc.language.operators import Operand, Operator, Result
+from robosc.model.compatibility import comparable, describe, result_type
+from robosc.model.diagnostics import Report
 from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
 from robosc.model.expr import Binary, Call, Expr, Literal
-from robosc.model.report import Report
 from robosc.model.types import ArrayType, BooleanType, IntegerType, Type, Value, is_number
-from robosc.model.values import comparable, describe, result_type
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ArrayNode,

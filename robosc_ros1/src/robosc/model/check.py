@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 from robosc.errors import Note
 from robosc.language.events import EventKind
+from robosc.model.compatibility import describe
+from robosc.model.diagnostics import Report
 from robosc.model.entities import (
     Assignment,
     Behaviour,
@@ -30,14 +32,12 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
 )
-from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, ComponentTable
 from robosc.model.traversal import walk, walk_all
 from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import ArrayType, EnumType, ObjectType, domain
 from robosc.model.value_scope import ValueScope
-from robosc.model.values import describe
 from robosc.source import Span
 from robosc.syntax.nodes import ConditionNode, ConstantNode, Name, ParameterNode
 

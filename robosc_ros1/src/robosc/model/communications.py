@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosc.model.report import Report
+from robosc.model.diagnostics import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.syntax.nodes import Access, Name

@@ -7,11 +7,11 @@ can refer forwards.
 from __future__ import annotations
 
 from robosc.errors import Note
+from robosc.model.diagnostics import Report
 from robosc.model.durations import DURATION
 from robosc.model.entities import Communication, Kind
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
-from robosc.model.report import Report
 from robosc.model.ros.links import Binder, Payload
 from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
 from robosc.model.type_declarations import TypeDeclarations

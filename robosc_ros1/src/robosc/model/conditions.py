@@ -6,12 +6,12 @@ The simulator reads them from a person or a script: ``Motor.moving and Sensor.wa
 from __future__ import annotations
 
 from robosc.model.datatypes import TypeTable
+from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication, Component, Robot
 from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
-from robosc.model.report import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
 from robosc.model.type_declarations import TypeDeclarations

@@ -16,8 +16,8 @@ from typing import Any, cast
 
 from robosc.language.operators import BINARY, MIRRORED
 from robosc.model.copies_scope import Scope, filled_in, is_alike, with_place
+from robosc.model.diagnostics import Report
 from robosc.model.quantified import Chains, at_least, joined
-from robosc.model.report import Report
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,

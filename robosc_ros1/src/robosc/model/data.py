@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from robosc.model.compatibility import check_range, coerce, describe
 from robosc.model.datatypes import TypeTable
+from robosc.model.diagnostics import Report
 from robosc.model.durations import duration_fields
 from robosc.model.entities import Data, DataArray, DataObject
 from robosc.model.expected import ExpectedType, expected_type
 from robosc.model.expr import Binary, Call, Literal
 from robosc.model.expressions import Typer
-from robosc.model.report import Report
 from robosc.model.ros.types import DURATIONS, TIMES
 from robosc.model.scope import report_duplicate
 from robosc.model.types import (
@@ -19,7 +20,6 @@ from robosc.model.types import (
     ObjectType,
     Type,
 )
-from robosc.model.values import check_range, coerce, describe
 from robosc.runtime.values import NOW
 from robosc.source import Span
 from robosc.syntax.nodes import (

@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 
+from robosc.model.diagnostics import Report
 from robosc.model.expr import Expr
 from robosc.model.known_types import KnownTypes
 from robosc.model.occurrences import Symbol, SymbolKind
-from robosc.model.report import Report
 from robosc.model.ros.definitions import Missing
 from robosc.model.ros.missing import KINDS
 from robosc.model.scope import FileScope, report_duplicate

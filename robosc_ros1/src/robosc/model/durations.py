@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from robosc.language.keywords import UNITS
+from robosc.model.diagnostics import Report
 from robosc.model.expected import expected_type
 from robosc.model.expr import Literal
-from robosc.model.report import Report
 from robosc.model.ros.types import DURATIONS
 from robosc.model.types import DurationType
 from robosc.syntax.nodes import DurationNode

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from robosc.language.operators import Operand
+from robosc.model.compatibility import accepts, comparable, describe, is_basic
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -15,7 +16,6 @@ from robosc.model.types import (
     Type,
     is_number,
 )
-from robosc.model.values import accepts, comparable, describe, is_basic
 
 __all__ = ["ANY", "BOOLEAN", "ExpectedType", "equal_to", "expected_type", "needs_of"]
 

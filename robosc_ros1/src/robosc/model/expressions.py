@@ -29,7 +29,9 @@ from robosc.model.calls import (
     typed_membership,
     typed_section,
 )
+from robosc.model.compatibility import comparable, describe, result_type, type_of
 from robosc.model.datatypes import TypeTable
+from robosc.model.diagnostics import Report
 from robosc.model.durations import typed_duration
 from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, expected_type, needs_of
 from robosc.model.expr import Aggregate, Binary, Convert, ElementRef, Expr, Literal, Unary, ValueRef
@@ -37,7 +39,6 @@ from robosc.model.incoming import RULE, Incoming, is_value
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.parts import Parts, path_of
-from robosc.model.report import Report
 from robosc.model.scope import is_escaped
 from robosc.model.tables import SymbolTable
 from robosc.model.types import (
@@ -53,7 +54,6 @@ from robosc.model.types import (
 )
 from robosc.model.typing_messages import VALUE_PLACES, alternatives, may_be_compared, of_three
 from robosc.model.unknown import NameFaults, last_name
-from robosc.model.values import comparable, describe, result_type, type_of
 from robosc.syntax.nodes import (
     Access,
     AggregateNode,

@@ -17,6 +17,7 @@ from robosc.model.components import (
     join,
 )
 from robosc.model.datatypes import Given, TypeTable
+from robosc.model.diagnostics import Muted, Report
 from robosc.model.entities import Component, Preference, Provide, Requirement
 from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr, RosParameter
@@ -27,7 +28,6 @@ from robosc.model.indexes import check_indexes
 from robosc.model.named_values import NamedValueTyper
 from robosc.model.overlap import check_overlaps
 from robosc.model.parameters import check_parameters
-from robosc.model.report import Muted, Report
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.links import Binder
 from robosc.model.scope import FileScope, report_duplicate

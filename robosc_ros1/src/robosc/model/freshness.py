@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from robosc.errors import Note
 from robosc.language.events import EventKind, Kind
+from robosc.model.diagnostics import Report
 from robosc.model.entities import (
     Behaviour,
     Communication,
@@ -23,7 +24,6 @@ from robosc.model.entities import (
     display_names,
 )
 from robosc.model.expr import Expr, PhaseRef, VariableRef
-from robosc.model.report import Report
 from robosc.model.traversal import reads_value, walk
 from robosc.source import Span
 

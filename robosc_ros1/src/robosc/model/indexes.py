@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
+from robosc.model.diagnostics import Report
 from robosc.model.entities import Component
 from robosc.model.expr import Expr, ValueRef, condition_of
-from robosc.model.report import Report
 from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 

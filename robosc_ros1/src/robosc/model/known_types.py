@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Self
 
+from robosc.model.compatibility import type_of
+from robosc.model.diagnostics import Report
 from robosc.model.expr import Literal
 from robosc.model.occurrences import Symbol, SymbolKind
-from robosc.model.report import Report
 from robosc.model.ros.definitions import Missing
 from robosc.model.ros.missing import MissingDefinitions
 from robosc.model.ros.types import is_ros_type
@@ -15,7 +16,6 @@ from robosc.model.scope import FileScope
 from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import EnumType, NoneType, ObjectType, Type
 from robosc.model.value_scope import ValueScope
-from robosc.model.values import type_of
 from robosc.source import Span
 from robosc.syntax.nodes import Access, EnumNode, Name, RosTypeNode
 

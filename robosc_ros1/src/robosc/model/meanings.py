@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from robosc.model.datatypes import TypeTable
+from robosc.model.diagnostics import Report
 from robosc.model.expr import Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.model.occurrences import Declaration
-from robosc.model.report import Report
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
 from robosc.model.unknown import NameFaults, last_name

@@ -6,18 +6,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import cast
 
+from robosc.model.compatibility import coerce, describe, is_basic
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
+from robosc.model.diagnostics import Report
 from robosc.model.entities import Data, DataArray, DataObject
 from robosc.model.evaluation import constant
 from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr, Literal, ParameterRef, RosParameter
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
-from robosc.model.report import Report
 from robosc.model.tables import SymbolTable
 from robosc.model.types import ArrayType, DurationType, EnumType, ObjectType, Type, Value
-from robosc.model.values import coerce, describe, is_basic
 from robosc.runtime.values import NOW
 from robosc.source import Span
 from robosc.syntax.nodes import ConditionNode, ConstantNode, DataNode, ParameterNode, ValueNode

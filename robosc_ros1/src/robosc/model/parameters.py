@@ -7,9 +7,9 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from robosc.errors import Note
+from robosc.model.diagnostics import Report
 from robosc.model.entities import Robot
 from robosc.model.expr import RosParameter
-from robosc.model.report import Report
 from robosc.runtime.settings import declared
 from robosc.source import Span
 

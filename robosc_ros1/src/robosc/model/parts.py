@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from robosc.model.compatibility import describe
 from robosc.model.datatypes import TypeTable
+from robosc.model.diagnostics import Report
 from robosc.model.evaluation import Undefined, part_of_value
 from robosc.model.expr import Expr, Literal, VariableRef
-from robosc.model.report import Report
 from robosc.model.traversal import part_of, path_text
 from robosc.model.types import ArrayType, IntegerType, ObjectType, Type
-from robosc.model.values import describe
 from robosc.syntax.nodes import Access, MemberNode, Name
 
 __all__ = ["Parts", "path_of"]

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from robosc.model.diagnostics import Report, listing
 from robosc.model.entities import Behaviour, State
-from robosc.model.report import Report, listing
 from robosc.model.tables import Instance
 
 __all__ = ["check_reach"]

@@ -15,10 +15,10 @@ from pathlib import Path
 
 from robosc.errors import Diagnostic, Note, Severity, has_errors, sort_diagnostics
 from robosc.model.copies import write_out
+from robosc.model.diagnostics import Report, listing
 from robosc.model.entities import Robot
 from robosc.model.file_resolver import FileContents, FileResolver
 from robosc.model.libraries import LibraryFinder, Reader
-from robosc.model.report import Report, listing
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.types import RosTypes
 from robosc.model.scope import FileScope

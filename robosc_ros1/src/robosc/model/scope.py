@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from robosc.errors import Diagnostic, Note, Severity
+from robosc.model.diagnostics import Report
 from robosc.model.occurrences import NameRecorder, Symbol, SymbolKind
-from robosc.model.report import Report
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
     BehaviourNode,

@@ -11,12 +11,12 @@ from robosc.errors import Note
 from robosc.model.communications import resolve_communication
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
+from robosc.model.diagnostics import Report
 from robosc.model.entities import Data, DataObject, Kind, Preference, Provide, Requirement
 from robosc.model.expected import BOOLEAN
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
 from robosc.model.presence import condition_on_data
-from robosc.model.report import Report
 from robosc.model.ros.links import Binder
 from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.types import NoneType

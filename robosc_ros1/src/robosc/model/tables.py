@@ -26,7 +26,7 @@ from robosc.syntax.nodes import (
 
 if TYPE_CHECKING:
     from robosc.model.datatypes import TypeTable
-    from robosc.model.report import Report
+    from robosc.model.diagnostics import Report
 
 __all__ = ["ComponentTable", "CommunicationInfo", "Instance", "ImportedSymbolTable", "SymbolTable"]
 

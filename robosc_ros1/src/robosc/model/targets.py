@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from robosc.model.diagnostics import Report, listing
 from robosc.model.incoming import is_value
-from robosc.model.report import Report, listing
 from robosc.model.tables import Instance, SymbolTable
 from robosc.syntax.nodes import Access, Name
 

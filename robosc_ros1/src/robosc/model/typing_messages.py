@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from robosc.language.operators import BINARY
+from robosc.model.compatibility import comparable, describe
 from robosc.model.expr import Expr, StateRef
 from robosc.model.types import Type
-from robosc.model.values import comparable, describe
 from robosc.syntax.nodes import BinaryNode, ExprNode
 
 __all__ = ["VALUE_PLACES", "alternatives", "may_be_compared", "of_three"]

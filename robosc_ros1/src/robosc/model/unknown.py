@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from robosc.model.datatypes import TypeTable
+from robosc.model.diagnostics import Report
 from robosc.model.expr import Expr, Literal, ParameterRef, StateRef, VariableRef
-from robosc.model.report import Report
 from robosc.model.tables import SymbolTable
 from robosc.model.types import EnumType, Type
 from robosc.syntax.nodes import Access, Name

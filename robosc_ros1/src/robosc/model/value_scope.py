@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
+from robosc.model.diagnostics import Report
 from robosc.model.expr import Expr, ParameterRef, RosParameter
-from robosc.model.report import Report
 from robosc.model.scope import FileScope, report_duplicate
 from robosc.syntax.nodes import ConditionNode, ConstantNode, ParameterNode, ValueNode
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from robosc.errors import Diagnostic, Severity
 from robosc.model.conditions import typed_condition
 from robosc.model.copies import over_copies
+from robosc.model.diagnostics import Report
 from robosc.model.entities import Robot
 from robosc.model.expr import Expr
-from robosc.model.report import Report
 from robosc.simulate.faults import InvalidLine
 from robosc.source import Source
 from robosc.syntax.nodes import ExprNode, RequirementNode

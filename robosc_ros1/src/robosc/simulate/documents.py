@@ -7,10 +7,10 @@ from typing import Any
 
 from robosc.model.entities import EventKind
 from robosc.runtime.report import dump
+from robosc.simulate.event_data import given_json
 from robosc.simulate.faults import InvalidLine, LineFault
 from robosc.simulate.machine import CommandState, Machine, exact_event
 from robosc.simulate.session import Done, Session
-from robosc.simulate.values import given_json
 from robosc.synthesis.documents import event_document
 
 __all__ = ["do_document", "done_document", "dump", "fault_document"]

@@ -29,11 +29,11 @@ from robosc.runtime.recorder import Entry, EventRecorder
 from robosc.runtime.report import blocked_by
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.runtime.values import Undefined, in_range
+from robosc.simulate.event_data import Given, complete, given_text, hint, random_raw
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.generated import make_controller, state_of_controller
 from robosc.simulate.machine import Choice, CommandState, Happening, Reason, few_values, label
 from robosc.simulate.state import SystemState
-from robosc.simulate.values import Given, complete, given_text, hint, random_raw
 from robosc.supervisor import Supervisor
 
 __all__ = ["LONGEST_WAIT", "Execution", "read_settings"]

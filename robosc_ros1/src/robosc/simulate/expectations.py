@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from robosc.ir.automaton import Event
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef
 from robosc.model.traversal import walk
 from robosc.simulate.conditions import condition
+from robosc.simulate.event_data import complete
 from robosc.simulate.faults import Failed, InvalidLine
 from robosc.simulate.literals import literal_text, parse_raw
 from robosc.simulate.machine import Happening, Machine, brought, find_events, label
-from robosc.simulate.values import complete
 from robosc.synthesis.formatting import listing
 
 __all__ = ["expect"]

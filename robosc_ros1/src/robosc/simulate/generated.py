@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from robosc.emit.controller import controller_context
-from robosc.emit.engine import render
 from robosc.emit.naming import file_of
+from robosc.emit.rendering import render
 from robosc.runtime.model import Controller
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor

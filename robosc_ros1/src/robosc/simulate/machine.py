@@ -13,9 +13,9 @@ from robosc.ir.automaton import Event, Plant
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
 from robosc.model.expr import Expr
+from robosc.simulate.event_data import Given
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import SystemState
-from robosc.simulate.values import Given
 from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import listing
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from robosc.emit.naming import place
 from robosc.ir.automaton import Event, LocalAutomaton, PlantState
-from robosc.ir.expr import negation
+from robosc.ir.formulas import negation
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.entities import EventKind
 from robosc.simulate.machine import Reason

@@ -15,6 +15,7 @@ from typing import Any
 from robosc.errors import UsageError
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.language.events import EventKind
+from robosc.model.compatibility import describe
 from robosc.model.entities import Robot
 from robosc.model.traversal import all_names, path_text
 from robosc.model.types import (
@@ -28,7 +29,6 @@ from robosc.model.types import (
     StringType,
     Type,
 )
-from robosc.model.values import describe
 from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.report import blocked_by

@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from robosc.ir.automaton import Event
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.model.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.simulate.conditions import condition
+from robosc.simulate.event_data import Given, complete, given_text
 from robosc.simulate.expectations import expect
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
 from robosc.simulate.literals import Raw, literal_text, parse_raw
 from robosc.simulate.machine import Choice, Happening, Machine, brought, find_events, label
-from robosc.simulate.values import Given, complete, given_text
 from robosc.synthesis.formatting import listing
 
 __all__ = ["WORDS", "Done", "MakeMachine", "Session", "code_of", "read_lines"]

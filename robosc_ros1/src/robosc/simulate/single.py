@@ -20,9 +20,9 @@ from robosc.ir.automaton import (
     VariableKind,
     value_parts,
 )
-from robosc.ir.expr import Leaf, Undefined, evaluate, to_dsl
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import value_of
+from robosc.ir.formulas import Leaf, Undefined, evaluate, to_dsl
 from robosc.ir.step import Values, Verdict, valuations
 from robosc.language.operators import MIRRORED
 from robosc.model.entities import EventKind, Robot
@@ -31,11 +31,7 @@ from robosc.model.presence import condition_on_data
 from robosc.model.traversal import path_text, walk
 from robosc.model.types import DoubleType, IntegerType, Value, domain
 from robosc.runtime.values import widen
-from robosc.simulate.faults import InvalidLine, Refused
-from robosc.simulate.machine import Choice, CommandState, Happening, draw_values, few_values, label
-from robosc.simulate.reasons import reasons
-from robosc.simulate.state import SystemState, is_true, sent_data, state_of
-from robosc.simulate.values import (
+from robosc.simulate.event_data import (
     Given,
     complete,
     given_json,
@@ -44,6 +40,10 @@ from robosc.simulate.values import (
     part_given,
     random_raw,
 )
+from robosc.simulate.faults import InvalidLine, Refused
+from robosc.simulate.machine import Choice, CommandState, Happening, draw_values, few_values, label
+from robosc.simulate.reasons import reasons
+from robosc.simulate.state import SystemState, is_true, sent_data, state_of
 from robosc.supervisor import Guard, Step, Supervisor
 from robosc.synthesis.formatting import step_text
 from robosc.synthesis.stepper import Stepper

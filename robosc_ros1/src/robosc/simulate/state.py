@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 from robosc.ir.automaton import Plant, PlantState, VariableKind
-from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.formulas import Leaf, Undefined, evaluate
 from robosc.model.entities import Data, DataArray, DataObject, Robot
 from robosc.model.expr import (
     ElementRef,

@@ -11,6 +11,7 @@ from robosc.syntax import terminals as t
 from robosc.syntax.blocks import Block, Child, Items, Rule
 from robosc.syntax.elements import built, choice, in_words, keyword, listed, maybe, symbol, terminal
 from robosc.syntax.expressions import ACCESS, Expression
+from robosc.syntax.leaves import make_access, make_node, make_tuple
 from robosc.syntax.nodes import (
     AfterNode,
     AssignmentNode,
@@ -20,7 +21,6 @@ from robosc.syntax.nodes import (
     VariableNode,
 )
 from robosc.syntax.reading import Reading
-from robosc.syntax.values import make_access, make_node, make_tuple
 
 __all__ = ["behaviour_rule", "condition_part"]
 

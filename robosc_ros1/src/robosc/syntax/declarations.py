@@ -27,6 +27,7 @@ from robosc.syntax.elements import (
     terminal,
 )
 from robosc.syntax.expressions import Expression
+from robosc.syntax.leaves import make_name, make_node
 from robosc.syntax.nodes import (
     ActionNode,
     ArrayNode,
@@ -46,7 +47,6 @@ from robosc.syntax.nodes import (
     ServiceNode,
 )
 from robosc.syntax.reading import Build, Reading
-from robosc.syntax.values import make_name, make_node
 
 __all__ = [
     "communication_rule",

@@ -13,9 +13,9 @@ from robosc.errors import ModelError, has_errors
 from robosc.language.tokens import tokenize
 from robosc.source import Source
 from robosc.syntax.formatter import WIDTH, Formatter
-from robosc.syntax.layout import print_doc
 from robosc.syntax.nodes import FileNode
 from robosc.syntax.parser import parse
+from robosc.syntax.pretty_printing import print_doc
 
 __all__ = ["format_text", "format_tree"]
 

@@ -8,7 +8,6 @@ from typing import Any
 from robosc.language.attributes import ATTRIBUTES, Value
 from robosc.language.operators import BINARY
 from robosc.language.tokens import Tokens
-from robosc.syntax.layout import Doc, Indent, Line
 from robosc.syntax.nodes import (
     Access,
     ActionNode,
@@ -52,6 +51,7 @@ from robosc.syntax.nodes import (
     UnaryNode,
     VariableNode,
 )
+from robosc.syntax.pretty_printing import Doc, Indent, Line
 from robosc.syntax.words import Words
 
 __all__ = ["Formatter", "WIDTH"]

@@ -37,6 +37,7 @@ from robosc.syntax.elements import (
     terminal,
 )
 from robosc.syntax.expressions import Expression
+from robosc.syntax.leaves import make_name, make_node, make_tuple
 from robosc.syntax.nodes import (
     ArgumentNode,
     BehaviourNode,
@@ -49,7 +50,6 @@ from robosc.syntax.nodes import (
     StringNode,
 )
 from robosc.syntax.reading import Fault, Reading
-from robosc.syntax.values import make_name, make_node, make_tuple
 
 __all__ = ["library_block", "robot_block"]
 

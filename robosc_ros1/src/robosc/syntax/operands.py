@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeAlias, cast
 from robosc.language.operators import BINARY, UNARY
 from robosc.language.tokens import BAD_NUMBER, INTEGER, NUMBER, STRING, kinds_of
 from robosc.source import Span
+from robosc.syntax.leaves import make_access, make_name, make_number, make_parts, make_string
 from robosc.syntax.nodes import (
     AggregateNode,
     ArrayNode,
@@ -24,7 +25,6 @@ from robosc.syntax.nodes import (
     UnaryNode,
 )
 from robosc.syntax.reading import Fault, Reading
-from robosc.syntax.values import make_access, make_name, make_number, make_parts, make_string
 
 __all__ = ["MAX_DEPTH", "MAX_NESTING", "Step", "build_expression", "make_leaf", "nested_too_deep"]
 

@@ -13,9 +13,9 @@ from robosc.language.tokens import MAX_FAULTS, is_word, tokenize
 from robosc.source import Source, Span
 from robosc.syntax.blocks import Block, Header, late_brace
 from robosc.syntax.grammar import library_block, robot_block
+from robosc.syntax.leaves import make_name
 from robosc.syntax.nodes import FileNode, Name
 from robosc.syntax.reading import Reading
-from robosc.syntax.values import make_name
 
 __all__ = ["parse", "read_source"]
 

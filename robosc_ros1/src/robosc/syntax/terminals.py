@@ -21,6 +21,7 @@ from robosc.syntax.elements import (
     terminal,
 )
 from robosc.syntax.expressions import Expression
+from robosc.syntax.leaves import make_access, make_integer, make_name, make_string
 from robosc.syntax.nodes import (
     Access,
     ArrayTypeNode,
@@ -37,7 +38,6 @@ from robosc.syntax.nodes import (
 )
 from robosc.syntax.operands import make_leaf
 from robosc.syntax.reading import Reading, Stop
-from robosc.syntax.values import make_access, make_integer, make_name, make_string
 
 __all__ = [
     "MAX_NESTING", "as_communication", "braced_communications", "communication", "communications",

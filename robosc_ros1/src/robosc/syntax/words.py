@@ -8,7 +8,7 @@ from itertools import accumulate, pairwise
 
 from robosc.language.tokens import Comment, Tokens
 from robosc.source import Source
-from robosc.syntax.layout import Doc, Group, Line, Remark
+from robosc.syntax.pretty_printing import Doc, Group, Line, Remark
 
 __all__ = ["Words"]
 

@@ -8,7 +8,7 @@ from itertools import islice
 from typing import Any
 
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.ir.step import Values
 from robosc.model.traversal import path_text
 from robosc.supervisor import Step, Supervisor

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from robosc.ir.automaton import Event, Plant, VariableKind
-from robosc.ir.expr import conjunction
+from robosc.ir.formulas import conjunction
 from robosc.model.expr import FALSE, TRUE, Expr, Unary
 from robosc.model.traversal import walk
 from robosc.supervisor import Guard, Status

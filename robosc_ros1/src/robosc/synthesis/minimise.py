@@ -16,8 +16,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from robosc.ir.automaton import Plant, StateVariable, VariableKind
-from robosc.ir.expr import conjunction, disjunction, negation
 from robosc.ir.finite.classes import Classes
+from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.model.entities import Variable
 from robosc.model.expr import (
     FALSE,

@@ -11,7 +11,7 @@ from itertools import product
 from math import prod
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
-from robosc.ir.expr import conjunction, disjunction, junction, negation
+from robosc.ir.formulas import conjunction, disjunction, junction, negation
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Leaf, Literal, PhaseRef, StateRef, Unary
 from robosc.model.traversal import rewritten
 from robosc.synthesis.vectorised import support, variable_of

@@ -12,8 +12,8 @@ from functools import cache, partial
 from typing import Any, TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
-from robosc.ir.expr import Leaf, Undefined, to_python
 from robosc.ir.finite.classes import Classes
+from robosc.ir.formulas import Leaf, Undefined, to_python
 from robosc.ir.step import Outcome, Values, Verdict, valuations
 from robosc.language.functions import HELPERS
 from robosc.model.evaluation import converted

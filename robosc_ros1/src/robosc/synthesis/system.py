@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import Protocol
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, PhaseStep, Plant, PlantState
-from robosc.ir.expr import conjunction, disjunction, negation
+from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.ir.step import Values
 from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, PhaseRef, StateRef

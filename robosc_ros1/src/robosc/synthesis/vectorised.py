@@ -2,9 +2,9 @@
 
 An expression over a few state variables is evaluated for all their values in one go: each state
 variable is a *column*, an array of indexes into its values, shaped so that numpy broadcasts columns
-against each other. Results equal :func:`robosc.ir.expr.evaluate` exactly: integers never overflow
-and never pass through a double that cannot hold them (Python's own integers take over where 64 bits
-might not do), and division is that of IEEE 754.
+against each other. Results equal :func:`robosc.ir.formulas.evaluate` exactly: integers never
+overflow and never pass through a double that cannot hold them (Python's own integers take over
+where 64 bits might not do), and division is that of IEEE 754.
 """
 
 from __future__ import annotations

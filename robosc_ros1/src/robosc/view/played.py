@@ -16,10 +16,10 @@ from typing import Any
 from robosc.emit.modeldata import model_document
 from robosc.emit.naming import file_of
 from robosc.runtime.report import dump
+from robosc.simulate.event_data import complete, given_json
 from robosc.simulate.faults import LineFault
 from robosc.simulate.literals import parse_raw
 from robosc.simulate.machine import Choice, CommandState, Happening, Machine, find_events, label
-from robosc.simulate.values import complete, given_json
 from robosc.synthesis.documents import event_document
 from robosc.view.hub import Hub
 from robosc.view.server import Answers, Unable

@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 
 from robosc.ir.combining import result_transitions
-from robosc.ir.expr import Leaf, evaluate, to_dsl
 from robosc.ir.finite.classes import Classes, Comparison
 from robosc.ir.finite.terms import Term, Terms, compared_in_rules, is_constant, value_of
 from robosc.ir.finite.view import (
@@ -20,6 +19,7 @@ from robosc.ir.finite.view import (
     _StateTerm,
     may_be_missing,
 )
+from robosc.ir.formulas import Leaf, evaluate, to_dsl
 from robosc.language.operators import MIRRORED
 from robosc.model.entities import Component, Provide, ResultTransition, Robot, data_expressions
 from robosc.model.expr import (

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
-from robosc.ir.expr import conjunction, evaluate, negation
+from robosc.ir.formulas import conjunction, evaluate, negation
 from robosc.model.expr import (
     FALSE,
     TRUE,

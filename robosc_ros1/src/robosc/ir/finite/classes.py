@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias, overload
 
-from robosc.ir.expr import conjunction, disjunction, negation
+from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.language.operators import BINARY
 from robosc.model.expr import Binary, Expr, Literal
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType, Type, Value

@@ -15,8 +15,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
-from robosc.ir.expr import Leaf, conjunction, disjunction, evaluate
 from robosc.ir.finite.cases import by_state, reads_states
+from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate
 from robosc.language.operators import MIRRORED
 from robosc.model.expr import (
     Binary,

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from robosc.ir.expr import Leaf
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import Term, Terms, reads_parameters, value_of
+from robosc.ir.formulas import Leaf
 from robosc.model.entities import Assignment, EventKind, ResultTransition, Robot, Variable
 from robosc.model.expr import (
     Aggregate,

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from robosc.model.diagnostics import Report, listing
 from robosc.model.entities import Binding
-from robosc.model.report import Report, listing
 from robosc.model.ros.definitions import (
     BASIC,
     Definition,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from difflib import get_close_matches
 
-from robosc.model.report import Report
+from robosc.model.diagnostics import Report
 from robosc.model.ros.definitions import (
     Interface,
     MessageDefinitions,

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from robosc.model.diagnostics import Report
 from robosc.model.entities import Binding, Data, DataArray, DataObject
 from robosc.model.evaluation import constant
 from robosc.model.expr import Expr, ParameterRef, VariableRef
-from robosc.model.report import Report
 from robosc.model.ros.definitions import (
     BASIC,
     Definition,

@@ -16,7 +16,7 @@ import numpy as np
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
-from robosc.ir.expr import conjunction, disjunction
+from robosc.ir.formulas import conjunction, disjunction
 from robosc.model.expr import Expr
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd

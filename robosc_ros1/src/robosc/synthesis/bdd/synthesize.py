@@ -7,7 +7,7 @@ from functools import partial
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Event, Plant
-from robosc.ir.expr import conjunction
+from robosc.ir.formulas import conjunction
 from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition

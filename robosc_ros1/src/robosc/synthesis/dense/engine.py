@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robosc.ir.automaton import Event
-from robosc.ir.expr import junction
+from robosc.ir.formulas import junction
 from robosc.model.expr import Expr, Unary
 from robosc.synthesis.dense.bitset import Bitset, add, count, members
 from robosc.synthesis.dense.care_set import DenseCareSet

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
-from robosc.ir.expr import junction
 from robosc.ir.finite.classes import Classes
+from robosc.ir.formulas import junction
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
 from robosc.model.expr import Expr, TestRef, Unary, ValueRef, VariableRef
 from robosc.model.traversal import walk

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from robosc.ir.automaton import Edge, LocalAutomaton, Plant, PlantState
-from robosc.ir.expr import Leaf, Undefined, evaluate, to_dsl
+from robosc.ir.formulas import Leaf, Undefined, evaluate, to_dsl
 from robosc.model.expr import Binary, Expr, Literal, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import BooleanType, Value
 from robosc.source import Span

@@ -15,7 +15,7 @@ from functools import cached_property
 
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.ir.automaton import Event, Plant, PlantState
-from robosc.ir.expr import conjunction, negation
+from robosc.ir.formulas import conjunction, negation
 from robosc.ir.step import Outcome, Verdict
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, StateRef, VariableRef

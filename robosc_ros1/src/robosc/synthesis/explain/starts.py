@@ -7,8 +7,8 @@ A reader wants to hear of a parameter only where it has to do with the matter.
 from __future__ import annotations
 
 from robosc.ir.automaton import Plant, PlantState, StateVariable
-from robosc.ir.expr import conjunction, negation, to_dsl
 from robosc.ir.finite.classes import Classes
+from robosc.ir.formulas import conjunction, negation, to_dsl
 from robosc.model.expr import Binary, Expr, Literal
 from robosc.model.types import BooleanType
 from robosc.synthesis.formatting import listing

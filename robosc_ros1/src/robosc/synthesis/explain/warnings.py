@@ -11,8 +11,8 @@ from itertools import combinations
 
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
-from robosc.ir.expr import conjunction, disjunction, negation, to_dsl
 from robosc.ir.finite.builder import sent_wholes
+from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl
 from robosc.ir.partial_evaluation import holds
 from robosc.model.entities import EventKind, Kind, Provide, Requirement
 from robosc.model.expr import TRUE, Expr, StateRef

@@ -14,7 +14,7 @@ from operator import itemgetter
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState, VariableKind
-from robosc.ir.expr import Leaf, Undefined, evaluate
+from robosc.ir.formulas import Leaf, Undefined, evaluate
 from robosc.model.expr import (
     Binary,
     ElementRef,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from robosc.emit.config import Config, declared_communications, declared_parameters
 from robosc.emit.naming import place
 from robosc.emit.python import duration
-from robosc.ir.expr import to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime import settings
 from robosc.supervisor import Supervisor

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosc.language.operators import Result
+from robosc.model.diagnostics import Report
 from robosc.model.evaluation import constant
 from robosc.model.expr import Expr, Literal
-from robosc.model.report import Report
 from robosc.model.types import (
     ArrayType,
     BooleanType,

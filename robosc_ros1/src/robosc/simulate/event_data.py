@@ -15,8 +15,9 @@ from types import SimpleNamespace
 from typing import Any, TypeAlias, cast
 
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
-from robosc.ir.expr import Leaf
+from robosc.ir.formulas import Leaf
 from robosc.ir.step import Values, missing_together
+from robosc.model.compatibility import default_value, describe
 from robosc.model.entities import Robot
 from robosc.model.evaluation import part_of_value
 from robosc.model.expr import ValueRef, condition_of
@@ -33,7 +34,6 @@ from robosc.model.types import (
     Type,
     Value,
 )
-from robosc.model.values import default_value, describe
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Path, Raw, literal_text, path_in
