@@ -10,9 +10,16 @@ from pathlib import Path
 
 import pytest
 import ros_support
+from hypothesis import HealthCheck, settings
 from kept import Kept
 from ros_support import EXAMPLES, REPOSITORY, Master, Workspace
 from view.browser import Browser, headless, missing_browser
+
+# The same examples in every run. How long it takes to draw one tells of the machine, not of robosc.
+settings.register_profile(
+    "robosc", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("robosc")
 
 # Folders whose tests one process runs, since they share a browser, an editor or a ROS graph.
 TOGETHER = {"lsp", "ros2", "view"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robosc.language.keywords import escape
@@ -65,7 +65,6 @@ def test_snake_case(name: str, snake: str) -> None:
     assert snake_case(name) == snake
 
 
-@settings(derandomize=True, deadline=None)
 @given(st.from_regex(r"[A-Za-z_][A-Za-z0-9_]*", fullmatch=True))
 def test_every_identifier_gives_a_package_name_of_rep_144(name: str) -> None:
     package = package_name(name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from robosc.ir.finite.classes import Classes
@@ -51,7 +51,6 @@ def values_of(type_: Type, comparisons: frozenset) -> list[int | float]:
 
 
 @pytest.mark.parametrize("type_", [DoubleType(), IntegerType()])
-@settings(deadline=None)
 @given(comparisons=COMPARISONS)
 @example(comparisons=frozenset({(">", 0.2), ("<=", math.nextafter(0.2, 1.0))}))
 @example(comparisons=frozenset({(">", 0.2), ("<=", 0.2)}))
@@ -68,7 +67,6 @@ def test_values_are_in_one_class_if_and_only_if_all_comparisons_agree(
 
 
 @pytest.mark.parametrize("type_", [DoubleType(), IntegerType()])
-@settings(deadline=None)
 @given(comparisons=COMPARISONS, data=st.data())
 @example(comparisons=frozenset({(">", 0.2), ("<=", 0.2)}), data=None)
 def test_conditions_hold_in_what_is_needed_and_nowhere_but_in_what_is_free(
@@ -94,7 +92,6 @@ def _is_nan(value: object) -> bool:
     return value != value
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["=", "!="]), st.sampled_from(["", "a", "?", "b"]))))
 def test_classes_of_strings(comparisons: list[tuple[str, str]]) -> None:
     told_apart = frozenset(comparisons)

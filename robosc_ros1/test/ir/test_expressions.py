@@ -95,20 +95,20 @@ def lookup(leaf):
 
 
 @pytest.mark.slow
-@settings(derandomize=True, deadline=None, max_examples=500)
+@settings(max_examples=500)
 @given(booleans(4))
 def test_python_text_means_the_expression(expr):
     source = to_python(expr, lambda leaf: f"v[{leaf.variable!r}]")
     assert eval(source, {**HELPERS, "v": VALUES}) is evaluate(expr, lookup)
 
 
-@settings(derandomize=True, deadline=None, max_examples=500)
+@settings(max_examples=500)
 @given(booleans(3))
 def test_negation_is_the_opposite(expr):
     assert evaluate(negation(expr), lookup) is (not evaluate(expr, lookup))
 
 
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.lists(booleans(2), max_size=4))
 def test_chains_mean_all_and_any(parts):
     assert evaluate(conjunction(parts), lookup) is all(evaluate(p, lookup) for p in parts)

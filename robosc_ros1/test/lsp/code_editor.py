@@ -195,7 +195,7 @@ def running_code(
             browser.open("about:blank")
         finally:
             server.terminate()
-            server.wait(30)
+            server.wait(60)
 
 
 def _is_up(address: str) -> bool:

@@ -94,7 +94,7 @@ def test_random_edits() -> None:
         everything(desk, text, min(place, len(text)))
 
 
-@settings(derandomize=True, deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(
     st.lists(
         st.sampled_from(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robosc.lsp.positions import Encoding, offset_of, position_of
@@ -14,7 +14,6 @@ ENCODINGS: tuple[Encoding, ...] = ("utf-8", "utf-16", "utf-32")
 BYTES = {"utf-8": ("utf-8", 1), "utf-16": ("utf-16-le", 2), "utf-32": ("utf-32-le", 4)}
 
 
-@settings(derandomize=True, deadline=None)
 @given(text=TEXT, offset=st.integers(0, 40), encoding=st.sampled_from(ENCODINGS))
 def test_there_and_back(text: str, offset: int, encoding: Encoding) -> None:
     offset = min(offset, len(text))
@@ -41,7 +40,6 @@ def test_inside_of_a_character_is_before_it() -> None:
     assert offset_of(Source("x.rscd", "🤖"), (0, 1)) == 0
 
 
-@settings(derandomize=True, deadline=None)
 @given(st.text("ab", max_size=12), st.text("ab", max_size=12))
 def test_common_ends_are_as_long_as_they_can_be(one: str, other: str) -> None:
     head, tail = common_ends(one, other)

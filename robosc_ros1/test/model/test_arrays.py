@@ -97,7 +97,7 @@ def test_generated_python_means_the_expression(text: str, variable: str) -> None
 
     code = compile(to_python(expr, spelled), "generated", "eval")
 
-    @settings(derandomize=True, deadline=None, max_examples=40)
+    @settings(max_examples=40)
     @given(clouds)
     def check(cloud: SimpleNamespace) -> None:
         def part(path: tuple[str | int, ...]) -> object:

@@ -333,7 +333,7 @@ def test_closing_cancels_goals_and_sends_the_stop_command() -> None:
     played.engine.close()
     thread = threading.Thread(target=played.engine.run)
     thread.start()
-    thread.join(10)
+    thread.join(60)
     assert not thread.is_alive()
     assert played.port.take()[-1] == HALT
 
@@ -352,9 +352,9 @@ def test_inputs_wake_the_engine() -> None:
     thread = threading.Thread(target=played.engine.run, daemon=True)
     thread.start()
     played.engine.post(SENSOR, "response", 50)
-    assert sent.wait(10)
+    assert sent.wait(60)
     played.engine.close()
-    thread.join(10)
+    thread.join(60)
     assert not thread.is_alive()
 
 
@@ -375,7 +375,7 @@ def test_a_deadline_in_a_thousand_centuries_is_waited_for() -> None:
     thread = threading.Thread(target=played.engine.run, daemon=True)
     thread.start()
     played.engine.close()
-    thread.join(20)
+    thread.join(60)
     assert not thread.is_alive()
     assert played.engine.time_to_deadline() <= threading.TIMEOUT_MAX  # type: ignore[operator]
 

@@ -126,7 +126,7 @@ def run_reporter(
     reporter.start()
     play(engine)
     engine.close()
-    thread.join(10)
+    thread.join(60)
     reporter.close(10)
     return engine
 

@@ -65,7 +65,7 @@ def test_what_is_not_read(text: str) -> None:
         parse_raw(text)
 
 
-@settings(derandomize=True, deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(
     st.text(max_size=12)
     | st.sampled_from(["true", "missing", "4", "^a", "a.b", "a b", '"a"', "//a"])

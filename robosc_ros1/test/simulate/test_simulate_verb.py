@@ -233,7 +233,7 @@ def test_documents_of_programs_name_events_in_full(typed) -> None:
 
 
 @pytest.mark.slow
-@settings(derandomize=True, deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10**6), execute=st.booleans())
 def test_every_answer_follows_the_schema(seed: int, execute: bool) -> None:
     """In any state of any model."""

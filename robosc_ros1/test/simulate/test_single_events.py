@@ -32,7 +32,7 @@ def player(supervisor: Supervisor) -> Session:
 
 
 @pytest.mark.slow
-@settings(derandomize=True, deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10**6))
 def test_a_random_walk_stays_within_the_explored_transitions(seed: int) -> None:
     supervisor = supervisor_of(random_model(random.Random(seed), 1 + seed % 3))
@@ -59,7 +59,7 @@ def test_a_random_walk_stays_within_the_explored_transitions(seed: int) -> None:
 
 
 @pytest.mark.slow
-@settings(derandomize=True, deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10**6))
 def test_commands_are_enabled_where_they_can_be_fired(seed: int) -> None:
     supervisor = supervisor_of(random_model(random.Random(seed), 1 + seed % 3))
@@ -102,7 +102,7 @@ def test_goto_takes_a_shortest_way(player: Session) -> None:
 
 
 @pytest.mark.slow
-@settings(derandomize=True, deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10**6))
 def test_no_way_is_shorter(seed: int) -> None:
     """To each state of each component, the events are as many as the graph of explore needs."""
@@ -213,7 +213,7 @@ _WORDS = [
 ]  # fmt: skip
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(
     line=st.text(max_size=30)
     | st.builds(

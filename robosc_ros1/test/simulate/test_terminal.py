@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from simulate.players import line_follower, session
 from simulate.typed_terminal import Terminal
@@ -51,7 +51,6 @@ def test_everything_that_can_be_done_is_offered_at_first(player: Session) -> Non
     assert {"help", "quit", "stop.request"} <= set(found)
 
 
-@settings(derandomize=True, deadline=None)
 @given(
     text=st.text(st.sampled_from("ab  \n,"), max_size=60),
     width=st.integers(1, 20),

@@ -46,13 +46,13 @@ def check(text: str) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
     return tree, diagnostics
 
 
-@settings(derandomize=True, deadline=None, max_examples=500)
+@settings(max_examples=500)
 @given(st.text())
 def test_any_text(text: str) -> None:
     check(text)
 
 
-@settings(derandomize=True, deadline=None, max_examples=500)
+@settings(max_examples=500)
 @given(
     st.lists(st.sampled_from(TOKENS), max_size=60).map(" ".join), st.sampled_from(["", "robot R {"])
 )
@@ -77,7 +77,7 @@ def mutated(draw: st.DrawFn) -> str:
     return text
 
 
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(mutated())
 def test_mutated_models(text: str) -> None:
     check(text)

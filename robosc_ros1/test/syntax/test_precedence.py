@@ -83,7 +83,7 @@ _tokens = st.recursive(
 )
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(_tokens)
 def test_any_expression_is_read_as_a_recursive_descent_would(tokens: list[str]) -> None:
     assert shown(expression(" ".join(tokens))) == _by_recursive_descent(list(tokens))

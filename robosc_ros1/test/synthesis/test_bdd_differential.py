@@ -31,8 +31,6 @@ pytestmark = pytest.mark.slow
 
 SMALL = 2**25
 relaxed = settings(
-    derandomize=True,
-    deadline=None,
     max_examples=50,
     suppress_health_check=list(HealthCheck),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robosc.synthesis.dense.bitset import WORD, add, count, members, pack, places, unpack
@@ -18,7 +18,6 @@ def words_of(numbers: list[int]) -> np.ndarray:
     return words
 
 
-@settings(derandomize=True, deadline=None)
 @given(numbers)
 def test_what_is_added_is_there_and_nothing_else(chosen: list[int]) -> None:
     words = words_of(chosen)
@@ -28,7 +27,6 @@ def test_what_is_added_is_there_and_nothing_else(chosen: list[int]) -> None:
     assert np.flatnonzero(members(words, everything)).tolist() == chosen
 
 
-@settings(derandomize=True, deadline=None)
 @given(numbers, numbers)
 def test_adding_keeps_what_was_there(first: list[int], second: list[int]) -> None:
     words = words_of(first)

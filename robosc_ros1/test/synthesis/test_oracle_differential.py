@@ -42,8 +42,6 @@ def check(text: str, engine: str, seed: int | None = None) -> None:
 
 @engines
 @settings(
-    derandomize=True,
-    deadline=None,
     max_examples=40,
     suppress_health_check=list(HealthCheck),
 )

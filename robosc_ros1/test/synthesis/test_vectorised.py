@@ -137,13 +137,13 @@ PLANT_COLOURS = ("red", "green", "blue")
 
 
 @pytest.mark.slow
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(conditions)
 def test_conditions(expr: Expr) -> None:
     check(expr)
 
 
-@settings(derandomize=True, deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(
     st.recursive(
         integers,

@@ -146,7 +146,7 @@ async def test_requests_that_are_cancelled(client: LanguageClient, open_model) -
     ]
     for identity in range(200):
         client.cancel_request(types.CancelParams(identity))
-    await asyncio.wait(requests, timeout=30)
+    await asyncio.wait(requests, timeout=60)
     assert all(request.done() for request in requests)
     await document.codes(WARNINGS)
 
