@@ -26,11 +26,13 @@ from physics.progress import Progress
 from physics.world import STEP, World
 from physics.worlds import WORLDS
 
-PATIENCE = 10.0
+PATIENCE = 60.0
 """Seconds of real time after which something that is waited for counts as lost; so many are in the
 record."""
 START = 60.0
 """Seconds of real time in which all that is started is connected."""
+REPEAT = 1.0
+"""Seconds of real time after which a sensor that is not heard yet speaks once more."""
 SETTLED = 0.3
 """Seconds of real time in which what a controller sends at its start has come."""
 
@@ -113,10 +115,27 @@ class Bridge:
         for name, server in self._servers.items():
             server.late = self._faults.late
             self._start(name)
+        return is_met() and self._is_heard()
+
+    def _is_heard(self) -> bool:
+        """Let the sensors speak until the controller says that it has heard each; whether it did.
+
+        The end of a connection that accepts it may know of it a little later than the other one.
+        """
+        taken, deadline = self._progress.taken, time.monotonic() + START
+        samples = [sample for sample in self._world.sense() if sample[0] in self._world.sensors]
+        while not all(taken[topic] for topic, _, _ in samples):
+            if time.monotonic() > deadline:
+                return False
+            for topic, type_, fields in samples:
+                if not taken[topic]:
+                    self._ros.publish(topic, type_, fields, self._world.time)
+                    self._world.observer.hear(topic)
+            self._ros.exchange(lambda: all(taken[topic] for topic, _, _ in samples), REPEAT)
         # What was sent before all were connected may have come, and its event may not.
         self._ros.exchange(lambda: False, SETTLED)
         self._progress.under_way.clear()
-        return is_met()
+        return True
 
     def _start(self, name: str) -> None:
         """Start an action server, and wait until the controller knows the new one.

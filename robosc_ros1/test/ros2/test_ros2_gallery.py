@@ -24,4 +24,3 @@ def test_robot_follows_a_person_and_violates_nothing(bed: Bed, tmp_path: Path) -
     assert run["succeeded"], run["path"][-1]
     assert run["judgements"] > 20
     assert run["simulated"] <= 20.0
-    assert run["lost"] == []
