@@ -47,3 +47,15 @@ def test_common_ends_are_as_long_as_they_can_be(one: str, other: str) -> None:
     assert head == max(n for n in range(most + 1) if one[:n] == other[:n])
     rest = most - head
     assert tail == max(n for n in range(rest + 1) if one[len(one) - n :] == other[len(other) - n :])
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+@pytest.mark.parametrize("offset", [999, 1000, 1001, 1999, 2000, 2001, 4499, 4500])
+def test_places_in_a_long_line(offset: int, encoding: Encoding) -> None:
+    """They are counted from a mark in the line, not from its beginning."""
+    line = "aé🤖" * 1500
+    source = Source("x.rscd", f"before\n{line}\nafter\n")
+    codec, size = BYTES[encoding]
+    position = position_of(source, 7 + offset, encoding)
+    assert position == (1, len(line[:offset].encode(codec)) // size)
+    assert offset_of(source, position, encoding) == 7 + offset

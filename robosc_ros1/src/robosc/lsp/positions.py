@@ -6,6 +6,8 @@ wants another one; robosc counts characters.
 
 from __future__ import annotations
 
+from functools import lru_cache
+from itertools import accumulate
 from typing import Literal, TypeAlias
 
 from robosc.source import Source, Span
@@ -17,13 +19,29 @@ Position: TypeAlias = tuple[int, int]
 Range: TypeAlias = tuple[Position, Position]
 
 _UNIT = {"utf-8": 1, "utf-16": 2, "utf-32": 4}
+_LONG = 1000
+"""Characters: in a longer line places are counted from the last multiple of it."""
 _CODEC = {"utf-8": "utf-8", "utf-16": "utf-16-le", "utf-32": "utf-32-le"}
 
 
 def position_of(source: Source, offset: int, encoding: Encoding = "utf-16") -> Position:
     """The place of a character offset."""
     line, column = source.position(offset)
-    return line - 1, units(source.text[offset - column + 1 : offset], encoding)
+    start = offset - column + 1
+    if column <= _LONG:
+        return line - 1, units(source.text[start:offset], encoding)
+    mark, rest = divmod(column - 1, _LONG)
+    before = _units_before(source, line, encoding)[mark]
+    return line - 1, before + units(source.text[offset - rest : offset], encoding)
+
+
+@lru_cache(maxsize=8)
+def _units_before(source: Source, line: int, encoding: Encoding) -> list[int]:
+    """The units in a line (from 1) before each multiple of :data:`_LONG` characters."""
+    start = source.line_start(line)
+    text = source.text[start : source.line_start(line + 1)]
+    parts = (units(text[at : at + _LONG], encoding) for at in range(0, len(text), _LONG))
+    return list(accumulate(parts, initial=0))
 
 
 def range_of(span: Span, encoding: Encoding = "utf-16") -> Range:
