@@ -6,7 +6,7 @@ import pytest
 from emit.golden_packages import PACKAGES, package_of
 
 ALL = {"__init__", "calls", "clocks", "engine", "eventlog", "inbox", "intake", "internal", "model", "original_state", "port", "recorder", "report",
-       "scheduler", "settings", "traffic", "values"}  # fmt: skip
+       "scheduler", "settings", "traffic", "turns", "values"}  # fmt: skip
 ONLY = {
     ("ros1", "controller"): set(),
     ("ros1", "supervisor"): {"matching", "supervisor_engine"},

@@ -89,6 +89,24 @@ def test_a_sensor_that_stood_still_and_comes_back(
     drives(ear)
 
 
+def test_bursts_after_silence(graph: Graph, controller: Start, ear: Peer) -> None:
+    """Of a reliable topic no message is lost, however many come at once."""
+    controller(NODE, **RELIABLE, qos__scan__depth=1000)
+    sensor = graph.peer("sensor")
+    told(ear, "request", "halt")  # so its events are heard
+    driven = 0
+    for _ in range(3):
+        sensor.publish(SCAN["name"], SCAN["type"], [SCAN["data"]] * 300)
+        for _ in range(300):
+            told(ear, "response", "scan")
+        told(ear, "timeout", "scan")
+        state = ear.expect_state(
+            NODE, lambda s, n=driven: s["communications"]["scan"] == "silent" and count(s, "drive") > n
+        )  # fmt: skip
+        driven = count(state, "drive")
+    assert state["counters"]["dropped"] == 0
+
+
 class Clock:
     """The clock of a graph with simulated time. It is best effort, so it may have to be said again."""
 

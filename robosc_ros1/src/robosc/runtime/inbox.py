@@ -19,8 +19,9 @@ LIMIT = 1000
 
 
 class Inbox:
-    """``put`` takes a message into the engine's queue, as ``(entries, message, inbox)``; ``now``
-    tells the time (None: it does not matter)."""
+    """``submit`` takes a message to the engine, as ``(entries, message, inbox)``, and may handle it
+    before it returns; ``put`` leaves it in the queue in any case. ``now`` tells the time (None: it
+    does not matter)."""
 
     __slots__ = (
         "_arrivals",
@@ -29,15 +30,21 @@ class Inbox:
         "_lock",
         "_now",
         "_put",
+        "_submit",
         "dropped",
         "is_watched",
     )
 
     def __init__(
-        self, put: Callable[[Any], None], entries: Any, now: Optional[Callable[[], float]]
+        self,
+        submit: Callable[[Any], None],
+        put: Callable[[Any], None],
+        entries: Any,
+        now: Optional[Callable[[], float]],
     ) -> None:
         self.dropped = 0
         self.is_watched = now is not None
+        self._submit = submit
         self._put = put
         self._entries = entries
         self._now = now
@@ -52,7 +59,7 @@ class Inbox:
         # Without the lock, as nearly always: some threads may exceed the limit by one each.
         if self._latest is None and len(self._arrivals) < LIMIT:
             self._arrivals.append(arrival)
-            self._put((self._entries, message, self))
+            self._submit((self._entries, message, self))
             return
         with self._lock:
             self.dropped += self._latest is not None

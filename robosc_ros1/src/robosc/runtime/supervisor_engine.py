@@ -95,11 +95,11 @@ class SupervisorEngine(Engine):
         self, topic: str, patterns: Sequence[CommandPattern], message: Any, payload: Any
     ) -> None:
         """The controller sent a message; ``payload`` is what the port is to send if it passes."""
-        self.invoke(lambda: self._offer(topic, patterns, message, payload))
+        self._submit(lambda: self._offer(topic, patterns, message, payload))
 
     def request(self, key: str, message: Any, payload: Any, answer: Answer) -> None:
         """The controller calls a service or sends a goal; ``payload`` is as in :meth:`offer`."""
-        self.invoke(lambda: self._request(key, message, payload, answer))
+        self._submit(lambda: self._request(key, message, payload, answer))
 
     def withdraw(self, key: str) -> None:
         """The controller cancels its goal. That always goes on to the robot.
@@ -107,18 +107,17 @@ class SupervisorEngine(Engine):
         Where the model does not have it (no requirement on the action is violated), the goal is
         under way until the robot says that it is not.
         """
-        self.invoke(lambda: self._cancel(key))
+        self._submit(lambda: self._cancel(key))
 
-    # The engine thread
+    # The thread that has the turn
+
+    # It sends nothing of its own accord.
 
     def _time_to_command(self, now: float) -> Optional[float]:
-        """It sends nothing of its own accord."""
         return None
 
-    def _cycle(self, item: Any) -> None:
-        if item is not None:
-            self._take(item)
-        self._drain()
+    def _perform_next(self) -> bool:
+        return False
 
     def _offer(
         self, topic: str, patterns: Sequence[CommandPattern], message: Any, payload: Any
