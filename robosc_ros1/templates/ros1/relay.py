@@ -232,6 +232,7 @@ class ActionRelay:
 
     def _wait(self, message, token, deadline):
         while time.monotonic() < deadline and not rospy.is_shutdown():
+            self._ends.look()
             with self._lock:
                 if self._token != token:
                     return
@@ -245,7 +246,7 @@ class ActionRelay:
 
     def _on_status(self, array):
         self._heard = time.monotonic()
-        self._ends.are_connected()  # a goal that comes later need not wait
+        self._ends.look()  # a goal that comes later need not wait
         with self._lock:
             if self._token is None:
                 return

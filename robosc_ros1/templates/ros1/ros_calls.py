@@ -26,8 +26,8 @@ from .ros_watch import Refused, ask
 
 RESULT_TIMEOUT = 2.0
 """Seconds from a goal's end, as its status tells it, until its result counts as lost."""
-SETTLED = 0.1
-"""Seconds after which the other end of a new connection has heard of it, too."""
+SETTLED = 2.0
+"""Seconds after which a new connection is used although the other end does not tell of it."""
 HUNG_CALLS = 8
 """While so many calls of one service have not returned, further requests end at once as errors."""
 
@@ -227,21 +227,42 @@ class Ends:
     def __init__(self, *ends):
         self._ends = list(ends)
         self._seen = ([], 0.0)  # the connections, and since when they are these
+        self._settled = []  # the connections of which the other ends know
 
     def add(self, end):
         self._ends.append(end)
 
     def are_connected(self):
-        """Whether what is sent arrives, and all that comes back.
+        """Whether what is sent arrives, and all that comes back, as of the last look."""
+        return bool(self._settled) and self._links() == self._settled
 
-        A rospy publisher greets a subscriber just before it begins to send to it: the result of a
-        goal that is over at once would be lost.
+    def look(self):
+        """Find out whether they are connected, which may take as long as an answer of the server.
+
+        A rospy subscriber counts what it only begins to connect to, and a publisher greets a
+        subscriber before it begins to send to it: the result of a goal that is over at once would
+        be lost. So the server is asked.
         """
-        links = [end.impl.connections for end in self._ends]  # rospy replaces, never changes them
-        now = time.monotonic()
+        links, now = self._links(), time.monotonic()
         if links != self._seen[0]:
             self._seen = (links, now)
-        return all(links) and now - self._seen[1] >= SETTLED
+        is_new = all(links) and links != self._settled
+        if is_new and (now - self._seen[1] >= SETTLED or self._are_sent_to()):
+            self._settled = links
+
+    def _links(self):
+        return [end.impl.connections for end in self._ends]  # rospy replaces, never changes them
+
+    def _are_sent_to(self):
+        """Whether those whom this node hears say that they send to it."""
+        heard = [end.impl for end in self._ends if isinstance(end, rospy.Subscriber)]
+        wanted = {(link.endpoint_id, topic.name) for topic in heard for link in topic.connections}
+        own = [rospy.get_name(), "o"]
+        try:
+            told = {uri: ask(uri, "getBusInfo") for uri, _ in wanted}
+        except Exception:
+            return False  # whatever is wrong there
+        return all([*own, topic] in [[*r[1:3], r[4]] for r in told[uri]] for uri, topic in wanted)
 
 
 def _forget_goals(manager):
@@ -303,7 +324,7 @@ class Action:
 
     def _on_status(self, _):
         self._heard = time.monotonic()
-        self._is_connected()  # a goal that comes later need not wait
+        self._ends.look()  # a goal that comes later need not wait
 
     def _is_connected(self):
         return self._ends.are_connected() and self._client.last_status_msg is not None
@@ -312,6 +333,7 @@ class Action:
         while time.monotonic() < deadline and not rospy.is_shutdown():
             if self._token != token:
                 return
+            self._ends.look()
             if self._is_connected():
                 try:
                     self._send(goal, token)
