@@ -80,11 +80,12 @@ def missing_links(master: str, node: str, topics: Collection[str] | None = None)
         for subscriber in subscribers[topic]
         if node in (publisher, subscriber)
     }
-    names = {name for link in links for name in link[1:]}
-    running = {name: _connections(master, name) for name in names}
+    # Publishers first: what they count, and a subscriber still has later, is no connection dropped.
+    sends = {name: _connections(master, name) for name in {link.publisher for link in links}}
+    receives = {name: _connections(master, name) for name in {link.subscriber for link in links}}
 
     def is_missing(link: Link) -> bool:
-        sending, receiving = running[link.publisher], running[link.subscriber]
+        sending, receiving = sends[link.publisher], receives[link.subscriber]
         if sending is None or receiving is None:
             return False
         sending = [c for c in sending if c[1] == link.subscriber]

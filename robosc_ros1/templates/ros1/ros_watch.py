@@ -64,7 +64,7 @@ class Watch:
         self._traffic = Traffic(rospy.get_name(), *topics, allowed=tuple(allowed.split()))
         self._master = rosgraph.get_master_uri()
         self._gone = False
-        self._suspects = set()
+        self._suspects = {}  # strangers, and at how many looks they were
         self._throttle = Throttle(60.0)
 
     def start(self):
@@ -107,15 +107,19 @@ class Watch:
             listeners.notify_added(service, uri, Registration.SRV)
 
     def _look_around(self):
-        """Who is still not connected since the last look is suspect, and asked."""
+        """Who is still not connected since the last look is announced, and since another one asked.
+
+        Not before: who is announced while it connects may do so twice, and what was sent over the
+        first connection may be lost.
+        """
         publishers, subscribers, _ = ask(self._master, "getSystemState")
         publishers, subscribers = dict(publishers), dict(subscribers)
-        suspects = self._strangers(publishers, subscribers)
-        for topic, _, _, uri, question in suspects - self._suspects:
+        strangers = self._strangers(publishers, subscribers)
+        looks = self._suspects = {who: self._suspects.get(who, 0) + 1 for who in strangers}
+        for topic, _, _, uri, question in (who for who in strangers if looks[who] == 2):
             subscriber = rospy.get_node_uri() if question == "getPublications" else uri
             self._announce(subscriber, topic, publishers[topic])
-        found = [self._fault(*suspect) for suspect in sorted(suspects & self._suspects)]
-        self._suspects = suspects
+        found = [self._fault(*who) for who in sorted(strangers) if looks[who] > 2]
         publishers, subscribers = self._running(publishers, subscribers)
         found += self._traffic.second_publishers(publishers)
         self.faults = tuple(fault for fault in found if fault is not None)

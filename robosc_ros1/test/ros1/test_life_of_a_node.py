@@ -239,6 +239,27 @@ def test_it_connects_where_rospy_forgets_who_publishes(
         Node(process, "/probe_controller", ear).tells(event("response", "level", value=7))
 
 
+LOOKS = """
+import rospy
+from probe_controller.ros_watch import Watch
+rospy.init_node("looking")
+watch, told = Watch((), (), (), ""), []
+watch._strangers = lambda *_: {("/rosout", "", "/other", "", "getPublications")}
+watch._announce = lambda *_: told.append("announced")
+watch._fault = lambda *_: told.append("asked")
+for _ in range(4):
+    watch._look_around()
+    told.append("looked")
+print(*told)
+"""
+
+
+def test_who_may_only_be_connecting_is_not_announced(stage: Stage) -> None:
+    """It would connect twice, and lose what is sent over the first connection."""
+    done = stage.workspace.run("python3", "-c", LOOKS, master=stage.master)
+    assert done.stdout.endswith("looked announced looked asked looked asked looked\n")
+
+
 def test_it_ends_when_the_master_is_gone(
     generated_workspace: Workspace, ros: None, tmp_path: Path
 ) -> None:
