@@ -114,9 +114,10 @@ def test_a_controller_that_begins_again(
     for _ in range(2):
         mark, begun = puppet.mark, time.time()
         with stage.controller(puppet, NODE) as node:
+            browser.sees(link_says("live"))
+            stage.master.await_links(node.name)
             puppet.publish(*DISTANCE, 1.0, times=1)
             node.enters("DistanceSensor", "sensing")
-            browser.sees(link_says("live"))
             browser.sees(is_in("DistanceSensor", "sensing"))
             # The list holds events of this run only, each once.
             last = node.tells(event("response", "distance"), since=mark)["number"]
@@ -139,8 +140,9 @@ def test_a_viewer_outlives_masters(
             (tmp_path / run).mkdir()
             with ros_support.master(tmp_path / run, master_to_be.port) as running:
                 stage = Stage(example_workspace, running)
-                with stage.puppet() as puppet, stage.controller(puppet, NODE):
+                with stage.puppet() as puppet, stage.controller(puppet, NODE) as node:
                     browser.sees(link_says("live"))
+                    running.await_links(node.name)
                     puppet.publish(*DISTANCE, 1.0, times=1)
                     browser.sees(is_in("DistanceSensor", "sensing"))
                     browser.sees("page.events.some((e) => e.event.name === 'distance')")
