@@ -20,6 +20,8 @@ SAMPLES = 64
 """Messages of each sort that ways are made of."""
 TRIED = 8
 """So many of them are tried in one state."""
+DRAWS = 8
+"""So often others are drawn where these lead to nothing new."""
 EXPANSIONS = 4
 """So many states are looked at anew, or with other messages, for one step."""
 HORIZON = 2000
@@ -38,10 +40,14 @@ PERIOD = 0.06
 """Seconds in which a controller repeats its commands in this test."""
 PATIENCE = 12
 """After so many steps towards one case in vain it is given up."""
+KNOWN = 500
+"""For so many messages it is remembered which places in arrays decide, for so many states which
+numbers."""
 MISSED = 4
 """So many of these counts one that should have led right there."""
 
 _CONNECTIVES = ("and", "or", "=>", "!")
+_WITH_OR_WITHOUT = {"<": "<=", "<=": "<", ">": ">=", ">=": ">"}
 _COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
 
 
@@ -54,6 +60,7 @@ class Decision:
             (_at(tree, path), _with(tree, path, True), _with(tree, path, False))
             for path in _paths(tree)
         ]
+        self._places = Places(tree)
 
     def cases(self, shadow, message=None):
         """Yield each atomic condition that decides by itself: its number, value, and how near the
@@ -64,6 +71,100 @@ class Decision:
                     yield number, shadow.evaluate(atom, message), _nearness(atom, shadow, message)
             except Undefined:
                 pass
+        for number in self._places.deciding(shadow, message):
+            yield "place", number, None
+
+
+class Places:
+    """The constant places in arrays that an expression reads, and what is compared there."""
+
+    def __init__(self, tree):
+        self._tree = tree
+        self._variants = list(_shifted(tree))
+        self._is_of_message = not _reads_state(tree)
+        self._known = {}
+
+    def deciding(self, shadow, message):
+        """The numbers of those where one place further on makes a difference, or where it does
+        whether a comparison holds for equal numbers."""
+        if not self._variants:
+            return ()
+        if not self._is_of_message:
+            return self._found(shadow, message)
+        if id(message) not in self._known:
+            if len(self._known) > KNOWN:
+                self._known.clear()
+            self._known[id(message)] = message, self._found(shadow, message)
+        return self._known[id(message)][1]
+
+    def _found(self, shadow, message):
+        return _differing(shadow, self._tree, self._variants, message)
+
+
+def _differing(shadow, tree, variants, message):
+    """The numbers of those variants of an expression that have another value."""
+    own = _value(shadow, tree, message)
+    values = [_value(shadow, variant, message) for variant in variants]
+    return [number for number, value in enumerate(values) if value != own]
+
+
+def _with_other_numbers(tree):
+    """Yield an expression with each of its numbers changed."""
+    if not isinstance(tree, (list, tuple)):
+        return
+    if list(tree[:1]) == ["literal"]:
+        if isinstance(tree[1], (int, float)) and not isinstance(tree[1], bool):
+            yield ["literal", tree[1] + 1]
+        return
+    for number, part in enumerate(tree):
+        for variant in _with_other_numbers(part):
+            yield [*tree[:number], variant, *tree[number + 1 :]]
+
+
+def _computed_in(data):
+    """Yield the expressions in data that read variables."""
+    if isinstance(data, dict) and "value" in data:
+        if variables_of(data["value"]):
+            yield data["value"]
+    elif isinstance(data, (dict, list)):
+        for part in data.values() if isinstance(data, dict) else data:
+            yield from _computed_in(part)
+
+
+def _shifted(tree):
+    """Yield an expression with each of its constant places in arrays one less, and one more, and
+    with ``<`` and ``<=`` exchanged where it goes through an array."""
+    if not isinstance(tree, (list, tuple)) or not tree:
+        return
+    for number, part in enumerate(tree):
+        before, after = list(tree[:number]), list(tree[number + 1 :])
+        if tree[0] in ("section", "element") and number > 1 and not _reads_state(part):
+            yield from ([*before, [op, part, ["literal", 1]], *after] for op in "-+")
+        elif tree[0] == "value" and number == 1:
+            for place, step in enumerate(part):
+                if isinstance(step, int):
+                    for other in {step + 1, abs(step - 1)}:
+                        yield [*before, [*part[:place], other, *part[place + 1 :]], *after]
+        else:
+            yield from ([*before, variant, *after] for variant in _shifted(part))
+    if tree[0] in _WITH_OR_WITHOUT and any(part[0] == "bound" for part in tree[1:]):
+        yield [_WITH_OR_WITHOUT[tree[0]], *tree[1:]]
+
+
+def _reads_state(tree):
+    """Whether an expression reads more than a message."""
+    if not isinstance(tree, (list, tuple)):
+        return False
+    own = bool(tree) and tree[0] in ("variable", "state", "busy", "fresh")
+    return own or any(map(_reads_state, tree))
+
+
+def _value(shadow, tree, message):
+    """The value of an expression as text; None if it has none."""
+    try:
+        return repr(shadow.evaluate(tree, message))
+    except Undefined:
+        return None
 
 
 def _holds(shadow, tree, message=None):
@@ -125,6 +226,19 @@ class Cases:
                 for transition in component[sort]:
                     if transition["guard"] is not None:
                         self._guards[id(transition)] = Decision(transition["guard"])
+        self._places = {
+            id(tree): Places(tree)
+            for component in plant["components"]
+            for transition in component["transitions"]
+            for _, tree in transition["assign"]
+        }
+        self._data = [
+            (number, tree, list(_with_other_numbers(tree)))
+            for number, provide in enumerate(plant["provides"])
+            for tree in _computed_in(provide["data"])
+        ]
+        self._data_variables = sorted(set(variables_of([tree for _, tree, _ in self._data])))
+        self._known = {}
         self.commands = [
             (kind, c["key"])
             for c in plant["communications"]
@@ -203,8 +317,29 @@ class Cases:
                 cases = () if decision is None else decision.cases(shadow)
                 found |= {("data", number, *case) for case in cases}
                 if decision is None or _holds(shadow, decision.tree):
-                    return found | {("data", number)}
+                    told = {("data", *of) for of in self.telling_numbers(shadow) if of[0] == number}
+                    return found | told | {("data", number)}
         return found
+
+    def of_enabled(self, shadow):
+        """Return the cases of the data of the requests that are enabled."""
+        enabled = {key for kind, key in self.commands if kind == "request"}
+        enabled = {key for key in enabled if shadow.is_enabled("request", key)}
+        return {case for key in enabled for case in self.of_request(shadow, key)}
+
+    def telling_numbers(self, shadow):
+        """Return which numbers in data make a difference now: of which ``provide`` statement, in
+        which of its expressions, and which one there."""
+        values = repr([shadow.variables[name] for name in self._data_variables])
+        if values not in self._known:
+            if len(self._known) > KNOWN:
+                self._known.clear()
+            self._known[values] = [
+                (number, place, which)
+                for place, (number, tree, variants) in enumerate(self._data)
+                for which in _differing(shadow, tree, variants, None)
+            ]
+        return self._known[values]
 
     def of_event(self, shadow, kind, key, content):
         """Return the cases of the transitions that an event lets components take, and of the rules
@@ -252,6 +387,8 @@ class Cases:
     def _changes(self, shadow, name, transition, content):
         for variable, tree in transition["assign"]:
             yield from self._of_conversions(shadow, tree, content)
+            for place in self._places[id(tree)].deciding(shadow, content):
+                yield ("transition", *name, "place", variable, place)
             try:
                 before = plain(shadow.variables[name[0] + "." + variable])
                 if plain(shadow.evaluate(tree, content)) != before:
@@ -279,9 +416,11 @@ _COMMANDED = ("incoming message", "service", "action")
 class _Node:
     """A state that is known, and where it leads: (step, node, cases there and on the way)."""
 
-    def __init__(self, shadow, cases):
+    def __init__(self, shadow, cases, coming):
         self.shadow = shadow
         self.cases = cases
+        self.coming = coming
+        """The cases of the requests that are enabled: they follow by themselves."""
         self.edges = []
         self.turns = 0
         """How often it was expanded, each time with other messages."""
@@ -300,17 +439,20 @@ class _Node:
 class Guide:
     """Searches ways through the model.
 
-    ``samples`` are messages by communication and kind, ``topics`` the communications of each topic
-    that the robot publishes.
+    ``draw`` makes messages by communication and kind, ``topics`` are the communications of each
+    topic that the robot publishes.
     """
 
-    def __init__(self, plant, samples, topics):
+    def __init__(self, plant, draw, topics):
         self.cases = Cases(plant)
         self.seen = set()
         self._plant = plant
-        self._samples = samples
+        self._draw = draw
+        self._draws = 0
+        self._samples = {}
+        self._draw_more()
         self._topics = topics
-        self._deciding = _deciding_variables(plant)
+        self._kept, self._atoms = _abstraction(plant)
         self._results_of_errors = _results_of_errors(plant)
         self._internal = [c for c in plant["components"] if c["taus"]]
         self._nodes = {}
@@ -364,8 +506,14 @@ class Guide:
         component takes a transition that waits for time to pass.
         """
         self._expansions = 0
-        found = self._search(shadow, 1) or self._search(shadow, SAMPLES // TRIED)
+        found = self._search(shadow, 1)
         if found is None:
+            here = self._node(shadow)
+            while here.turns < self._turns:
+                here.expand(list(self._edges(here)))
+            found = self._search(shadow, self._turns)
+        if found is None:
+            self._draw_more()
             return None
         step, case, is_last = found
         self._tries[case] = self._tries.get(case, 0) + (MISSED if is_last else 1)
@@ -373,6 +521,13 @@ class Guide:
             self._given_up.add(case)
             self.seen.add(case)
         return step
+
+    def _draw_more(self):
+        if self._draws < DRAWS:
+            self._draws += 1
+            for sort, messages in self._draw().items():
+                self._samples.setdefault(sort, []).extend(messages)
+        self._turns = self._draws * SAMPLES // TRIED
 
     def _search(self, shadow, turns):
         """The first step of a shortest way, the case that it leads to, and whether the step is the
@@ -398,18 +553,30 @@ class Guide:
 
     def _node(self, shadow):
         state = tuple(shadow.states.values())
-        data = tuple(shadow.variables[key] for key in self._deciding)
+        data = tuple(shadow.variables[key] for key in self._kept)
         phases = (*shadow.busy.values(), *shadow.fresh.values(), *shadow.lapsed.values())
-        key = repr((state, data, phases))
+        key = repr(
+            (state, data, phases, self._compared(shadow), self.cases.telling_numbers(shadow))
+        )
         if key not in self._nodes:
-            self._nodes[key] = _Node(shadow.copy(), self.cases.of_state(shadow))
+            cases = self.cases.of_state(shadow), self.cases.of_enabled(shadow)
+            self._nodes[key] = _Node(shadow.copy(), *cases)
         return self._nodes[key]
+
+    def _compared(self, shadow):
+        """What the conditions without a message say of variables, and how near to what they compare
+        them with."""
+        found = []
+        for atom in self._atoms:
+            with contextlib.suppress(Undefined):
+                found.append((shadow.evaluate(atom), _nearness(atom, shadow, None)))
+        return found
 
     def _edges(self, node):
         """What may happen in a state; of what makes no difference, one."""
         known = {(step[0], id(target), frozenset(cases)) for step, target, cases in node.edges}
         shadow = node.shadow
-        for step, events in self._steps(shadow, TRIED * node.turns):
+        for step, events in self._steps(shadow, node.turns):
             after = shadow.copy()
             cases = set()
             try:
@@ -426,29 +593,29 @@ class Guide:
             except Wrong:
                 continue  # it cannot happen
             target = self._node(after)
-            cases |= target.cases
+            cases |= target.cases | target.coming
             if (step[0], id(target), frozenset(cases)) not in known:
                 known.add((step[0], id(target), frozenset(cases)))
                 yield step, target, cases
 
-    def _steps(self, shadow, first):
-        """Yield what may happen, as a step and the events it makes; of messages those samples that
-        follow the ``first``, and what makes no message only if that is 0."""
+    def _steps(self, shadow, turn):
+        """Yield what may happen, as a step and the events it makes; of messages those samples whose
+        turn it is, and what makes no message only in the first one."""
         for keys in self._topics:
-            for message in self._tried(keys[0], "response", first):
+            for message in self._tried(keys[0], "response", turn):
                 contents = [(k, shadow.content(k, "response", message)) for k in keys]
                 yield ("publish", keys, message), [("response", k, c) for k, c in contents]
         for key, busy in shadow.busy.items():
             kinds = ["response", "feedback"] + ["error"] * (key in self._results_of_errors)
             for kind in kinds if busy else ():
-                for message in self._tried(key, part_of(kind), first):
+                for message in self._tried(key, part_of(kind), turn):
                     content = shadow.content(key, kind, message)
                     yield ("answer", key, kind, message), [(kind, key, content)]
-        if not first:
+        if not turn:
             yield from self._other_steps(shadow)
 
-    def _tried(self, key, kind, first):
-        return self._samples.get((key, kind), ())[first : first + TRIED]
+    def _tried(self, key, kind, turn):
+        return self._samples.get((key, kind), ())[turn * TRIED : (turn + 1) * TRIED]
 
     def _other_steps(self, shadow):
         for key, busy in shadow.busy.items():
@@ -502,23 +669,29 @@ def _results_of_errors(plant):
     }
 
 
-def _deciding_variables(plant):
-    """The variables that conditions read, directly or through assignments, by name."""
-    conditions = [r["condition"] for r in plant["requirements"]]
-    conditions += [p["condition"] for p in plant["provides"]]
-    assigned = []
+def _abstraction(plant):
+    """What states differ in besides their components and phases: variables whose values matter, by
+    name, and atomic conditions on the others.
+
+    A value matters where it meets a message, or flows into another variable that is compared.
+    """
+    judged = [part["condition"] for part in plant["requirements"] + plant["provides"]]
+    guards, assigned = [], []
     for component in plant["components"]:
-        for sort in ("transitions", "taus", "afters"):
-            for transition in component[sort]:
-                conditions.append(transition["guard"])
-                for variable, tree in transition.get("assign", ()):
-                    assigned.append((component["name"] + "." + variable, tree))
-    found = set(variables_of(conditions))
+        judged += [tau["guard"] for tau in component["taus"]]
+        for transition in component["transitions"] + component["afters"]:
+            guards.append(transition["guard"])
+            for variable, tree in transition["assign"]:
+                assigned.append((component["name"] + "." + variable, tree))
+    kept, compared = set(variables_of(guards)), set(variables_of(judged))
     while True:
-        more = {name for key, tree in assigned if key in found for name in variables_of(tree)}
-        if more <= found:
-            return sorted(found)
-        found |= more
+        known = kept | compared
+        more = {name for key, tree in assigned if key in known for name in variables_of(tree)}
+        if more <= kept:
+            break
+        kept |= more
+    atoms = [_at(tree, path) for tree in judged if tree is not None for path in _paths(tree)]
+    return sorted(kept), [atom for atom in atoms if set(variables_of(atom)) - kept]
 
 
 class Advice:

@@ -2,11 +2,16 @@
 """Random messages for the package's test: at, around and between what the model compares with."""
 
 import copy
+import math
 
 from plant_data import PLANT
 from shadow import Shadow, Undefined, attribute_of, variables_of
 
 PLANT_COMMUNICATIONS = {c["key"]: c for c in PLANT["communications"]}
+
+
+_ASKED_FOR = {"isnan": (math.nan,), "isinf": (math.inf, -math.inf)}
+_NOT_FINITE = [value for values in _ASKED_FOR.values() for value in values]
 
 
 class Values:
@@ -22,6 +27,7 @@ class Values:
         self._near_fields = literals_by_field()
         self._decks = {}
         self._places = {key: places_of(key) for key in PLANT_COMMUNICATIONS}
+        self._place_decks = {key: [] for key in PLANT_COMMUNICATIONS}
 
     def _literals_of(self, key):
         """What the model compares the messages of one communication with."""
@@ -120,25 +126,52 @@ class Values:
         if length != most:
             places = self._places[self._of]
             if places and self._random.random() < 0.7:
-                return self._long_array(element, make, places, most)
+                return self._long_array(element, make, places, most, name)
             length = self._random.randint(0, 3 if most is None else min(3, most))
         if make is not None:
             return [self._part(element, make()) for _ in range(length)]
-        return [self._basic(element) for _ in range(length)]
+        return [self._basic(element, name) for _ in range(length)]
 
-    def _long_array(self, element, make, places, most):
-        """Elements of which one, at or beside a place that the model reads, differs from all."""
+    def _long_array(self, element, make, places, most, name):
+        """Elements that are alike but for one or two at or beside places that the model reads."""
 
         def element_of():
-            return self._basic(element) if make is None else self._part(element, make())
+            return self._basic(element, name) if make is None else self._part(element, make())
 
-        place = self._random.choice(places) + self._random.choice([-1, 0, 1])
-        length = 2 * max(map(abs, places)) + self._random.choice([1, 2, 4])
+        def elements(value, sign, is_equal):
+            if make is None and element[0] in ("integer", "double") and self._random.random() < 0.7:
+                return self._around(element, value, sign, is_equal)
+            return element_of(), element_of()
+
+        place, *way = self._next_place(places)
+        usual, other = elements(*way)
+        length = 2 * max(abs(place) for place, *_ in places) + self._random.choice([1, 2, 4])
         length = length if most is None else min(length, most)
-        usual = element_of()
         array = [usual if make is None else copy.deepcopy(usual) for _ in range(length)]
-        array[place % length] = element_of()
+        if self._random.random() < 0.5:
+            another, *way = self._next_place(places)
+            array[another % length] = elements(*way)[1]
+        array[place % length] = other
         return array
+
+    def _next_place(self, places):
+        """A card of a deck of places, each with the number that it is compared with, the side of it
+        that the element is on, and whether it is that number."""
+        deck = self._place_decks[self._of]
+        if not deck:
+            for place, value, is_equal in places:
+                deck += [(place, value, sign, is_equal) for sign in (-1, 1)]
+            self._random.shuffle(deck)
+        return deck.pop()
+
+    def _around(self, type_, value, sign, is_equal):
+        """A number on one side of another one, and one on the other side, or that one itself."""
+        step = sign if type_[0] == "integer" else 0.05 * sign * max(1.0, abs(value))
+        numbers = [value - step, value if is_equal else value + step]
+        if type_[0] == "integer":
+            lowest, highest = type_[1:] or (-math.inf, math.inf)
+            return [min(max(math.floor(number), lowest), highest) for number in numbers]
+        return [float(number) for number in numbers]
 
     def _basic(self, type_, name=None):
         """A card of a deck: so that each value comes once before one comes twice."""
@@ -172,7 +205,8 @@ def cards(type_, pool):
         near = {int(v) + step for v in numbers for step in (-1, 0, 1)}
         return {int(v) + step for v in around for step in (-1, 0, 1)} - near, near
     near = {v + sign * 1e-6 * max(1.0, abs(v)) for v in map(float, numbers) for sign in (-1, 0, 1)}
-    return {float(v) + step for v in around for step in (-1.0, -0.05, 0.0, 0.05, 1.0)} - near, near
+    others = {float(v) + step for v in around for step in (-1.0, -0.05, 0.0, 0.05, 1.0)} - near
+    return others, near | {v for v in pool if v in _NOT_FINITE}
 
 
 def literals_by_field():
@@ -249,8 +283,8 @@ def fields_read(tree):
 
 
 def literals(tree):
-    """The numbers and strings that a part of the model mentions, also as a parameter, and those
-    that it computes of these alone."""
+    """The numbers and strings that a part of the model mentions, also as a parameter, those that it
+    computes of these alone, and those that it asks for: infinities, and what is no number."""
     if isinstance(tree, dict):
         return literals(tree.values())
     if isinstance(tree, (str, bool, int, float)) or tree is None:
@@ -261,6 +295,7 @@ def literals(tree):
     if len(tree) == 2 and tree[0] == "parameter" and isinstance(tree[1], str):
         return literals(["literal", PLANT["parameters"][tree[1]]])
     found = [value for part in tree for value in literals(part)]
+    found += _ASKED_FOR.get(tree[0], ()) if tree and isinstance(tree[0], str) else ()
     if is_computed(tree):
         found.append(Shadow(PLANT).evaluate(tree))
     return found
@@ -275,23 +310,50 @@ def is_computed(tree):
 
 
 def places_of(key):
-    """The places in arrays that the model reads of the messages of a communication."""
+    """The places in arrays of the messages of a communication at which sections begin and end that
+    the model reads, and those just beside; each with a number that what is there is compared with,
+    and whether it is to be that number.
+    """
     transitions = [t for c in PLANT["components"] for t in c["transitions"]]
     read = [t for t in transitions if t["communication"] == key]
-    provides = [p["data"] for p in PLANT["provides"]]
+    trees = [t["guard"] for t in read] + [tree for t in read for _, tree in t["assign"]]
+    trees += [condition for enum in PLANT["enums"].values() for condition, _ in enum["rules"]]
+    trees += _trees_of([p["data"] for p in PLANT["provides"]])
     found = set()
+    for atom in (atom for tree in trees if tree for atom in atoms_of(tree)):
+        places = set(_places_in(atom))
+        numbers = {v for v in _without_places(atom) if not isinstance(v, str)} - set(_NOT_FINITE)
+        for number in numbers or {1}:
+            found |= {(place + n, number, False) for place in places for n in (-1, 0, 1)}
+            found |= {(place, number, True) for place in places}
+    return sorted(found)
 
-    def search(tree):
-        if isinstance(tree, dict):
-            tree = list(tree.values())
-        if not isinstance(tree, (list, tuple)):
-            return
-        if len(tree) == 3 and tree[0] == "value":
-            found.update(step for step in tree[1] if isinstance(step, int))
-        elif tree and tree[0] in ("section", "element"):
-            found.update(value for value in literals(tree[2:]) if isinstance(value, int))
-        for part in tree:
-            search(part)
 
-    search([read, provides, list(PLANT["enums"].values())])
-    return sorted(found - {0})
+def _trees_of(data):
+    """The expressions in the data of ``provide`` statements."""
+    if isinstance(data, dict):
+        return [data["value"]] if "value" in data else _trees_of(list(data.values()))
+    if isinstance(data, (list, tuple)):
+        return [tree for part in data for tree in _trees_of(part)]
+    return []
+
+
+def _places_in(tree):
+    """The constant places in arrays that an expression reads."""
+    if not isinstance(tree, (list, tuple)) or not tree:
+        return
+    if tree[0] == "value" and len(tree) == 3:
+        yield from (step for step in tree[1] if isinstance(step, int))
+    elif tree[0] in ("section", "element"):
+        for place in filter(is_computed, tree[2:]):
+            yield Shadow(PLANT).evaluate(place)
+    for part in tree:
+        yield from _places_in(part)
+
+
+def _without_places(tree):
+    """The literals of an expression but those that are places."""
+    if not isinstance(tree, (list, tuple)) or (len(tree) == 2 and tree[0] == "literal"):
+        return literals(tree)
+    parts = tree[1:2] if tree[:1] in (["section"], ["element"]) else tree
+    return [value for part in parts for value in _without_places(part)]

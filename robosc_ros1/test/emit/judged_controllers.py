@@ -7,6 +7,7 @@ states as the node would publish them. So many faults can be planted in little t
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib
 import random
 import sys
@@ -233,7 +234,8 @@ def judged(
             topics[communication["identifier"]] += (key,)
     publications = [(topic, None, keys) for topic, keys in topics.items()]
     guiding = importlib.import_module("guide")
-    guide = guiding.Guide(judging.PLANT, robot.samples(guiding.SAMPLES), robot.topics)
+    draw = functools.partial(robot.samples, guiding.SAMPLES)
+    guide = guiding.Guide(judging.PLANT, draw, robot.topics)
     judge = judging.Judge(robot, publications, guide)
 
     def tell() -> None:

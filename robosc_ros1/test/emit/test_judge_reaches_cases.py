@@ -110,3 +110,61 @@ def test_it_knows_what_synthesis_forbids(tmp_path: Path, guard: str) -> None:
         assert judge.faults == []
         assert not [text for text in judge.guide.unseen(judge.shadow) if "on response" in text]
         assert judged(judging, faulty).faults != []
+
+
+SECTIONS = """
+robot Sections {
+    component Eye {
+        outgoing message scan with identifier: "/scan", type: sensor_msgs/LaserScan
+        behaviour {
+            variable side: double
+            on response from scan do side := min(r for r in value.ranges[50..60])
+            initial marked state free {
+                on response from scan if any(r < 0.2 for r in value.ranges[30..35]) goto blocked
+            }
+            marked state blocked {
+                on response from scan if all(r > 0.3 for r in value.ranges[-20..20]) goto free
+            }
+        }
+    }
+    component Motor {
+        incoming message turn with identifier: "/turn", type: std_msgs/Float64
+        incoming message halt with identifier: "/halt", type: none
+    }
+    requirement turn needs Eye.free
+    requirement halt needs Eye.side > 1 or isnan(Eye.side)
+    provide turn with { data: max(-1, min(1, 4 * (0.44 - Eye.side))) }
+}
+"""
+"""Places in arrays that decide, numbers that matter only in some data, and what is no number."""
+
+
+@pytest.fixture(scope="module")
+def sections(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, str]]:
+    supervisor = supervisor_of(SECTIONS)
+    with judging_modules(tmp_path_factory.mktemp("sections"), supervisor) as judge:
+        source = controller_source(supervisor)
+        assert judged(judge, source).faults == []
+        yield judge, source
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        *((", 30, 35)", f", {first}, {last})") for first, last in ((29, 35), (31, 35), (30, 36))),
+        *((", -20, 20)", f", {first}, {last})") for first, last in ((-21, 20), (-20, 19))),
+        ("r_ < 0.2", "r_ <= 0.2"),
+        ("r_ > 0.3", "r_ >= 0.3"),
+        (", 50, 60)", ", 51, 60)"),
+        ("4 * (0.44", "4.1 * (0.44"),
+        ("least(1, 4", "least(1.1, 4"),
+        ("greatest(-1, ", "greatest(-1.1, "),
+        (" or is_not_a_number(self.eye_side)", ""),
+    ],
+)
+def test_it_comes_to_places_in_arrays_and_to_choices_of_data(
+    sections: tuple[Any, str], before: str, after: str
+) -> None:
+    judging, source = sections
+    assert before in source
+    assert judged(judging, source.replace(before, after)).faults != []

@@ -238,7 +238,7 @@ class PlayRobot(unittest.TestCase):
         seed = rospy.get_param("~seed", 1)
         print("seed: %d" % seed)
         robot = Robot(seed)
-        guide = Guide(PLANT, robot.samples(), [keys for _, _, keys in SUBSCRIPTIONS])
+        guide = Guide(PLANT, robot.samples, [keys for _, _, keys in SUBSCRIPTIONS])
         judge = Judge(robot, PUBLICATIONS, guide, rospy.is_shutdown)
         if follow(robot, judge):
             robot.serve()

@@ -224,7 +224,7 @@ class PlayBoth(unittest.TestCase):
         seed = rospy.get_param("~seed", 1)
         print("seed: %d" % seed)
         robot = Robot(seed)
-        guide = Guide(PLANT, robot.samples(), [keys for _, _, keys in SUBSCRIPTIONS])
+        guide = Guide(PLANT, robot.samples, [keys for _, _, keys in SUBSCRIPTIONS])
         judge = GuardJudge(robot, PUBLICATIONS, guide, rospy.is_shutdown)
         controller = Controller(seed, robot, judge)
         rospy.Subscriber(rospy.get_param("~controller") + "/blocked", String, judge.on_blocked)

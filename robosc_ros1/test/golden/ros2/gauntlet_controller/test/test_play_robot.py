@@ -259,7 +259,7 @@ def test_every_command_is_allowed():
     rclpy.init()
     node = rclpy.create_node("play_robot")
     robot = Robot(node, seed)
-    guide = Guide(PLANT, robot.samples(), [keys for _, _, keys in SUBSCRIPTIONS])
+    guide = Guide(PLANT, robot.samples, [keys for _, _, keys in SUBSCRIPTIONS])
     judge = Judge(robot, PUBLICATIONS, guide)
     profile = qos_profile("reliable", 10000)
     events = CONTROLLER + "/events"

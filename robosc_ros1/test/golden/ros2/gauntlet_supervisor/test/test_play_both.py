@@ -247,7 +247,7 @@ def test_only_what_is_allowed_passes():
     node = rclpy.create_node("play_both")
     robot = Robot(node, seed)
     robot.serve(node)
-    guide = Guide(PLANT, robot.samples(), [keys for _, _, keys in SUBSCRIPTIONS])
+    guide = Guide(PLANT, robot.samples, [keys for _, _, keys in SUBSCRIPTIONS])
     judge = GuardJudge(robot, PUBLICATIONS, guide)
     controller = Controller(node, seed, robot, judge)
     profile = qos_profile("reliable", 10000)
