@@ -252,8 +252,9 @@ def sources(robots: list[str]) -> str:
     """Return a digest of what the robots' packages are generated and built from."""
     digest = hashlib.sha256(" ".join(robots).encode())
     folders = HERE, ROOT / "robosc_ros1" / "src", ROOT / "robosc_ros1" / "templates"
+    others = ".pyc", ".csv", ".md", ".gif"
     for file in sorted(file for folder in folders for file in folder.rglob("*")):
-        if file.is_file() and "physics" not in file.parts and file.suffix not in (".pyc", ".csv"):
+        if file.is_file() and "physics" not in file.parts and file.suffix not in others:
             digest.update(file.read_bytes())
     return digest.hexdigest()
 

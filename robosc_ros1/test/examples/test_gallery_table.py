@@ -29,3 +29,10 @@ def test_second_command_adds_rows_to_those_of_the_first(tmp_path: Path) -> None:
     assert "| [maze](maze) | 2 of 2 | 0 of 1 | 12 s | 300 | 2 |" in text
     assert text.startswith("# Gallery\n") and text.endswith("\nMore.\n")
     assert table.commit() in text
+
+
+def test_tables_sums_are_those_of_its_rows() -> None:
+    kept = Table()
+    assert kept.rows
+    readme = (Path(table.__file__).parent / "README.md").read_text(encoding="utf-8")
+    assert kept.text() in readme
