@@ -31,6 +31,13 @@ BROKEN = [
     ):""",
     ),
     (
+        f'    self.robot = "right"  # state: {", ".join(["held_to_right"] * 7)}',
+        f"""\
+    # state: {", ".join(["held_to_right"] * 5)},
+    #     held_to_right, held_to_right
+    self.robot = "right\"""",
+    ),
+    (
         f"    x = self.kept(lambda: {NAMES[0]} + {NAMES[1]}, {NAMES[2]}, -1)",
         f"""\
     x = self.kept(

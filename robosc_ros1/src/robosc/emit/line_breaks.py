@@ -71,7 +71,7 @@ def _statement(line: str) -> list[str]:
     text = line.lstrip()
     indent = line[: len(line) - len(text)]
     if text.startswith("#"):
-        return wrap(text, WIDTH, initial_indent=indent, subsequent_indent=f"{indent}#     ")
+        return _comment(text, indent)
     if docstring := _DOCSTRING.fullmatch(text):
         start = f'{indent}"""'
         lines = wrap(docstring[1], WIDTH - 3, initial_indent=start, subsequent_indent=indent)
@@ -84,13 +84,17 @@ def _statement(line: str) -> list[str]:
     head = match[0] if (match := _HEAD.match(text)) else ""
     tail = ":" if head.startswith(("if ", "elif ")) else ""
     body = unparenthesised(text[len(head) :].removesuffix(":") if tail else text[len(head) :])
-    above = [indent + comment] if comment else []
+    above = _comment(comment, indent) if comment else []
     if len(indent + head + body + tail) <= WIDTH:
         return [*above, indent + head + body + tail]
     if head and (len(_pieces(body)) > 1 or _TEXT.fullmatch(body)):
         lines = _expression(body, indent + _INDENT)
         return [*above, f"{indent}{head}(", *lines, f"{indent}){tail}"]
     return [*above, *_expression(f"{head}{body}{tail}", indent)]
+
+
+def _comment(text: str, indent: str) -> list[str]:
+    return wrap(text, WIDTH, initial_indent=indent, subsequent_indent=f"{indent}#     ")
 
 
 def _expression(text: str, indent: str) -> list[str]:
