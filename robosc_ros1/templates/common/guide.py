@@ -147,8 +147,9 @@ def _shifted(tree):
                         yield [*before, [*part[:place], other, *part[place + 1 :]], *after]
         else:
             yield from ([*before, variant, *after] for variant in _shifted(part))
-    if tree[0] in _WITH_OR_WITHOUT and any(part[0] == "bound" for part in tree[1:]):
-        yield [_WITH_OR_WITHOUT[tree[0]], *tree[1:]]
+    other = _WITH_OR_WITHOUT.get(tree[0]) if isinstance(tree[0], str) else None
+    if other and any(part[0] == "bound" for part in tree[1:]):
+        yield [other, *tree[1:]]
 
 
 def _reads_state(tree):
