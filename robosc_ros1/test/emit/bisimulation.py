@@ -132,8 +132,8 @@ def compare(
     topics: Sequence[Sequence[str]],
     seconds: float,
 ) -> Comparison:
-    """Compare two controllers of one model, for some seconds at most."""
-    end = time.monotonic() + seconds
+    """Compare two controllers of one model, for some seconds of processor time at most."""
+    end = time.process_time() + seconds
     start = _State(first).begin(), _State(second).begin()
     seen = {(start[0].key(), start[1].key())}
     queue = deque([(start, ())])
@@ -141,7 +141,7 @@ def compare(
         pair, way = queue.popleft()
         if pair[0].shown() != pair[1].shown():
             return Comparison(len(seen), False, ", ".join(way) or "at the start")
-        if time.monotonic() > end:
+        if time.process_time() > end:
             return Comparison(len(seen), False, None)
         for text, events in _events(pair, samples, topics):
             twins = pair[0].after(events[0]), pair[1].after(events[1])

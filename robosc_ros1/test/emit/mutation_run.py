@@ -11,6 +11,7 @@ states; else it was missed, and the way to the difference is printed. The test's
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import tempfile
 import time
@@ -28,6 +29,7 @@ from emit.judged_controllers import Robot, class_of, judged, judging_modules  # 
 from emit.mutants import Mutant, mutants  # noqa: E402
 
 from robosc import pipeline  # noqa: E402
+from robosc.errors import ModelError, RoboscError, render_all  # noqa: E402
 
 KINDS = ("guard", "data", "rule", "update")
 SAMPLES = 64
@@ -91,21 +93,41 @@ def reason(comparison: Comparison) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="./dev mutants", description=__doc__.partition("\n")[0])
-    parser.add_argument("models", nargs="*", type=Path, help="all of examples/, if none is named")
+    parser.add_argument(
+        "models", nargs="*", type=Path, help="their files; all of examples/, if none is named"
+    )
     parser.add_argument("--rounds", type=int, default=150, help="as in a test of ten seconds")
     parser.add_argument("--every", type=int, default=1, help="take one of so many mutants")
-    parser.add_argument("--seconds", type=float, default=10.0, help="for a comparison, at most")
+    parser.add_argument(
+        "--seconds", type=float, default=10.0, help="of processor, for a comparison"
+    )
     arguments = parser.parse_args()
-    models = arguments.models or sorted((TESTS.parents[1] / "examples").glob("**/*.rscd"))
+    models = arguments.models or [
+        path
+        for path in sorted((TESTS.parents[1] / "examples").glob("**/*.rscd"))
+        if not re.search("^library ", path.read_text(encoding="utf-8"), re.MULTILINE)
+    ]
     print("| model | guards | data | rules | updates | equivalent | undecided | missed | time |")
     print("|---|---|---|---|---|---|---|---|---|")
     for model in models:
-        if not model.read_text(encoding="utf-8").lstrip().startswith("library"):
-            start = time.perf_counter()
-            options = arguments.rounds, arguments.every, arguments.seconds
-            found = list(verdicts(model, *options))
-            print_row(model.stem, found, time.perf_counter() - start)
+        start = time.perf_counter()
+        options = arguments.rounds, arguments.every, arguments.seconds
+        found = list(verdicts(model, *options))
+        print_row(model.stem, found, time.perf_counter() - start)
+
+
+def run() -> int:
+    """The exit code of the program, as that of robosc."""
+    try:
+        main()
+    except ModelError as error:
+        print(render_all(error.diagnostics), end="", file=sys.stderr)
+        return error.exit_code
+    except (RoboscError, OSError) as error:
+        print(f"mutants: {error}", file=sys.stderr)
+        return getattr(error, "exit_code", 2)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run())

@@ -76,6 +76,15 @@ def test_the_file_of_the_original_may_lie_below_the_model(tmp_path: Path) -> Non
     assert config.locations == {("ros1", "controller"): tmp_path / "a" / "deep"}
 
 
+def test_a_faulty_file_further_down_is_a_warning(tmp_path: Path) -> None:
+    file = tmp_path / "vendor" / "controller-config.json"
+    file.parent.mkdir()
+    file.write_text('{"output": ')
+    config = load_config(tmp_path / "model.rscd")
+    assert config.warnings == (f"{file}:1:12: Expecting value; this file is passed over",)
+    assert (config.parameters, config.locations) == ({}, {})
+
+
 def test_what_the_original_does_not_know_is_a_warning(tmp_path: Path) -> None:
     file = tmp_path / "controller-config.json"
     file.write_text(

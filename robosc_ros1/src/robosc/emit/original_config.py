@@ -50,7 +50,7 @@ def load_config(model: Path, file: Path | None = None) -> Config:
         read = _read_original if file.suffix == ".json" else read_own
         return read(file, Config())
     original = _original_of(model.parent)
-    config = Config() if original is None else _read_original(original, Config(), model.parent)
+    config = Config() if original is None else _read_found(original, model.parent)
     own = model.parent / OWN
     return read_own(own, config) if own.is_file() else config
 
@@ -62,6 +62,19 @@ def _original_of(folder: Path) -> Path | None:
             return Path(place, ORIGINAL)
         below[:] = sorted(name for name in below if not name.startswith("."))
     return None
+
+
+def _read_found(file: Path, base: Path) -> Config:
+    """The options in a file that was found for a model in the folder ``base``.
+
+    A faulty one further down may belong to something else: it is a warning.
+    """
+    try:
+        return _read_original(file, Config(), base)
+    except UsageError as error:
+        if file.parent == base:
+            raise
+        return Config(warnings=(f"{error}; this file is passed over",))
 
 
 def _read_original(file: Path, config: Config, base: Path | None = None) -> Config:

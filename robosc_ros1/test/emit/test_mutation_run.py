@@ -1,0 +1,57 @@
+"""``./dev mutants``: what it prints of a model, and of what is none."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from emit import mutation_run
+
+SWITCH = """
+robot Switch {
+    component Lamp {
+        incoming message shine with identifier: "/shine", type: none
+        outgoing message dark with identifier: "/dark", type: boolean
+        behaviour {
+            initial marked state off { on response from dark if value goto on }
+            marked state on { on response from dark if !value goto off }
+        }
+    }
+    requirement shine needs Lamp.on
+}
+"""
+
+
+def run(monkeypatch: pytest.MonkeyPatch, model: Path) -> int:
+    monkeypatch.setattr(sys, "argv", ["mutants", str(model)])
+    return mutation_run.run()
+
+
+def test_a_row_tells_how_many_are_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "switch.rscd"
+    model.write_text(SWITCH)
+    assert run(monkeypatch, model) == 0
+    row = capsys.readouterr().out.splitlines()[2]
+    name, guards, data, rules, _, _, undecided, missed, _ = row.strip("| ").split(" | ")
+    assert (name, guards, data, rules, undecided, missed) == (
+        "switch",
+        "1/1",
+        "0/0",
+        "0/0",
+        "0",
+        "0",
+    )
+
+
+def test_errors_of_a_model_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "faulty.rscd"
+    assert run(monkeypatch, model) == 2
+    assert "cannot read" in capsys.readouterr().err
+    model.write_text(SWITCH.replace("needs Lamp.on", "needs Lamp.bright"))
+    assert run(monkeypatch, model) == 1
+    assert "error[" in capsys.readouterr().err
