@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
 from pathlib import Path
 from typing import Any
@@ -65,6 +67,14 @@ def test_the_file_needs_nothing_else_and_is_always_the_same(log: Path) -> None:
     assert '<link rel="stylesheet"' not in html
     assert html.count("</script>") == 2
     assert "default-src 'none'" in html
+
+
+def test_half_of_a_surrogate_pair_is_exported(log: Path, tmp_path: Path) -> None:
+    path = tmp_path / "events.jsonl"
+    path.write_text(log.read_text(encoding="utf-8").replace("is not the end", r"\ud800"))
+    html = html_of(Recording(line_follower(), str(path), Hub()))
+    packed = html.partition('id="recorded" type="text/plain">')[2].partition("<")[0]
+    assert rb"\ud800" in gzip.decompress(base64.b64decode(packed))
 
 
 def test_an_export_is_of_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

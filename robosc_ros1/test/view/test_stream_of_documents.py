@@ -9,7 +9,7 @@ import pytest
 from view.watching import Watcher, ask, serving
 
 from robosc.errors import UsageError
-from robosc.view.hub import Hub
+from robosc.view.hub import Hub, compact
 from robosc.view.server import PAGE, PageServer, Unable, Where
 
 
@@ -69,6 +69,18 @@ def test_many_watch_one_hub() -> None:
             watcher.until(lambda w: w.seen.get("state") == {"number": 499} and len(w.events) == 500)
             assert watcher.events == list(range(500))
             watcher.close()
+
+
+def test_half_of_a_surrogate_pair_does_not_end_the_stream() -> None:
+    """As a string in an event log may have it, written as an escape."""
+    hub, half = Hub(), {"value": "\ud800 and more"}
+    with serving(hub, {"/echo": lambda document: document}) as server:
+        hub.add([compact(half)])
+        watcher = Watcher(server.server_port)
+        watcher.until(lambda w: w.events == [half])
+        watcher.close()
+        code, _, body = ask(server, "/echo", half)
+        assert (code, json.loads(body)) == (200, half)
 
 
 def test_the_page_needs_nothing_from_elsewhere() -> None:

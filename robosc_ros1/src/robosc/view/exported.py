@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from robosc.view.hub import compact
+from robosc.view.hub import compact, utf8
 from robosc.view.recorded import Recording
 from robosc.view.server import PAGE
 
@@ -36,7 +36,7 @@ def html_of(recording: Recording) -> str:
     head = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
     page = page.replace(_STYLE, f"{head}<style>\n{_read('view.css')}</style>")
     text = "\n".join(compact(part) for part in _documents(recording))
-    packed = gzip.compress(text.encode(), mtime=0)
+    packed = gzip.compress(utf8(text), mtime=0)
     data = f'<script id="recorded" type="text/plain">{base64.b64encode(packed).decode()}</script>\n'
     program = f"<script>\n{''.join(scripts)}</script>\n"
     return page.replace("</body>", f"{data}{program}</body>")

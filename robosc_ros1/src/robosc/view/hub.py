@@ -12,7 +12,7 @@ import threading
 from collections import deque
 from collections.abc import Iterable
 
-__all__ = ["HubFollower", "Hub", "compact"]
+__all__ = ["HubFollower", "Hub", "compact", "utf8"]
 
 _KEPT = 5000
 _LONGEST = 1_000_000
@@ -111,3 +111,8 @@ class HubFollower:
 def compact(document: object) -> str:
     """JSON on one line, as a stream needs it."""
     return json.dumps(document, separators=(",", ":"), ensure_ascii=False)
+
+
+def utf8(text: str) -> bytes:
+    """JSON as bytes. Half of a surrogate pair, which a log may have, stays an escape in it."""
+    return text.encode("utf-8", "backslashreplace")

@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 from urllib.parse import urlsplit
 
 from robosc.errors import UsageError
-from robosc.view.hub import Hub, compact
+from robosc.view.hub import Hub, compact, utf8
 
 __all__ = ["DEFAULT_PORT", "PAGE", "Answers", "PageServer", "Unable", "Where"]
 
@@ -179,14 +179,14 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             while True:
                 text = follower.take(_SILENCE)
-                self.wfile.write(f"data:{text or '{}'}\n\n".encode())
+                self.wfile.write(utf8(f"data:{text or '{}'}\n\n"))
                 self.wfile.flush()
                 time.sleep(_PERIOD)
         except OSError:
             self.close_connection = True
 
     def _reply(self, code: int, document: Any) -> None:
-        self._send(code, "application/json", compact(document).encode())
+        self._send(code, "application/json", utf8(compact(document)))
 
     def _send(self, code: int, kind: str, body: bytes) -> None:
         self._head(code, kind, len(body))
