@@ -157,7 +157,7 @@ def tell(summary: dict[str, Any], picture: Path, seconds: float) -> None:
     step("What happened")
     print(f"  distance driven      {summary['metres']:.1f} m")
     print(f"  stops                {summary['stops']}")
-    print(f"  grabs                {summary['grabs']}, and {summary['missed_grabs']} missed")
+    print(f"  grabs                {summary['grabs']}, {summary['missed_grabs']} failed attempts")
     print(f"  light switches       {summary['light_switches']}")
     judged = f"of {summary['commands_judged']} judgements, tolerance {summary['tolerance']:g} s"
     print(f"  violations           {violations(summary)}   ({judged})")
