@@ -20,7 +20,7 @@ SAMPLES = 64
 """Messages of each sort that ways are made of."""
 TRIED = 8
 """So many of them are tried in one state."""
-DRAWS = 8
+DRAWS = 3
 """So often others are drawn where these lead to nothing new."""
 EXPANSIONS = 4
 """So many states are looked at anew, or with other messages, for one step."""
