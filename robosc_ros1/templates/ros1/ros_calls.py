@@ -53,12 +53,12 @@ def fill(message, data):
 
 
 def _array(message, name, values):
-    """The elements as the field takes them: messages of its class, or plain values."""
-    if not any(isinstance(value, dict) for value in values):
+    """The elements as the field takes them: messages of its class, times, or plain values."""
+    if not any(value is NOW or isinstance(value, dict) for value in values):
         return values
     kind = message._slot_types[message.__slots__.index(name)].partition("[")[0]
     element = {"time": rospy.Time, "duration": rospy.Duration}.get(kind) or message_class(kind)
-    return [fill(element(), value) for value in values]
+    return [rospy.Time.now() if value is NOW else fill(element(), value) for value in values]
 
 
 def compose(message, data):

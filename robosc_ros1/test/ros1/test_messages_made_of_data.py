@@ -118,3 +118,22 @@ def test_what_was_stored_is_sent_again(generated_workspace: Workspace) -> None:
 
 def test_every_type_comes_as_it_was_sent(generated_workspace: Workspace) -> None:
     generated_workspace.run("/usr/bin/python3", "-c", EVERY_TYPE)
+
+
+TIMES = """
+import io, rospy
+from genpy.dynamic import generate_dynamic
+from lantern_controller._runtime.values import NOW
+from lantern_controller.ros_calls import compose
+rospy.rostime.set_rostime_initialized(True)
+Times = generate_dynamic("testing/Times", "time[] stamps\\nduration[] pauses")["testing/Times"]
+before = rospy.Time.now()
+message = compose(Times(), {"stamps": [NOW, {"secs": 3}], "pauses": [{"secs": 1, "nsecs": 5}]})
+message.serialize(io.BytesIO())
+assert before <= message.stamps[0] <= rospy.Time.now(), message
+assert message.stamps[1] == rospy.Time(3) and message.pauses == [rospy.Duration(1, 5)], message
+"""
+
+
+def test_arrays_may_hold_the_time_of_sending(generated_workspace: Workspace) -> None:
+    generated_workspace.run("/usr/bin/python3", "-c", TIMES)

@@ -19,13 +19,17 @@ __all__ = ["ParameterView", "ReadmeContext", "parameter_views", "readme_context"
 
 @dataclass(frozen=True)
 class ParameterView:
-    """A private parameter; ``default`` as YAML, ``argument`` its name as a launch argument."""
+    """A private parameter; ``default`` as YAML, ``argument`` its name as a launch argument.
+
+    ``wide`` says that it may be more than an integer of 32 bits can be.
+    """
 
     name: str
     argument: str
     type: str
     default: str
     doc: str
+    wide: bool = False
 
 
 def parameter_views(
@@ -42,7 +46,9 @@ def parameter_views(
         while argument in views or argument in _OF_LAUNCH_FILES:  # of a.b and of a_b
             argument += "_"
         default = _yaml(config.parameters.get(p.name, p.default))
-        views[argument] = ParameterView(p.name, argument, p.type, default, _meaning(p))
+        is_number = p.type in ("integer", "number")
+        wide = p in own and is_number and not _is_narrow(p.minimum, p.maximum)
+        views[argument] = ParameterView(p.name, argument, p.type, default, _meaning(p), wide)
     return tuple(views.values())
 
 
@@ -61,6 +67,10 @@ def _meaning(parameter: settings.Parameter) -> str:
     if parameter.minimum is not None:
         return f"{parameter.meaning} (at least {parameter.minimum:g})"
     return parameter.meaning
+
+
+def _is_narrow(low: float | None, high: float | None) -> bool:
+    return low is not None and high is not None and low >= -(2**31) and high < 2**31
 
 
 def _yaml(value: object) -> str:

@@ -122,10 +122,20 @@ def package_context(
 
 def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
     """All parameters; ``rate`` is in the group with the rates of commands, if there are such."""
-    views = parameter_views(robot, config)
+    views = tuple(map(_as_xml_rpc_can, parameter_views(robot, config)))
     if not any(p.name.startswith("rate/") for p in views):
         return views
     return tuple(replace(p, name=GENERAL_RATE) if p.name == "rate" else p for p in views)
+
+
+def _as_xml_rpc_can(view: ParameterView) -> ParameterView:
+    """The parameter with its default as the parameter server can carry it: integers of 32 bits."""
+    if view.type not in ("integer", "number") or not view.default.lstrip("-").isdigit():
+        return view
+    if -(2**31) <= int(view.default) < 2**31:
+        return view
+    wide = f'"{view.default}"' if view.type == "integer" else f"{view.default}.0"
+    return replace(view, default=wide)
 
 
 def _module(communication: Communication) -> str:

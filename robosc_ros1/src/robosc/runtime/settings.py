@@ -31,6 +31,7 @@ __all__ = [
 
 GENERAL_RATE = "rate/default"
 """``rate`` beside the rates of commands, which are a group of this name."""
+_DIGITS = re.compile(r"[+-]?\d+\Z")
 _TOPIC = re.compile(r"(/|~/?)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*\Z", re.ASCII)
 
 
@@ -230,6 +231,9 @@ def read(
     values: Dict[str, Any] = {}
     for parameter in parameters.values():
         value = given.get(parameter.name, parameter.default)
+        if parameter in more and parameter.type == "integer":
+            # ROS 1 cannot carry more than 32 bits, but as text.
+            value = int(value) if isinstance(value, str) and _DIGITS.match(value) else value
         fault = _fault(parameter, value)
         if fault:
             shown = spelled(parameter.name)
