@@ -9,6 +9,7 @@ topic, service or action. Runs under the test bed's Python.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import json
 import os
@@ -18,6 +19,7 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +104,52 @@ class Peer:
             self.count += 1
             return str(self.count)
 
+    # Who is known to the middleware: what it has to say to those that it does not know yet, an answer
+    # or feedback, it drops for good. The other side may know of it long before, on a busy machine.
+
+    def until(self, look: Callable[[], Any], fault: str) -> None:
+        end = time.monotonic() + PATIENCE
+        while not look():
+            if time.monotonic() > end:
+                raise TimeoutError(fault)
+            time.sleep(0.005)
+
+    def know_client(self, name: str) -> None:
+        self.until(lambda: self.node.count_clients(name), f"{name} has no client")
+
+    def be_known(self, name: str) -> None:
+        """Wait until the server of a service knows the clients that this node has made.
+
+        Its node answers a client that was made later; and it gets to know them in their order.
+        """
+        wanted, found = self.node.resolve_service_name(name), []
+
+        def look() -> bool:
+            for node, space in self.node.get_node_names_and_namespaces():
+                with contextlib.suppress(RuntimeError):  # it is only about to be known, or has left
+                    served = dict(self.node.get_service_names_and_types_by_node(node, space))
+                    if wanted in served:
+                        found.append(f"{space.rstrip('/')}/{node}/get_parameters")
+            return bool(found)
+
+        self.until(look, f"no node has the service {name}")
+        for asked in found:
+            self.ask(asked)
+
+    def ask(self, name: str) -> None:
+        """Ask a node for none of its parameters, again and again until it answers."""
+        class_ = load("rcl_interfaces/srv/GetParameters")
+        client = self.node.create_client(class_, name, callback_group=self.group)
+        answered = threading.Event()
+        end = time.monotonic() + PATIENCE
+        while True:
+            client.call_async(class_.Request()).add_done_callback(lambda _: answered.set())
+            if answered.wait(0.5):
+                break
+            if time.monotonic() > end:
+                raise TimeoutError(f"{name} does not answer")
+        self.node.destroy_client(client)
+
     # Topics
 
     def subscribe(self, name: str, type: str, qos: dict[str, Any]) -> None:
@@ -150,7 +198,9 @@ class Peer:
             number = self.number()
             inbox = self.waiting[number] = queue.SimpleQueue()
             self.tell("request", name=name, id=number, data=plain(request))
-            return fill(response, inbox.get()["data"] if reply is None else reply)
+            data = inbox.get()["data"] if reply is None else reply
+            self.know_client(name)
+            return fill(response, data)
 
         self.servers[name] = self.node.create_service(
             class_, name, answer, callback_group=self.group
@@ -159,8 +209,8 @@ class Peer:
     def call(self, name: str, type: str, data: Any) -> Any:
         class_ = load(type)
         client = self.node.create_client(class_, name, callback_group=self.group)
-        if not client.wait_for_service(PATIENCE):
-            raise TimeoutError(f"there is no service {name}")
+        self.until(client.service_is_ready, f"there is no service {name}")
+        self.be_known(name)
         return plain(client.call(fill(class_.Request(), data)))
 
     def start_call(self, name: str, type: str, data: Any) -> None:
@@ -182,6 +232,7 @@ class Peer:
     ) -> None:  # fmt: skip
         """``accept`` goals, grant a ``cancel``; ``end`` says how each goal ends at once."""
         class_ = load(type)
+        parts = f"{name}/_action"
         ids: dict[bytes, str] = {}
 
         def execute(goal: Any) -> Any:
@@ -193,20 +244,24 @@ class Peer:
             while not words.get("end"):
                 words = inbox.get()
                 feedback = words.get("feedback", [])
+                self.until(lambda: self.node.count_subscribers(f"{parts}/feedback"), "no client")
                 for part in feedback if isinstance(feedback, list) else [feedback]:
                     goal.publish_feedback(fill(class_.Feedback(), part))
             # Whoever asked for the cancel was told of it before rclpy takes note of it.
             while words["end"] == "canceled" and not goal.is_cancel_requested:
                 time.sleep(0.001)
+            self.know_client(f"{parts}/get_result")
             getattr(goal, words["end"])()
             return fill(class_.Result(), words.get("result", {}))
 
         def asked(request: Any) -> Any:
+            self.know_client(f"{parts}/send_goal")
             if not accept:
                 self.tell("goal", name=name, id="", data=plain(request))
             return GoalResponse.ACCEPT if accept else GoalResponse.REJECT
 
         def cancelled(goal: Any) -> Any:
+            self.know_client(f"{parts}/cancel_goal")
             self.tell("cancel", name=name, id=ids.get(bytes(goal.goal_id.uuid)))
             return CancelResponse.ACCEPT if cancel else CancelResponse.REJECT
 
@@ -223,8 +278,8 @@ class Peer:
         class_ = load(type)
         client = Client(self.node, class_, name, callback_group=self.group)
         self.kept.append(client)
-        if not client.wait_for_server(PATIENCE):
-            raise TimeoutError(f"there is no action {name}")
+        self.until(client.server_is_ready, f"there is no action {name}")
+        self.be_known(f"{name}/_action/send_goal")
         number = self.number()
 
         def heard(message: Any) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import pytest
 from ros2.ros2_support import Graph, Peer, Process
+from ros_support import await_condition
 
 Start = Callable[..., Process]
 NODE = "guarded_arm_managed_controller"
@@ -33,6 +34,11 @@ def change(peer: Peer, node: str, transition: int) -> bool:
 
 def stopped(peer: Peer, node: str, value: str | None) -> None:
     peer.expect_state(node, lambda s: s["stopped"] == value)
+
+
+def all_of(topics: dict[str, list[str]], wanted: set[str]) -> dict[str, list[str]]:
+    """The topics, if the wanted ones are among them."""
+    return topics if wanted <= topics.keys() else {}
 
 
 def test_it_commands_only_while_it_is_active(robot: Peer, controller: Start) -> None:
@@ -63,11 +69,13 @@ def test_it_begins_anew_after_a_cleanup(robot: Peer, controller: Start) -> None:
     robot.watch(NODE)
     robot.publish("person", READING, NEAR)
     robot.expect_state(NODE, lambda s: s["variables"]["Person.where"] == "near")
-    before = robot.order("topics")
+    own = {f"/{NODE}/{name}" for name in ("state", "events", "model")}
+    wanted = own | {"/person", "/go", "/charge", "/beacon", "/speed"}
+    before = await_condition(lambda: all_of(robot.order("topics"), wanted), "all topics")
     assert change(robot, NODE, CLEANUP)
     assert change(robot, NODE, CONFIGURE)
     robot.expect_state(NODE, lambda s: s["number"] == 0)
-    assert robot.order("topics") == before
+    await_condition(lambda: robot.order("topics") == before, "the same topics")
     robot.publish("person", READING, NEAR)
     robot.expect_state(NODE, lambda s: s["variables"]["Person.where"] == "near")
     assert change(robot, NODE, ACTIVATE)

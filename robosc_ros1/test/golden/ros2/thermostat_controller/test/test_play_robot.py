@@ -14,6 +14,7 @@ import subprocess
 import sys
 import threading
 import time
+import traceback
 from collections import deque
 from pathlib import Path
 
@@ -284,10 +285,14 @@ def test_every_command_is_allowed():
 
 
 def spin(executor):
-    try:
-        executor.spin()
-    except ExternalShutdownException:
-        pass
+    """Spin to the end; an answer that nobody can get any more keeps no others from being given."""
+    while rclpy.ok():
+        try:
+            executor.spin()
+        except ExternalShutdownException:
+            return
+        except Exception:
+            traceback.print_exc()
 
 
 def play(robot, judge, seconds):
