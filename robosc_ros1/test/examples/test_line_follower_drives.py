@@ -15,6 +15,7 @@ def summary(example_workspace: Workspace, roscore: Master, tmp_path: Path) -> An
     """What the observer saw of the first metres: a gap, an obstacle, a grab that fails first."""
     report = tmp_path / "summary.json"
     arguments = {"speed": 2.0, "seed": 1, "metres": 3.5, "seconds": 60, "report": report}
+    arguments |= {"tolerance": 0.5}  # so late may the observer hear of things on a busy machine
     example_workspace.run(
         "roslaunch",
         "line_follower",
