@@ -118,5 +118,11 @@ def test_what_reads_too_many_values_is_refused() -> None:
         verify(supervisor_of(steep_families.gauges(1100), "bdd"))
 
 
+def test_very_many_transitions_are_taken_by_sets() -> None:
+    supervisor = supervisor_of(steep_families.restless(18))
+    assert supervisor.plant_states < 2**20 < 2**22 < supervisor.controlled_transitions
+    assert verify(supervisor).method == "symbolic"
+
+
 def test_small_systems_are_visited_state_by_state() -> None:
     assert verify(supervisor_of(steep_families.crew(4))).method == "explicit"
