@@ -2,36 +2,211 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
+from typing import TypeAlias
 
-from robosc.ir.automaton import Event
-from robosc.ir.partial_evaluation import PartValues
-from robosc.ir.step import Values, valuations
+from robosc.errors import StateSpaceError
+from robosc.ir.automaton import Edge, Event
+from robosc.ir.formulas import conjunction, disjunction, junction, negation
+from robosc.ir.partial_evaluation import PartValues, holds
+from robosc.ir.step import missing_together
 from robosc.model.expr import Expr, ValueRef
 from robosc.model.traversal import walk
 
-__all__ = ["choices", "weight"]
+__all__ = [
+    "MOST_COMBINATIONS",
+    "choices",
+    "for_some",
+    "private_parameters",
+    "values_read",
+    "weight",
+]
+
+MOST_COMBINATIONS = 2**20
+"""Combinations of parameter values beyond which nothing goes through all of them."""
+_FEW = 2**8
+"""Up to this many, a condition is not taken apart before all of them are tried."""
+
+Path: TypeAlias = tuple[str | int, ...]
+_Signed: TypeAlias = tuple[Expr, bool]
+
+
+def values_read(exprs: Iterable[Expr]) -> set[Path]:
+    """The parts of an event's value that expressions read."""
+    return {node.path for expr in exprs for node in walk(expr) if isinstance(node, ValueRef)}
 
 
 def choices(event: Event, read: Iterable[Expr]) -> Iterator[PartValues]:
-    """All combinations of the parameters that the expressions read; one, empty, if none."""
-    paths = {node.path for expr in read for node in walk(expr) if isinstance(node, ValueRef)}
+    """All combinations of the parameters that the expressions read; one, empty, if none.
+
+    Raises:
+        StateSpaceError: there are too many to go through them.
+    """
+    paths = values_read(read)
     used = [i for i, p in enumerate(event.parameters) if p.path in paths]
     taken = [event.parameters[i] for i in used]
-    combinations: Iterable[Values]
-    if len(taken) > 1 and any(None in p.values for p in taken):
-        # Which missing parts go together is for the reference semantics to say.
-        combinations = dict.fromkeys(tuple(v[i] for i in used) for v in valuations(event))
-    else:
-        combinations = product(*(p.values for p in taken))
-    for values in combinations:
-        yield {p.path: value for p, value in zip(taken, values, strict=True)}
+    if (number := prod(len(p.values) for p in taken)) > MOST_COMBINATIONS:
+        raise StateSpaceError(
+            f"the parts of the value of {event.name} that are compared have {number} combinations"
+            f" of outcomes, more than the {MOST_COMBINATIONS} that can be gone through: compare"
+            " fewer of them in one message, or convert them by an enum"
+        )
+    implied = _implied(event)
+    pairs = [(used.index(i), used.index(j)) for i in used for j in implied.get(i, ()) if j in used]
+    never = [n for n, i in enumerate(used) if not _may_be_missing(event, i, implied)]
+    for values in product(*(p.values for p in taken)):
+        if any(values[n] is None for n in never):
+            continue
+        if not any(values[i] is None and values[j] is not None for i, j in pairs):
+            yield {p.path: value for p, value in zip(taken, values, strict=True)}
 
 
 def weight(event: Event) -> int:
-    """How many combinations of parameter values an event has."""
-    if any(None in p.values for p in event.parameters):
-        return sum(1 for _ in valuations(event))
-    return prod(len(p.values) for p in event.parameters)
+    """How many combinations of parameter values one value of an event can have."""
+    implied = _implied(event)
+    there = [len(p.values) - (None in p.values) for p in event.parameters]
+    open_ = {i for i in implied if _may_be_missing(event, i, implied)}
+    known: dict[frozenset[int], int] = {}
+
+    def count(rest: frozenset[int]) -> int:
+        """The combinations of parameters of which each may be missing or not."""
+        if not rest:
+            return 1
+        if rest not in known:
+            known[rest] = prod(_either(part) for part in _connected(rest, implied))
+        return known[rest]
+
+    def _either(part: frozenset[int]) -> int:
+        one = max(part, key=lambda i: (len(implied[i] & part), i))
+        missing = {one} | implied[one]
+        needed = {i for i in part if i == one or one in implied[i]}
+        present = prod(there[i] for i in needed)
+        return count(part - missing) + present * count(part - needed)
+
+    always = prod(there[i] for i in range(len(there)) if i not in open_)
+    return always * count(frozenset(open_))
+
+
+def private_parameters(event: Event, edge: Edge) -> Mapping[int, tuple[int, ...]]:
+    """Per variable that an edge assigns the parameters, by number, on which only this depends.
+
+    Neither a guard, nor another component, nor what is assigned to another variable reads them, and
+    no other parameter is missing with them.
+    """
+    if len(event.parameters) < 2:
+        return {}
+    readers: Counter[Path] = Counter()
+    for automaton in event.automata:
+        guards = [e.guard for e in automaton.edges if e.guard is not None]
+        updates = [expr for e in automaton.edges for _, expr in e.updates]
+        readers.update(values_read(updates))
+        readers.update(values_read(guards))
+    by_variable: dict[int, set[Path]] = {}
+    for variable, expr in edge.updates:
+        by_variable.setdefault(variable, set()).update(values_read([expr]))
+    readers.update(path for paths in by_variable.values() for path in paths)
+    linked = {number for pair in missing_together(event) for number in pair}
+    return {
+        variable: tuple(
+            number
+            for number, parameter in enumerate(event.parameters)
+            # one component, and one variable of this edge
+            if parameter.path in paths and readers[parameter.path] == 2 and number not in linked
+        )
+        for variable, paths in by_variable.items()
+    }
+
+
+def for_some(event: Event, conditions: Sequence[Expr]) -> Expr:
+    """Where conditions hold together for some value of an event, as a condition over the state.
+
+    What reads different parts of the value is looked at apart.
+
+    Raises:
+        StateSpaceError: too many parts hang together.
+    """
+    read = values_read(conditions)
+    parameters = [p for p in event.parameters if p.path in read]
+    simple = all(None not in p.values for p in parameters)
+    if not simple or prod(len(p.values) for p in parameters) <= _FEW:
+        return _tried(event, conditions)
+    return _some(event, [(condition, True) for condition in conditions])
+
+
+def _some(event: Event, parts: Iterable[_Signed]) -> Expr:
+    found: list[Expr] = []
+    for group in _by_values(_conjuncts(parts)):
+        either = junction(*group[0]) if len(group) == 1 else None
+        if either is not None:  # a disjunction, or it would have been taken apart
+            found.append(disjunction(_some(event, [part]) for part in either.parts))
+        else:
+            found.append(_tried(event, [e if sign else negation(e) for e, sign in group]))
+    return conjunction(found)
+
+
+def _tried(event: Event, conditions: Sequence[Expr]) -> Expr:
+    return disjunction(
+        conjunction(holds(condition, chosen) for condition in conditions)
+        for chosen in choices(event, conditions)
+    )
+
+
+def _conjuncts(parts: Iterable[_Signed]) -> Iterator[_Signed]:
+    for expr, sign in parts:
+        taken = junction(expr, sign)
+        if taken is None or not taken.conjunctive:
+            yield expr, sign
+        else:
+            yield from _conjuncts(taken.parts)
+
+
+def _by_values(parts: Iterable[_Signed]) -> list[list[_Signed]]:
+    """The parts in groups; no two groups read the same part of the value."""
+    groups: list[tuple[set[Path], list[_Signed]]] = []
+    for part in parts:
+        read, members = values_read([part[0]]), [part]
+        apart = []
+        for paths, others in groups:
+            if paths & read:
+                read, members = paths | read, others + members
+            else:
+                apart.append((paths, others))
+        groups = [*apart, (read, members)]
+    return [members for _, members in groups]
+
+
+# --- what is missing together --------------------------------------------------------------------
+
+
+def _implied(event: Event) -> Mapping[int, set[int]]:
+    """Per parameter that may be missing those that are missing with it for sure."""
+    optional = [i for i, p in enumerate(event.parameters) if None in p.values]
+    implied: dict[int, set[int]] = {i: set() for i in optional}
+    if optional:
+        for i, j in missing_together(event):
+            if i in implied:
+                implied[i].add(j)
+        for middle in optional:
+            for found in implied.values():
+                if middle in found:
+                    found |= implied[middle]
+    for i, found in implied.items():
+        found.discard(i)
+    return implied
+
+
+def _may_be_missing(event: Event, number: int, implied: Mapping[int, set[int]]) -> bool:
+    return number in implied and all(j in implied for j in implied[number])
+
+
+def _connected(rest: frozenset[int], implied: Mapping[int, set[int]]) -> list[frozenset[int]]:
+    """The parameters in parts that imply nothing of each other."""
+    parts: list[frozenset[int]] = []
+    for one in rest:
+        own = frozenset({one} | (implied[one] & rest))
+        apart = [part for part in parts if not part & own]
+        parts = [*apart, own.union(*(part for part in parts if part & own))]
+    return parts

@@ -6,7 +6,7 @@ Exploring goes through every state, event and value; each event becomes one func
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any, TypeAlias
@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.ir.finite.classes import Classes
 from robosc.ir.formulas import Leaf, Undefined, to_python
-from robosc.ir.step import Outcome, Values, Verdict, valuations
+from robosc.ir.step import Outcome, Values, Verdict, missing_together, valuations
 from robosc.language.functions import HELPERS
 from robosc.model.evaluation import converted
 from robosc.model.expr import (
@@ -30,9 +30,13 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import walk
 from robosc.model.types import EnumType
+from robosc.synthesis.parameters import weight
 from robosc.synthesis.vectorised import variable_of
 
 __all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]
+
+_MOST_KEPT = 2**16
+"""Values of an event that are kept."""
 
 StepFunction: TypeAlias = Callable[[PlantState, Values], Outcome]
 Test: TypeAlias = Callable[[PlantState], bool]
@@ -44,7 +48,7 @@ class CompiledEvent:
 
     number: int
     test: Test | None
-    values: tuple[Values, ...]
+    values: Iterable[Values]
     step: StepFunction
 
     def targets(self, state: PlantState) -> Iterator[tuple[Values, PlantState]]:
@@ -55,6 +59,81 @@ class CompiledEvent:
             after = self.step(state, values)
             if not isinstance(after, Verdict):
                 yield values, after
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether there are too many values to try them all."""
+        return isinstance(self.values, _Valuations)
+
+    @property
+    def some_values(self) -> Iterable[Values]:
+        """All values, or some if they are too many."""
+        return self.values.sample() if isinstance(self.values, _Valuations) else self.values
+
+    def leading(self, state: PlantState, target: PlantState) -> Values | None:
+        """A value with which the event leads from a state to another one; None if none is found.
+
+        Where there are too many values to try them all, one may exist nevertheless.
+        """
+        if self.test is not None and not self.test(state):
+            return None
+        if isinstance(self.values, _Valuations):
+            return self.values.nearest(lambda one: _differences(self.step(state, one), target))
+        return next((values for values in self.values if self.step(state, values) == target), None)
+
+
+class _Valuations:
+    """The values of an event, as often as they are asked for."""
+
+    def __init__(self, event: Event) -> None:
+        self.event = event
+        self._pairs = missing_together(event)
+
+    def __iter__(self) -> Iterator[Values]:
+        return valuations(self.event)
+
+    def nearest(self, distance: Callable[[Values], float]) -> Values | None:
+        """A value at distance 0, by changes of one part at a time; None if that gets stuck."""
+        for one in self._bases():
+            least = distance(one)
+            for number in range(len(one)):
+                for other in self._changed(one, number):
+                    if (found := distance(other)) < least:
+                        one, least = other, found
+            if least == 0:
+                return one
+        return None
+
+    def sample(self) -> Iterator[Values]:
+        """Some values: those in which all parts are extreme but for two."""
+        for base in self._bases():
+            yield base
+            for first in range(len(base)):
+                for one in self._changed(base, first):
+                    yield one
+                    for second in range(first):
+                        yield from self._changed(one, second)
+
+    def _bases(self) -> Iterator[Values]:
+        """What guards that ask for everything, or for nothing, let pass."""
+        for place in (0, -1):
+            yield tuple(p.values[place] for p in self.event.parameters)
+
+    def _changed(self, values: Values, number: int) -> Iterator[Values]:
+        """The values with another one of a parameter, where they can be together."""
+        for value in self.event.parameters[number].values:
+            other = (*values[:number], value, *values[number + 1 :])
+            if value != values[number] and not any(
+                other[i] is None and other[j] is not None for i, j in self._pairs
+            ):
+                yield other
+
+
+def _differences(after: Outcome, target: PlantState) -> float:
+    """In how many variables two states differ; an impossible one lies beyond all."""
+    if isinstance(after, Verdict):
+        return math.inf
+    return sum(a != b for a, b in zip(after, target, strict=True))
 
 
 class Stepper:
@@ -79,6 +158,7 @@ class Stepper:
                 self._namespace[f"class{number}"] = cache(variable.values.index)
         self._steps: dict[int, StepFunction] = {}
         self._tests: dict[Expr, Test] = {}
+        self._values: dict[int, Iterable[Values]] = {}
 
     def outcome(self, event: int, values: Values, state: PlantState) -> Outcome:
         """What the event of that number does, requirements apart."""
@@ -110,9 +190,16 @@ class Stepper:
             test = None
         else:
             test = self.test(condition)
-        return CompiledEvent(
-            event, test, tuple(valuations(self.plant.events[event])), self.step(event)
-        )
+        return CompiledEvent(event, test, self._values_of(event), self.step(event))
+
+    def _values_of(self, event: int) -> Iterable[Values]:
+        """The values of an event; made anew each time if they are very many."""
+        found = self._values.get(event)
+        if found is None:
+            taken = self.plant.events[event]
+            few = weight(taken) <= _MOST_KEPT
+            found = self._values[event] = tuple(valuations(taken)) if few else _Valuations(taken)
+        return found
 
     def required(self) -> tuple[CompiledEvent, ...]:
         """All events of the plant under its requirements, in model order."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
 
+from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, PhaseStep, Plant, PlantState
 from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.ir.step import Values
@@ -181,14 +182,21 @@ def steps_of(stepper: Stepper, states: Sequence[PlantState]) -> tuple[Step, ...]
 def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> Step:
     plant = stepper.plant
     changed = {variable for variable, old in enumerate(before) if after[variable] != old}
+    sampled = False
     # A command about which the environment decides may be refused though it could lead there.
     order = sorted(enumerate(plant.events), key=lambda item: _branches(item[1]))
     for number, event in order:
         if changed <= plant.writes[number]:
-            for values, target in stepper.compiled(number, event.requirement).targets(before):
-                if target == after:
-                    return make_step(plant, event, values, before, after)
-    raise AssertionError("the states do not follow each other")
+            compiled = stepper.compiled(number, event.requirement)
+            values = compiled.leading(before, after)
+            if values is not None:
+                return make_step(plant, event, values, before, after)
+            sampled = sampled or compiled.is_sampled
+    assert sampled, "the states do not follow each other"
+    raise StateSpaceError(
+        "a message has too many parts that are compared to tell which of them lead to a state:"
+        " compare fewer of them in one message, or convert them by an enum"
+    )
 
 
 def _branches(event: Event) -> bool:

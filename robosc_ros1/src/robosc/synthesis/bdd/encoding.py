@@ -22,6 +22,7 @@ from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_inde
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import order_items
 from robosc.synthesis.bdd.partition import Partition, combined, key_of
+from robosc.synthesis.parameters import values_read
 from robosc.synthesis.vectorised import variable_of
 
 __all__ = ["Encoding", "LeafSource", "variables_read"]
@@ -379,6 +380,11 @@ def _groups(plant: Plant, items: Sequence[LeafSource]) -> Iterator[list[int]]:
                     group.extend(variables_read(plant, edge.guard))
                 for variable, expr in edge.updates:
                     group.extend((variable, *variables_read(plant, expr)))
+                    if len(event.parameters) > 1:  # each beside what is assigned from it
+                        taken = values_read([expr])
+                        own = [p for p, one in enumerate(event.parameters) if one.path in taken]
+                        places = (number[e, p] for p in own)
+                        yield [variable, *variables_read(plant, expr), *places]
         yield group
         if event.requirement is not None:
             yield [*group, *variables_read(plant, event.requirement)]

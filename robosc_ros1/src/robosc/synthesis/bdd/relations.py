@@ -17,9 +17,10 @@ from dataclasses import dataclass
 from robosc.ir.automaton import Edge, LocalAutomaton
 from robosc.ir.step import missing_together
 from robosc.model.expr import TRUE
-from robosc.synthesis.bdd.encoding import Encoding, variables_read
+from robosc.synthesis.bdd.encoding import Encoding, LeafSource, variables_read
 from robosc.synthesis.bdd.manager import Bdd, Renaming
 from robosc.synthesis.bdd.partition import Partition
+from robosc.synthesis.parameters import private_parameters
 
 __all__ = ["EventRelation", "Disjunct", "Relations"]
 
@@ -195,19 +196,28 @@ class Relations:
         """The cases of an edge where it is taken; ``outside`` gets where it leaves a range."""
         constants = ((variable, edge.target),) if edge.target != edge.source else ()
         cases = [_Case(here, constants, frozenset())]
+        private = private_parameters(self.encoding.plant.events[event], edge)
         for written, partition in self._assigned(edge, event).items():
             values = self.encoding.plant.variables[written].values
             updates: list[_Case] = []
+            own: list[LeafSource] = [(event, number) for number in private.get(written, ())]
             for value, states in partition:
+                some = self._for_some(states, own)
                 if value is None:
-                    updates.append(_Case(states, (), frozenset()))
+                    updates.append(_Case(some, (), frozenset()))
                 elif value in values:
                     constant = (written, values.index(value))
-                    updates.append(_Case(states, (constant,), frozenset()))
+                    updates.append(_Case(some, (constant,), frozenset()))
                 else:
                     outside.append(here & states)
             cases = self._merge(self._product(cases, updates))
         return cases
+
+    def _for_some(self, states: Bdd, parameters: Sequence[LeafSource]) -> Bdd:
+        """The states of pairs with some values of parameters that nothing else depends on."""
+        for parameter in parameters:
+            states = states & self.encoding.all_values(parameter)
+        return self.manager.exists(states, self.encoding.now(parameters)) if parameters else states
 
     def _assigned(self, edge: Edge, event: int) -> dict[int, Partition]:
         """What an edge assigns, by state variable.

@@ -10,6 +10,7 @@ from robosc.model.entities import EventKind
 from robosc.source import Span
 from robosc.supervisor import Step
 from robosc.synthesis.formatting import listing
+from robosc.synthesis.parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.stepper import Stepper
 
 __all__ = ["Blocked", "why_blocked"]
@@ -54,6 +55,8 @@ def why_blocked(stepper: Stepper, state: PlantState, steps: Sequence[Step]) -> B
 def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
     """All that the plant under its requirements reaches; None if that is too much."""
     plant = stepper.plant
+    if any(weight(event) > MOST_COMBINATIONS for event in plant.events):
+        return None
     events = stepper.required()
     seen = {start}
     states = [start]

@@ -30,7 +30,9 @@ from robosc.errors import Diagnostic, Severity
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
+from robosc.synthesis.explain.local_bound import longest_locally
 from robosc.synthesis.formatting import amount, listing, trace_text
+from robosc.synthesis.parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import Runs, System, inputs, make_step
 
@@ -63,6 +65,8 @@ def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> 
     yields_to = system.plant.robot.yields_to
     if not stepping and not any(guard.event.key in yields_to for guard in guards):
         return Properties(tuple((name, True) for name in _NAMES), 0)
+    if _branching(system) > MOST_COMBINATIONS:
+        return _of_large(system, guards, controlled_states)
     runs = system.runs() if controlled_states > _FEW_STATES else None
     if runs is not None:
         return _Controller(system.plant, guards).told(runs, _longest(system))
@@ -73,14 +77,17 @@ def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> 
 
 def _longest(system: System) -> int | None:
     """A bound on completions in any order, if there is one."""
-    bound = _longest_locally(system.plant)
+    bound = longest_locally(system.plant)
     return system.longest_completion() if bound is None else bound
 
 
 def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
     """What can be told without walking through all states."""
     bound = _longest(system)
-    livelock = None if bound is not None else _Controller(system.plant, guards).livelock(_FIRST)
+    branching, livelock = _branching(system), None
+    outcomes = f", a message {amount(branching)} values" if branching > MOST_COMBINATIONS else ""
+    if bound is None and branching <= MOST_COMBINATIONS:
+        livelock = _Controller(system.plant, guards).livelock(_FIRST)
     holds: tuple[tuple[str, bool], ...] = ()
     if bound is not None or livelock is not None:
         holds = ((_NAMES[0], livelock is None),)
@@ -88,7 +95,8 @@ def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -
     unchecked = Diagnostic(
         Severity.WARNING,
         "properties-unchecked",
-        f"the controlled system has {amount(controlled_states)} states, too many to walk through:"
+        f"the controlled system has {amount(controlled_states)} states{outcomes},"
+        " too many to walk through:"
         f" {listing(left_out)} {'was' if len(left_out) == 1 else 'were'} not checked",
         system.plant.robot.span,
         "narrow the ranges of variables that requirements read, or avoid internal transitions",
@@ -96,27 +104,8 @@ def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -
     return Properties(holds, bound, (*([] if livelock is None else [livelock]), unchecked))
 
 
-def _longest_locally(plant: Plant) -> int | None:
-    """A bound on completions: internal transitions change nothing but locations.
-
-    None if those of some component go round, their guards left aside.
-    """
-    import networkx as nx  # loaded when it is needed: it costs more than most syntheses
-
-    graph = nx.DiGraph()
-    for event in plant.events:
-        if event.kind is EventKind.TAU:
-            graph.add_edges_from(
-                ((a.component, edge.source), (a.component, edge.target))
-                for a in event.automata
-                for edge in a.edges
-                if edge.source != edge.target
-            )
-    if not nx.is_directed_acyclic_graph(graph):
-        return None
-    parts = (graph.subgraph(part) for part in nx.weakly_connected_components(graph))
-    longest: int = sum(nx.dag_longest_path_length(part) for part in parts)
-    return longest
+def _branching(system: System) -> int:
+    return max(map(weight, system.plant.events), default=0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,10 +300,10 @@ class _Controller:
 
     def _step(self, events: Sequence[CompiledEvent], before: PlantState, after: PlantState) -> Step:
         for compiled in events:
-            for values, target in compiled.targets(before):
-                if target == after:
-                    event = self.plant.events[compiled.number]
-                    return make_step(self.plant, event, values, before, after)
+            values = compiled.leading(before, after)
+            if values is not None:
+                event = self.plant.events[compiled.number]
+                return make_step(self.plant, event, values, before, after)
         raise AssertionError("the states do not follow each other")
 
     def _after(self, steps: Sequence[Step]) -> str:

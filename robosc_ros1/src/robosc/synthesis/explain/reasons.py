@@ -194,9 +194,13 @@ class _Explainer:
         """Paths of uncontrollable events over states to be avoided, shortest first."""
         seen = {start}
         looked = 0
+        sampled = any(event.is_sampled for event in self.uncontrollable)
+        most = _MOST_SAMPLES if sampled else _MOST_STEPS
         paths: list[tuple[PlantState, ...]] = [(start,)]
         for path in paths:  # grows while it is walked
             yield path
+            if looked > most:
+                continue
             for _, target in self._uncontrollable(path[-1], self.uncontrollable):
                 looked += 1
                 if isinstance(target, Verdict) or target in seen:
@@ -204,14 +208,14 @@ class _Explainer:
                 if not self.system.is_good(target):
                     seen.add(target)
                     paths.append((*path, target))
-            if len(paths) > _MOST_PATHS or looked > _MOST_STEPS:
+            if len(paths) > _MOST_PATHS:
                 return
 
     def _uncontrollable(
         self, state: PlantState, events: Iterable[CompiledEvent]
     ) -> Iterator[tuple[Step, Outcome]]:
         for event in events:
-            for values in event.values:
+            for values in event.some_values:
                 target = event.step(state, values)
                 if target is not Verdict.IMPOSSIBLE:
                     yield Step(self.plant.events[event.number], values), target
@@ -242,6 +246,8 @@ def _may_leave(plant: Plant, number: int) -> bool:
 
 _MOST_PATHS = 20_000
 _MOST_STEPS = 1_000_000
+_MOST_SAMPLES = 20_000
+"""The same where not all values of an event are tried."""
 
 
 def _avoiding(requirement: Requirement, event: Event | None) -> str:

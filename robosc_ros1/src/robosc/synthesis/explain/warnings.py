@@ -12,14 +12,13 @@ from itertools import combinations
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.finite.builder import sent_wholes
-from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl
-from robosc.ir.partial_evaluation import holds
+from robosc.ir.formulas import conjunction, negation, to_dsl
 from robosc.model.entities import EventKind, Kind, Provide, Requirement
 from robosc.model.expr import TRUE, Expr, StateRef
 from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.formatting import listing, trace_text
-from robosc.synthesis.parameters import choices
+from robosc.synthesis.parameters import for_some
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, enabled, in_phase, possible, steps_of
 
@@ -226,10 +225,7 @@ class _Examiner:
         here: list[Expr] = [StateRef(automaton.component, state)]
         if event.phase is not None:
             here.append(in_phase(self.plant, event.phase))
-        both = disjunction(
-            conjunction([holds(first.guard, chosen), holds(second.guard, chosen)])
-            for chosen in choices(event, [first.guard, second.guard])
-        )
+        both = for_some(event, [first.guard, second.guard])
         when = self._when(conjunction([*here, both]))
         if when is not None:
             guards = [to_dsl(guard, self.robot) for guard in (first.guard, second.guard)]

@@ -48,8 +48,7 @@ _MANY_STEPS: Final = 1 << 22  # from here on sets are faster, as measured
 def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
     """Prove a supervisor's properties by exhaustive search, or find where they fail.
 
-    Where more than ``limit`` states might have to be visited, or very many transitions, they are
-    taken set by set, if the library for that is there; what fails is then told without a trace.
+    More than ``limit`` states, or many steps, are taken by sets if possible, faults without traces.
 
     Raises:
         StateSpaceError: it is too large for that, too.

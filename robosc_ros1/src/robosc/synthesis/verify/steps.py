@@ -13,6 +13,7 @@ from math import prod
 from operator import itemgetter
 from typing import Any, Generic, TypeAlias, TypeVar
 
+from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState, VariableKind
 from robosc.ir.formulas import Leaf, Undefined, evaluate
 from robosc.model.expr import (
@@ -53,6 +54,7 @@ where an assignment would leave its range."""
 
 _Values: TypeAlias = tuple[Value | None, ...]
 _Parameters: TypeAlias = dict[tuple[str | int, ...], Value | None]
+_MOST_VALUES = 1 << 22
 _CHUNK = 4096  # states of one remembered part of the state variables
 
 
@@ -186,6 +188,11 @@ class EventSteps:
 
     def __init__(self, plant: Plant, coding: Coding, event: Event) -> None:
         self.event = event
+        if prod(len(p.values) for p in event.parameters) > _MOST_VALUES:
+            raise StateSpaceError(
+                f"verification stops at {_MOST_VALUES} combinations of the parts of a value;"
+                f" {event.name} has more"
+            )
         self.valuations = [
             v for v in product(*(p.values for p in event.parameters)) if _fit(event, v)
         ]
