@@ -10,9 +10,6 @@ import pytest
 from emit.bisimulation import compare
 from emit.generated_code import controller_source, supervisor_of
 from emit.judged_controllers import Robot, class_of, judged, judging_modules
-from ros_support import EXAMPLES
-
-from robosc import pipeline
 
 WATCHED = """
 robot Watched {
@@ -171,18 +168,3 @@ def test_it_comes_to_places_in_arrays_and_to_choices_of_data(
     judging, source = sections
     assert before in source
     assert judged(judging, source.replace(before, after)).faults != []
-
-
-@pytest.mark.parametrize(
-    "model",
-    [
-        pytest.param(path, id=path.stem)
-        for path in sorted(EXAMPLES.glob("**/*.rscd"))
-        if path.read_text(encoding="utf-8").find("\nlibrary ") < 0
-        and not path.read_text(encoding="utf-8").startswith("library ")
-    ],
-)
-def test_it_is_content_with_the_examples(tmp_path: Path, model: Path) -> None:
-    supervisor = pipeline.synthesize(pipeline.load(model).robot)
-    with judging_modules(tmp_path, supervisor) as judging:
-        assert judged(judging, controller_source(supervisor, model.name), rounds=10).faults == []
