@@ -227,6 +227,107 @@ def test_an_enum_by_hand_and_bare_comparisons_are_the_same(seed: int, engine: st
     assert isomorphic(by_hand, bare), texts
 
 
+OF_ELEMENTS = """
+robot R {{
+    datatype object Scan {{ items: array({type}) }}
+    interface scans use Scan from some_robot_msgs
+    {enum}
+    component Sensor {{
+        outgoing message scan with type: {incoming} links scans
+        outgoing message probe with type: {incoming} links scans
+        incoming message keep with type: none
+        behaviour {{
+            variable v: {held}
+            variable w: {held}
+            initial marked state s {{
+                on response from scan do v := {value}
+                on response from probe if Base.here and {c0} do w := {value}
+                on request to keep {goto}
+            }}
+            {marked} state t {{
+                on response from scan {quiet} do v := {value} goto s
+                transition if {c1} goto s
+            }}
+        }}
+    }}
+    component Base {{
+        incoming message go with type: none
+        incoming message home with type: none
+        behaviour {{
+            initial marked state here {{ on request to go goto away }}
+            state away {{
+                on request to home goto here
+                on response from scan if {c2} goto here
+            }}
+        }}
+    }}
+    requirement go needs {c3} and {asked}
+    requirement {c4} disables home
+    requirement never Base.away and {c5}
+}}
+"""
+
+
+def two_models_of_elements(rng: random.Random) -> tuple[str, str]:
+    """One robot twice: with an enum of an element of an array, and with the element compared."""
+    type_ = rng.choice(["double", "integer"])
+    thresholds = sorted(rng.sample(THRESHOLDS[type_], rng.randint(1, 3)), reverse=True)
+    signs = [">"] if type_ == "integer" else [">", ">="]  # no integer lies between > 2 and >= 3
+    rules = [f"{rng.choice(signs)} {limit}" for limit in thresholds]
+    index = rng.randrange(3)
+    element = f"items[{index}]"
+    names = [f"band{number}" for number in range(len(rules))]
+    leaves = ["value", "v", "value", "Sensor.v", "Sensor.w", "Sensor.v"]
+    picked = [(leaf, rng.randrange(len(rules))) for leaf in leaves]
+    every = [(leaf, n) for leaf in ("Sensor.v", "Sensor.w") for n in range(len(rules))]
+    turned = {n for n in range(len(picked)) if rng.random() < 0.3}
+
+    def by_name(leaf: str, number: int, opposite: bool = False) -> str:
+        """That it is in one of the bands down to this one, or, if it is there, in none of them."""
+        chosen = [*names[number + 1 :], "below"] if opposite else names[: number + 1]
+        return f"{leaf} in {{ {', '.join(chosen)} }}"
+
+    def by_number(leaf: str, number: int, opposite: bool = False) -> str:
+        read = f"{leaf}{'.' + element if leaf == 'value' else f'[{index}]'} {rules[number]}"
+        return f"!({read})" if opposite else read
+
+    converted = " ".join(f"value.{element} {r} -> {n}" for r, n in zip(rules, names, strict=True))
+    below = f"!(value.{element} {rules[-1]}) -> below"
+    enum = f"datatype enum Band from Scan to {{ {converted} {below} default -> missing }}"
+    same = {
+        "type": type_,
+        "goto": rng.choice(["goto s", "goto t"]),
+        "quiet": rng.choice(["if Base.here", "if Base.here", ""]),
+        "marked": rng.choice(["marked", ""]),
+    }
+    texts = []
+    for text_of, fields in (
+        (by_name, {"incoming": "Band", "held": "Band", "value": "value", "enum": enum}),
+        (by_number, {"incoming": "Scan", "held": f"array({type_})", "value": "value.items"}),
+    ):
+        conditions = {f"c{n}": text_of(*one, n in turned) for n, one in enumerate(picked)}
+        # An undefined part makes what stands left of it undefined, too, and nothing right of true.
+        asked = " and ".join(
+            f"(true or {text_of(*one, opposite)})" for one in every for opposite in (False, True)
+        )
+        texts.append(
+            OF_ELEMENTS.format(**{"enum": "", **same, **fields, **conditions}, asked=asked)
+        )
+    return texts[0], texts[1]
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("seed", quick_first(range(20), 4))
+def test_an_enum_by_hand_and_compared_elements_are_the_same(seed: int, engine: str) -> None:
+    texts = two_models_of_elements(random.Random(seed))
+    by_hand, bare = (pipeline.synthesize(robot_of(text), engine) for text in texts)
+    assert bare.plant.view.free == ()
+    assert by_hand.plant_states == bare.plant_states
+    assert by_hand.properties == bare.properties
+    assert [g.status for g in by_hand.guards] == [g.status for g in bare.guards]
+    assert isomorphic(by_hand, bare), texts
+
+
 def isomorphic(by_hand: Supervisor, bare: Supervisor) -> bool:
     """Whether the controlled systems are the same but for the names of values."""
     if by_hand.empty:
@@ -248,15 +349,18 @@ def isomorphic(by_hand: Supervisor, bare: Supervisor) -> bool:
 
 
 def labelled(supervisor: Supervisor, downwards: bool) -> list[dict[Any, int]]:
-    """Per state, where each event leads, its values counted from the lowest band."""
+    """Per state, where each event leads, its values counted from what is missing or the lowest."""
     graph = explore(supervisor)
     found: list[dict[Any, int]] = [{} for _ in graph.states]
     for t in graph.transitions:
         parameters = graph.plant.events[t.event].parameters
-        numbers = [p.values.index(v) for p, v in zip(parameters, t.values, strict=True)]
+        numbers = [
+            (p.values.index(v) + 1) % len(p.values) if None in p.values else p.values.index(v)
+            for p, v in zip(parameters, t.values, strict=True)
+        ]
         if downwards:
             numbers = [len(p.values) - 1 - n for p, n in zip(parameters, numbers, strict=True)]
-        found[t.source][t.event, tuple(numbers)] = t.target
+        assert found[t.source].setdefault((t.event, tuple(numbers)), t.target) == t.target
     return found
 
 

@@ -21,6 +21,7 @@ from robosc.model.expr import (
     Binary,
     Convert,
     Expr,
+    Holds,
     Literal,
     Operation,
     TestRef,
@@ -309,6 +310,8 @@ def _discrete(expr: Expr, leaves: Mapping[Expr, _Counterpart]) -> Expr:
     """A condition, or a finite value, with each comparison of data written out by classes."""
     match expr:
         case Unary(operator="!", operand=operand):
+            return replace(expr, operand=_discrete(operand, leaves))
+        case Holds(operand=operand):
             return replace(expr, operand=_discrete(operand, leaves))
         case Convert(argument=argument, type=enum) if argument in leaves:
             return _converting(leaves[argument], enum, lambda value: str(converted(enum, value)))

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 from robosc.ir.formulas import conjunction, disjunction, junction, negation
 from robosc.model.evaluation import evaluate
-from robosc.model.expr import FALSE, TRUE, Expr, Leaf, Literal, Operation, ValueRef
+from robosc.model.expr import FALSE, TRUE, Expr, Holds, Leaf, Literal, Operation, ValueRef
 from robosc.model.traversal import fold, with_operands
 from robosc.model.types import BooleanType, Value
 
@@ -66,6 +66,8 @@ def _operation(node: Operation, operands: tuple[Expr | _Truth, ...]) -> Expr | _
         return _evaluated(node, known)
     if not all(isinstance(e.type, BooleanType) for e in (node, node.operands[0])):
         return _UNDEFINED
+    if isinstance(node, Holds):
+        return _truth(operands[0]).true
     if len(operands) == 1:
         return _opposite(_truth(operands[0]))
     left, right = (_truth(part) for part in operands)

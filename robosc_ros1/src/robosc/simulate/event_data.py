@@ -48,6 +48,7 @@ __all__ = [
     "given_text",
     "hint",
     "parameter_values",
+    "is_test",
     "part_given",
     "random_raw",
 ]
@@ -99,7 +100,7 @@ def _chosen(
     event: Event, tests: Mapping[str, Raw], label: str
 ) -> Iterator[tuple[Path, Value | None]]:
     """The outcomes of tests, by the paths that the plant gives them."""
-    known = {_test_text(p.path): p for p in event.parameters if p.test or _is_test(p.path)}
+    known = {_test_text(p.path): p for p in event.parameters if p.test or is_test(p.path)}
     for name, raw in tests.items():
         if name not in known:
             names = listing(list(known), "or") if known else "none"
@@ -109,7 +110,7 @@ def _chosen(
         yield parameter.path, None if missing else _converted(parameter.type, raw, name)
 
 
-def _is_test(path: Path) -> bool:
+def is_test(path: Path) -> bool:
     """Whether a path is the name of a test, or of a choice of the environment."""
     return any(isinstance(step, str) and not step.isidentifier() for step in path)
 
@@ -287,7 +288,7 @@ def _choices(type_: Type) -> str:
 
 def given_text(given: Given) -> str:
     """``free``; ``x: 1.0, kind: free``; empty for no value."""
-    tests = {path: value for path, value in given.items() if _is_test(path)}
+    tests = {path: value for path, value in given.items() if is_test(path)}
     chosen = [f"{_test_text(path)}: {literal_text(value)}" for path, value in tests.items()]
     if () in given and not _is_object(given[()]):
         return ", ".join([literal_text(given[()]), *chosen])

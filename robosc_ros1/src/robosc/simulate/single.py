@@ -37,6 +37,7 @@ from robosc.simulate.event_data import (
     given_json,
     given_text,
     hint,
+    is_test,
     part_given,
     random_raw,
 )
@@ -170,8 +171,12 @@ class SingleEvents:
             return part_given(given, leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
 
         def value(parameter: EventParameter) -> Value | None:
-            if parameter.path in given or parameter.test is None:
-                return given.get(parameter.path, parameter.values[0])
+            if parameter.path in given:
+                return given[parameter.path]
+            if parameter.test is None:  # a part of what was given as a whole, or nothing was
+                whole = any(parameter.path[: len(path)] == path for path in given)
+                whole &= not is_test(parameter.path)
+                return part_given(given, parameter.path) if whole else parameter.values[0]
             try:
                 return value_of(parameter.test, look)
             except Undefined:

@@ -8,7 +8,14 @@ from functools import partial
 
 from robosc.ir.combining import result_transitions
 from robosc.ir.finite.classes import Classes, Comparison
-from robosc.ir.finite.terms import Term, Terms, compared_in_rules, is_constant, value_of
+from robosc.ir.finite.terms import (
+    Term,
+    Terms,
+    compared_in_rules,
+    is_constant,
+    type_of_part,
+    value_of,
+)
 from robosc.ir.finite.view import (
     FiniteView,
     Scope,
@@ -19,7 +26,7 @@ from robosc.ir.finite.view import (
     _StateTerm,
     may_be_missing,
 )
-from robosc.ir.formulas import Leaf, evaluate, to_dsl
+from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation, to_dsl
 from robosc.language.operators import MIRRORED
 from robosc.model.entities import Component, Provide, ResultTransition, Robot, data_expressions
 from robosc.model.expr import (
@@ -30,13 +37,21 @@ from robosc.model.expr import (
     Holds,
     Literal,
     ParameterRef,
+    Part,
     TestRef,
     Unary,
     ValueRef,
     VariableRef,
 )
 from robosc.model.traversal import may_be_undefined, rewritten, walk
-from robosc.model.types import ArrayType, BooleanType, DoubleType, IntegerType, ObjectType, domain
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    IntegerType,
+    ObjectType,
+    domain,
+)
 
 __all__ = ["ViewBuilder", "finite_view", "sent_wholes"]
 
@@ -131,6 +146,8 @@ class ViewBuilder:
         for part in walk(expr):
             if isinstance(part, TestRef):
                 self.states.setdefault(part)
+                if _element(part.subject) is not None:
+                    continue  # it is free only where an assignment does not tell its outcome
             if isinstance(part.type, BooleanType) and any(_is_free(side) for side in _sides(part)):
                 self.free.setdefault(to_dsl(part, self.robot))
             match part:
@@ -166,15 +183,30 @@ class ViewBuilder:
         changed = read & given.keys()
         if not changed:
             return None
+        copied = [value for value in map(given.get, changed) if isinstance(value, VariableRef)]
+        together = self._together(read, component, transition)
+        alone = len(changed) == len(copied) == 1 and not together
+        if alone and _element(term.subject) is not None:
+            return self._copied(term, copied[0], given)
         uncertain = any(may_be_undefined(given[name]) for name in changed)
         if (
-            self._together(read, component, transition)
+            together
             # Of several changes at once some may not happen.
             or (uncertain and (len(changed) > 1 or isinstance(term.subject, Holds)))
             or any(self._rounded(name, given[name]) for name in changed)
         ):
             return _anything(term)
         return self._substituted(term, given)
+
+    def _copied(
+        self, test: TestRef, source: VariableRef, given: Mapping[tuple[str, str], Expr]
+    ) -> Expr:
+        """A test of an element after a copy; where the source has nothing, it stays."""
+        there = self.terms.computed(Holds(replace(source, span=None)))
+        self.states.setdefault(there)
+        copied = self._substituted(test, given)
+        kept = conjunction([negation(there), test])
+        return disjunction([conjunction([there, copied]), kept])
 
     def _rounded(self, name: tuple[str, str], value: Expr) -> bool:
         """Whether an integer becomes a double, and may not be the same number then."""
@@ -219,6 +251,8 @@ class ViewBuilder:
                 return Literal(True, test.type)
             if is_constant(subject):
                 return Literal(evaluate(subject, lambda leaf: None), test.type)
+            if _element(test.subject) is not None:
+                return self._after_assignment(test.subject, subject, given)
             return self._known(self.terms.computed(subject))
         other = _substitute(test.other, given)
         if is_constant(subject) and is_constant(other):
@@ -227,6 +261,26 @@ class ViewBuilder:
         pair, swapped = self.terms.pair(subject, other)
         found = self._known(pair)
         return Unary("-", found, test.type) if swapped else found
+
+    def _after_assignment(
+        self, before: Expr, after: Expr, given: Mapping[tuple[str, str], Expr]
+    ) -> Expr:
+        """A test of one element of an array once something else is assigned to the array.
+
+        It is known if that is what came in, or a part of another variable.
+        """
+        part, test = _element(before), self.terms.computed(after)
+        assert part is not None and isinstance(part.operand, VariableRef)
+        assigned = given[part.operand.component, part.operand.variable]
+        if isinstance(assigned, ValueRef) and isinstance(after, Holds):
+            found = self.terms.finite(after.operand)
+            chosen = any(isinstance(leaf, ChoiceRef) for leaf in walk(found))
+            # A number with a range has other classes than one without.
+            if not chosen and type_of_part(assigned.type, part.path) == part.type:
+                return replace(after, operand=found)
+        elif _element(after) is not None:
+            self.states.setdefault(test)
+        return self._known(test)
 
     def _known(self, test: TestRef) -> TestRef | ChoiceRef:
         """A test of the state if it is one, else a choice that comes with the event."""
@@ -243,6 +297,10 @@ class ViewBuilder:
         return node
 
     def _join(self, term: Term, scope: Scope, update: Expr) -> None:
+        if isinstance(update, Holds):
+            self._note(scope, update)
+        elif isinstance(update, ChoiceRef) and isinstance(term, TestRef) and _element(term.subject):
+            self.free.setdefault(term.name)
         if isinstance(term, VariableRef) and isinstance(update, ChoiceRef):
             computed = update.test.name if update.test is not None else None
             self.free.setdefault(computed or f"{term.component}.{term.variable}")
@@ -286,6 +344,19 @@ def _is_free(expr: Expr) -> bool:
     if isinstance(expr, TestRef) and isinstance(expr.subject, ParameterRef):
         return expr.other is not None
     return isinstance(expr, TestRef | ChoiceRef)
+
+
+def _element(test: Expr) -> Part | None:
+    """The element of an array or object in a variable, if a test asks only how it compares."""
+    if not isinstance(test, Holds):
+        return None
+    asked = test.operand
+    while isinstance(asked, Unary) and asked.operator == "!":
+        asked = asked.operand
+    sides = [side for side in _sides(asked) if not is_constant(side)]
+    found = sides[0] if len(sides) == 1 else None
+    found = found.argument if isinstance(found, Convert) else found
+    return found if isinstance(found, Part) and isinstance(found.operand, VariableRef) else None
 
 
 def _is_term(expr: Expr) -> bool:

@@ -36,10 +36,12 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import may_be_undefined, parameters_of, reads_value, rewritten, walk
 from robosc.model.types import (
+    ArrayType,
     BooleanType,
     DoubleType,
     EnumType,
     IntegerType,
+    ObjectType,
     StringType,
     Type,
     Value,
@@ -49,7 +51,7 @@ from robosc.model.types import (
 
 __all__ = [
     "Term", "Terms", "compared_in_rules", "is_constant", "order", "reads_data",
-    "reads_parameters", "value_of",
+    "reads_parameters", "type_of_part", "value_of",
 ]  # fmt: skip
 
 Term: TypeAlias = VariableRef | ValueRef | TestRef
@@ -121,6 +123,20 @@ def value_of(test: TestRef, lookup: Callable[[Leaf], Value | None]) -> Value:
     """
     subject = evaluate(test.subject, lookup)
     return subject if test.other is None else order(subject, evaluate(test.other, lookup))
+
+
+def type_of_part(type_: Type, path: tuple[str | int, ...]) -> Type | None:
+    """The type of a part, as what comes in has it."""
+    found: Type | None = type_
+    for step in path:
+        match found:
+            case ArrayType(element=element) if isinstance(step, int):
+                found = element
+            case ObjectType() if isinstance(step, str):
+                found = found.property(step)
+            case _:
+                return None
+    return found
 
 
 class Terms:
