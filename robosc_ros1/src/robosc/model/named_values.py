@@ -43,7 +43,7 @@ class NamedValueTyper:
         """The meaning of the name that a node declares; None after a reported error."""
         name = node.name.text
         if name in self._open:
-            self.report.add("initial-not-constant", node.name.span, f"'{name}' is told by itself")
+            self.report.add("initial-not-constant", node.name.span, f"'{name}' depends on itself")
             return None
         self._open.append(name)
         try:
