@@ -46,6 +46,10 @@ _ROS = "ROS interfaces"
 _WHOLE = "The model as a whole"
 _CONTROLLED = "The controlled system"
 _SUPERVISOR = "Supervisors that guard another controller (`generate --mode supervisor`)"
+_GROUPS = (
+    _TEXT, _NAMES, _TYPES, _COMMUNICATION, _BEHAVIOUR, _STATEMENTS, _LIBRARIES, _ROS, _WHOLE,
+    _CONTROLLED, _SUPERVISOR,
+)  # fmt: skip
 
 
 def _error(group: str, code: str, explanation: str, example: str, remedy: str) -> Code:
@@ -180,7 +184,7 @@ _ALL = (
         "too-many-errors",
         "There are more errors than anyone would read; the rest is not shown.",
         "(a file that is no model)",
-        "Mend the first ones, and check again.",
+        "Fix the first ones, and check again.",
     ),
     _error(
         _TEXT,
@@ -334,7 +338,7 @@ _ALL = (
     _error(
         _TYPES,
         "array-not-allowed",
-        "A communication does not carry an array directly, and no array can be provided.",
+        "A communication does not carry an array directly, only as a property of an object.",
         "outgoing message scan with type: array(double)",
         "Use an object with the array as a property, or an enum from the array.",
     ),
@@ -343,7 +347,7 @@ _ALL = (
         "recursive-datatype",
         "A datatype contains itself, directly or by way of others. No ROS message can.",
         "datatype object Node { child: Node }",
-        "Remove the property that closes the circle.",
+        "Remove the property that closes the cycle.",
     ),
     _error(
         _TYPES,
@@ -369,7 +373,8 @@ _ALL = (
     _error(
         _TYPES,
         "initial-not-constant",
-        "An initial value is a constant: a literal, an enum value, or arithmetic on numbers.",
+        "An initial value, like a constant, is computed from literals, enum values and other"
+        " constants, and not from itself.",
         "variable speed: integer = old_speed",
         "Write the constant, and assign the rest in a transition.",
     ),
@@ -377,8 +382,8 @@ _ALL = (
         _TYPES,
         "value-not-allowed",
         "`value` is what has just come in: in the rules of an enum, and in transitions `on response"
-        " from` and `on feedback from` a communication that carries something. Elsewhere there is"
-        " nothing that it could mean.",
+        " from`, `on feedback from` and, for an action, `on error from` a communication that"
+        " carries something. Elsewhere it has no meaning.",
         "on request to move do speed := value",
         "Keep what came in earlier in a variable.",
     ),
@@ -458,9 +463,9 @@ _ALL = (
     _error(
         _BEHAVIOUR,
         "event-not-available",
-        "The communication does not have this event. An outgoing message has `response`, an"
-        " incoming"
-        " message `request`, a service `request`, `response` and `error`, an action all five.",
+        "The communication does not have this event. An outgoing message has `response`, and"
+        " `timeout` if it declares one; an incoming message `request`; a service `request`,"
+        " `response` and `error`; an action also `feedback` and `cancel`.",
         "on response from stop",
         "React to an event that exists.",
     ),
@@ -558,7 +563,7 @@ _ALL = (
     _error(
         _LIBRARIES,
         "library-clash",
-        "Several files declare this library and differ, so it is open which one is meant.",
+        "Several files declare this library and differ, so it is ambiguous which one is meant.",
         "(Wheels in ./ and, different, in ../shared/)",
         "Remove or rename one of them.",
     ),
@@ -661,8 +666,8 @@ _ALL = (
     _error(
         _ROS,
         "ros-type-unknown",
-        "A type of the model is one of ROS itself, and its package is not found. What such a type"
-        " has only its definition tells.",
+        "A type of the model is one of ROS itself, and its package is not found. The fields of"
+        " such a type are known only from its definition.",
         "outgoing message scan with type: sensor_msgs/LaserScan   // on a machine without it",
         "Install what the hint names, or declare a datatype of your own and link it.",
     ),
@@ -912,7 +917,7 @@ def page() -> str:
         "code means. It is generated from `robosc/codes.py`.",
     ]
     group = ""
-    for entry in _ALL:
+    for entry in sorted(_ALL, key=lambda entry: _GROUPS.index(entry.group)):
         if entry.group != group:
             group = entry.group
             lines += ["", f"## {group}"]
