@@ -242,6 +242,19 @@ def test_a_log_that_was_moved_or_deleted_is_opened_anew(tmp_path: Path, moved: b
     assert path.read_text() == "second\nthird\n"
 
 
+def test_a_log_whose_disk_was_full_goes_on_where_there_is_room(tmp_path: Path) -> None:
+    path = tmp_path / "events.jsonl"
+    path.symlink_to("/dev/full")
+    log = EventLog(str(path), limit=10**6, keep=1)
+    with pytest.raises(OSError, match="No space left"):
+        log.write(["first"])
+    path.unlink()
+    with pytest.raises(OSError, match="No space left"):
+        log.write(["second"])  # closing what could not be written
+    log.write(["third"])
+    assert path.read_text() == "third\n"
+
+
 def test_a_line_that_was_cut_off_does_not_spoil_the_next(tmp_path: Path) -> None:
     path = tmp_path / "events.jsonl"
     path.write_text('whole\n{"vers')

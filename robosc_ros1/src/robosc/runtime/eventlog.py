@@ -31,8 +31,7 @@ class EventLog:
             OSError: the file cannot be written, or is that of another node.
         """
         if self._file is not None and self._was_moved(self._file):
-            self._file.close()
-            self._file = None
+            self._close()
         for line in lines:
             if self._file is None:
                 self._file = self._open()
@@ -68,10 +67,14 @@ class EventLog:
             raise
         return file
 
+    def _close(self) -> None:
+        # A file whose last lines found no room is closed, too, though closing it fails.
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+
     def _rotate(self) -> None:
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        self._close()
         if self._keep == 0:
             self._path.unlink()
             return
