@@ -9,6 +9,7 @@ import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
 
+from robosc.runtime.inbox import LIMIT
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.model import Command, Requirement
 from robosc.runtime.settings import Settings
@@ -102,6 +103,18 @@ def test_messages_of_one_topic_are_told_apart() -> None:
     bench.sense(50)
     assert bench.offer(3, DRIVE) == [(GO, 3)]
     assert bench.offer(0, DRIVE) == []
+
+
+def test_a_flood_of_the_controller_is_bounded_and_its_latest_message_passes() -> None:
+    bench = Bench()
+    bench.sense(50)
+    for number in range(3 * LIMIT):
+        bench.guard.offer("/drive", GO_ONLY, number, number)
+    assert bench.guard.backlog == LIMIT
+    while bench.guard.backlog:
+        bench.guard.cycle()
+    assert bench.port.sent == [(GO, number) for number in [*range(LIMIT), 3 * LIMIT - 1]]
+    assert bench.guard.snapshot()["counters"]["dropped"] == 2 * LIMIT - 1
 
 
 @pytest.mark.parametrize("requirements", [(), (1,)])

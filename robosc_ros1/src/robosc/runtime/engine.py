@@ -155,10 +155,10 @@ class Engine(Intake):
             item()
             return
         entries, message, token = item
-        entry = entries[0]
         if isinstance(token, Inbox):
             self._arrived(entries, message, token)
             return
+        entry = entries[0]
         if entry.call:
             if not self._calls.is_current(entry.key, token):
                 self.recorder.counters["late"] += 1

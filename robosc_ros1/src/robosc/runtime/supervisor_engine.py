@@ -42,6 +42,15 @@ class _Relayed(NamedTuple):
     forward: Callable[[], None]
 
 
+class _Offered(NamedTuple):
+    """A message of the controller, and what of it goes on to the robot."""
+
+    message: Any
+    payload: Any
+    topic: str
+    patterns: Sequence[CommandPattern]
+
+
 class SupervisorPort(Port):
     """Data are what came from the other controller, to be passed on as it is."""
 
@@ -95,7 +104,11 @@ class SupervisorEngine(Engine):
         self, topic: str, patterns: Sequence[CommandPattern], message: Any, payload: Any
     ) -> None:
         """The controller sent a message; ``payload`` is what the port is to send if it passes."""
-        self._submit(lambda: self._offer(topic, patterns, message, payload))
+        inbox = self._inboxes.get((topic,))  # no topic is spelled like a key
+        if inbox is None:
+            inbox = Inbox(self._submit, self._turns.put, (), None)
+            inbox = self._inboxes.setdefault((topic,), inbox)
+        inbox.post(_Offered(message, payload, topic, patterns))
 
     def request(self, key: str, message: Any, payload: Any, answer: Answer) -> None:
         """The controller calls a service or sends a goal; ``payload`` is as in :meth:`offer`."""
@@ -120,7 +133,7 @@ class SupervisorEngine(Engine):
         return False
 
     def _offer(
-        self, topic: str, patterns: Sequence[CommandPattern], message: Any, payload: Any
+        self, message: Any, payload: Any, topic: str, patterns: Sequence[CommandPattern]
     ) -> None:
         key = matching_command(patterns, message)
         if key is None:
@@ -234,7 +247,10 @@ class SupervisorEngine(Engine):
         return applied
 
     def _arrived(self, entries: Sequence[Any], message: Any, inbox: Inbox) -> None:
-        if isinstance(message, _Relayed):
+        if isinstance(message, _Offered):
+            inbox.take()
+            self._offer(*message)
+        elif isinstance(message, _Relayed):
             super()._arrived(tuple(entries), message.message, inbox)
             message.forward()
         else:
