@@ -148,7 +148,7 @@ def simulate(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="a parameter of the controller's node, with --execute (may be repeated)",
     )
-    parser.add_argument("--script", metavar="FILE", help="do the lines of a file, and end")
+    parser.add_argument("--script", metavar="FILE", help="run the lines of a file, and end")
     parser.add_argument(
         "--junit",
         metavar="FILE",

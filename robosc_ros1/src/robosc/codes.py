@@ -400,8 +400,8 @@ _ALL = (
     _error(
         _COMMUNICATION,
         "missing-links",
-        "robosc knows which ROS message carries a basic type. Services, actions, objects and enums"
-        " from objects need to be told.",
+        "robosc knows which ROS message carries a basic type. A service, an action, an object and"
+        " an enum from an object need `links`.",
         "incoming message move with type: Twist",
         "Declare `interface twist use Twist from geometry_msgs`, and write `links twist`.",
     ),
@@ -757,18 +757,18 @@ _ALL = (
     _plant(
         Severity.ERROR,
         "empty-supervisor",
-        "No controller can keep the requirements: even from the initial state the robot can,"
-        " on its own, come to where a state requirement fails, a variable leaves its range, or"
-        " nothing leads back to a marked state.",
+        "No controller can satisfy the requirements: even from the initial state the robot can,"
+        " on its own, reach a state in which a state requirement fails, a variable is out of range,"
+        " or from which no marked state can be reached.",
         "requirement never Sensor.blocked   // the sensor alone decides that",
-        "The message tells the events that nobody can prevent. Weaken the requirement, or model"
+        "The message lists the events that nobody can prevent. Weaken the requirement, or model"
         " what the controller can do about it.",
     ),
     _plant(
         Severity.WARNING,
         "never-allowed",
         "The command can never be sent, because something could follow that nobody can prevent"
-        " and that must not happen. The message tells the shortest way there.",
+        " and that must not happen. The message gives the shortest way there.",
         "state grabbing { on response from grab goto idle }   // and if the grab fails?",
         "Usually some event is not handled; the hint says which and where.",
     ),

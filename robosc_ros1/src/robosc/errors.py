@@ -83,7 +83,7 @@ class UsageError(RoboscError):
 
 
 class EmptySupervisorError(RoboscError):
-    """No controller can keep the requirements; ``diagnostics`` tell why."""
+    """No controller can satisfy the requirements; ``diagnostics`` tell why."""
 
     exit_code = 3
 

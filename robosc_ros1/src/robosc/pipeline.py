@@ -187,7 +187,7 @@ def supervise(robot: Robot, progress: Progress | None = None) -> Supervisor:
     """The supervisor of a robot, if a controller may be made of it.
 
     Raises:
-        EmptySupervisorError: no controller can keep the requirements.
+        EmptySupervisorError: no controller can satisfy the requirements.
         ModelError: the state space shows an error of the model.
         StateSpaceError: it is too large.
     """
@@ -294,7 +294,7 @@ def generate(
         UsageError: the file cannot be read or holds a library, the package's name is none, the
             configuration is faulty, or something that robosc did not write is in the way.
         ModelError: the model has errors.
-        EmptySupervisorError: no controller can keep the requirements.
+        EmptySupervisorError: no controller can satisfy the requirements.
         StateSpaceError: the state space is too large.
     """
     from robosc.emit.original_config import load_config
@@ -360,7 +360,7 @@ def _existing(supervisor: Supervisor, warnings: tuple[Diagnostic, ...] = ()) -> 
     """
     if supervisor.empty:
         name = supervisor.plant.robot.name
-        message = f"no controller can keep the requirements of {name}"
+        message = f"no controller can satisfy the requirements of {name}"
         raise EmptySupervisorError(message, warnings + supervisor.diagnostics)
     if has_errors(supervisor.diagnostics):
         raise ModelError(warnings + supervisor.diagnostics)

@@ -90,7 +90,7 @@ def _synthesize(args: Arguments) -> int:
     else:
         print(report.supervisor_text(supervisor), end="")
     if supervisor.empty:
-        complain(f"no controller can keep the requirements of {loaded.robot.name}")
+        complain(f"no controller can satisfy the requirements of {loaded.robot.name}")
         return EmptySupervisorError.exit_code
     return ModelError.exit_code if has_errors(supervisor.diagnostics) else 0
 
@@ -295,7 +295,7 @@ def _plural(count: int, noun: str) -> str:
 VERBS = (
     Verb(
         "check",
-        "tell all that is wrong with a model",
+        "report all errors and warnings of a model",
         "robosc check line_follower.rscd",
         arguments.check,
         _check,

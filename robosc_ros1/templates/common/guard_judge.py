@@ -3,7 +3,7 @@
 
 :class:`GuardJudge` follows the supervisor's events, and tells of each command that passed or was
 blocked whether that was right in the state in which it was decided. :class:`Wishes` are the
-commands of a controller that cares about nothing.
+commands of a controller that ignores all requirements.
 """
 
 import json

@@ -256,7 +256,7 @@ class Judge:
 
     def _is_refused(self, name):
         """Whether an allowed command is not sent because a number in its data is not finite, or
-        because nothing has come yet of its data."""
+        because some of its data has not arrived yet."""
         key = self.shadow.keys[name]
         self._look_at_order("request", key)
         self.shadow._check_request(key)

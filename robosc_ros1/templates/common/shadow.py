@@ -632,7 +632,7 @@ class Shadow:
         """The fields that a request must carry now; None: no provide statement applies.
 
         Raises:
-            Undefined: nothing has come yet of what it would carry.
+            Undefined: some of its data has not arrived yet.
         """
         for provide in self.plant["provides"]:
             if provide["communication"] != key:

@@ -69,7 +69,7 @@ def test_nothing_is_sent_before_anything_has_come() -> None:
     played = Played()
     (entry,) = (e for e in played.engine.recorder.take() if e.name == "point")
     assert entry.outcome == "failed"
-    assert entry.detail == "nothing has come yet of the data that it carries"
+    assert entry.detail == "some of its data has not arrived yet"
     assert played.engine.recorder.counters["failed"] == 1
     assert state_document(played.engine.snapshot(), [])["variables"] == {"Operator.goal": None}
 

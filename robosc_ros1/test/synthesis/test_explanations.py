@@ -198,7 +198,7 @@ def test_empty_supervisor() -> None:
     (why,) = found.explanations
     assert why.event is None
     assert why.reason == (
-        "no controller can keep the requirements: after m.response, which no controller can"
+        "no controller can satisfy the requirements: after m.response, which no controller can"
         " prevent, 'requirement never A.high' fails"
     )
     assert why.diagnostic.severity is Severity.ERROR
@@ -216,7 +216,7 @@ def test_empty_from_the_start() -> None:
     (why,) = found.explanations
     assert why.trace == ()
     assert why.reason == (
-        "no controller can keep the requirements: 'requirement always A.high' fails"
+        "no controller can satisfy the requirements: 'requirement always A.high' fails"
     )
     assert why.remedy == "let A start otherwise, or relax the requirement"
 

@@ -51,7 +51,7 @@ def test_an_empty_supervisor_names_the_outcome_that_is_to_blame(engine: str) -> 
     assert found.empty
     (why,) = found.explanations
     assert why.reason == (
-        "no controller can keep the requirements: if fast and limit > 2.0 at the start, after"
+        "no controller can satisfy the requirements: if fast and limit > 2.0 at the start, after"
         " bump.response, which no controller can prevent, Motor is stuck in Motor.stuck, from"
         " where no marked state can be reached"
     )

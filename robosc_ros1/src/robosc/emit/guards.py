@@ -58,7 +58,7 @@ class GuardTexts:
                 notes += [self._cited(i) for i in event.requirements if i not in called]
                 notes.append("Restricted further by synthesis: " + (reason or ""))
         if event.kind is EventKind.CANCEL and not event.requirements:
-            notes.append("No requirement speaks of this action: it is never cancelled.")
+            notes.append("No requirement concerns this action: it is never cancelled.")
         elif status == "never" and expr == FALSE and event.kind is EventKind.REQUEST:
             notes.append("Never allowed: " + (reason or "found by synthesis"))
         return GuardText(comment_lines(notes), text, reason)

@@ -300,7 +300,7 @@ class Engine(Intake):
         except Exception as error:
             reason = "%s: %s" % (type(error).__name__, error)
             if isinstance(error, Undefined):
-                reason = "nothing has come yet of the data that it carries"
+                reason = "some of its data has not arrived yet"
             self.recorder.counters["failed"] += 1
             self.recorder.record(command.kind, name, data, "failed", reason)
             self._log("error", command.key, "%s could not be sent: %s" % (name, reason))

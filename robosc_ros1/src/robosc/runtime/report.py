@@ -28,6 +28,10 @@ __all__ = [
 
 OK, WARN, ERROR = 0, 1, 2  # the levels of diagnostic_msgs/DiagnosticStatus, REP 107
 _LATEST = 10
+_UNEXPLAINED = (
+    "it could lead to a state from which a requirement is violated, a variable leaves its range"
+    " or no marked state can be reached, whatever the controller does"
+)
 
 
 class Outlet:
@@ -105,11 +109,11 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
                 for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
             ]  # fmt: skip
             return reasons + (
-                kept or [{"kind": "requirement", "text": "no requirement speaks of it"}]
+                kept or [{"kind": "requirement", "text": "no requirement concerns it"}]
             )
         failed = []  # they would allow it
     if not failed:
-        text = command.reason or "it could lead to where the requirements cannot be kept"
+        text = command.reason or _UNEXPLAINED
         failed.append({"kind": "synthesis", "text": text})
     return reasons + failed
 

@@ -15,7 +15,10 @@ from robosc.synthesis.formatting import listing
 
 __all__ = ["reasons"]
 
-_UNEXPLAINED = "it could lead to where the requirements cannot be kept"
+_UNEXPLAINED = (
+    "it could lead to a state from which a requirement is violated, a variable leaves its range"
+    " or no marked state can be reached, whatever the controller does"
+)
 
 
 def reasons(supervisor: Supervisor, guard: Guard, state: PlantState) -> tuple[Reason, ...]:
@@ -41,7 +44,7 @@ def _kept(supervisor: Supervisor, event: Event) -> Iterator[Reason]:
         requirement = supervisor.plant.robot.requirements[index]
         yield Reason("requirement", f"not violated: {requirement.text}", place(requirement.span))
     if not event.requirements:
-        yield Reason("requirement", "no requirement speaks of it")
+        yield Reason("requirement", "no requirement concerns it")
 
 
 def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iterator[Reason]:

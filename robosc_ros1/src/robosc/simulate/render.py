@@ -54,7 +54,7 @@ def _session_lines(session: Session, style: Style) -> Iterator[str]:
         entries = [(n, c) for n, c in enumerate(menu, 1) if c.event.controllable is controllable]
         if not entries and (controllable or not menu):
             continue
-        yield style(BOLD, "the robot could send" if title == "robot" else "could be commanded")
+        yield style(BOLD, "uncontrollable events" if title == "robot" else "enabled commands")
         for number, choice in entries:
             hint = f" {style(DIM, f'[{choice.hint}]')}" if choice.hint else ""
             sent = _shown_data(data.get(id(choice.event)))
@@ -104,7 +104,7 @@ def _command_lines(machine: Machine, style: Style) -> Iterator[str]:
             yield f"  {label(command.event)}{_shown_data(command.data)}{sent}"
     disabled = [c for c in commands if not c.enabled]
     if disabled:
-        yield style(BOLD, "not now")
+        yield style(BOLD, "disabled commands")
         width = max(len(label(c.event)) for c in disabled)
         for command in disabled:
             yield from _reason_lines(command, width, style)

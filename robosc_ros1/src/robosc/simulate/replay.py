@@ -242,7 +242,7 @@ def _perform(controller: Controller, command: Command, value: Any, stopping: boo
         try:
             data = command.data(controller)
         except Undefined:
-            return "nothing has come yet of the data that it carries"
+            return "some of its data has not arrived yet"
         provided = json.loads(json.dumps(jsonable(data)))
         # A node that guards another controller passes that one's data, and does not tell them.
         if value is not None and provided != value:

@@ -28,7 +28,7 @@ class Followed:
 def follow_script(
     session: Session, lines: Iterable[str], name: str, out: TextIO, messages: TextIO, json: bool
 ) -> Followed:
-    """Do the lines of a script.
+    """Run the lines of a script.
 
     An expectation that fails is told, and the script goes on; any other fault ends it, since what
     follows would be done in another state than its writer had in mind. Without ``json`` only what

@@ -38,7 +38,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
     "set": ("set NAME VALUE", "begin again with a parameter, as in: set limit 0.5"),
     "expect": ("expect …", "CONDITION, enabled EVENT, disabled EVENT, sent …, data …, marked …"),
     "save": ("save FILE", "write all steps so far as a script"),
-    "play": ("play FILE", "do the lines of a script"),
+    "play": ("play FILE", "run the lines of a script"),
     "help": ("help", "this"),
     "quit": ("quit", "leave"),
 }

@@ -99,7 +99,7 @@ class _Explainer:
         trace = self._trace(bad.states, bad.last)
         start = assumed(self.plant, first)
         start += f"after {trace_text(trace)}, which no controller can prevent, " if trace else ""
-        message = f"no controller can keep the requirements: {start}{bad.reason}"
+        message = f"no controller can satisfy the requirements: {start}{bad.reason}"
         diagnostic = Diagnostic(
             Severity.ERROR, "empty-supervisor", message, robot.span, bad.remedy, _notes(bad)
         )
@@ -145,7 +145,7 @@ class _Explainer:
         if path is None:
             reason = f"{name} never happens: {self._impossible(event)}"
         elif event.kind is EventKind.CANCEL and guard.required == FALSE:
-            reason = f"{name} never happens: no requirement speaks of {event.name}"
+            reason = f"{name} never happens: no requirement concerns {event.name}"
         else:
             reason = (
                 f"{name} never happens: its requirements hold in no state of the controlled system"
