@@ -897,7 +897,7 @@ _ALL = (
     _supervisor(
         "topic-both-ways",
         "Robot and controller both send on one topic. A supervisor between them has a topic to"
-        " either side, and each message would go round for ever.",
+        " either side, and each message would be forwarded for ever.",
         'outgoing message pose with identifier: "/pose", type: double\n'
         'incoming message goto_pose with identifier: "/pose", type: double',
         "Use a topic for each direction.",

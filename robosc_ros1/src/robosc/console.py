@@ -1,4 +1,4 @@
-"""What people are told on standard error, in colour where that is a terminal."""
+"""Messages to people on standard error, in colour where that is a terminal."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def condition(context: CifScope, expr: Expr, least: int = 0) -> str:
 def _boolean(context: CifScope, expr: Expr) -> Spelled:
 
     def whole(node: Expr) -> Spelled | None:
-        """A comparison of anything but booleans, and what is told by a function."""
+        """A comparison of anything but booleans, and the result of a function."""
         if isinstance(node, Call) or any(isinstance(part, Convert) for part in _sides(node)):
             return _written_out(context, node)
         if not isinstance(node, Binary) or isinstance(node.left.type, BooleanType):

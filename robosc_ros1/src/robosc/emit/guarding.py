@@ -51,7 +51,7 @@ def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, .
     """By topic and type (``package/Type``), in model order.
 
     Raises:
-        ModelError: messages of one topic cannot be told apart by their data, or the robot sends on
+        ModelError: messages of one topic cannot be distinguished by data, or the robot sends on
             it, too.
     """
     report = Report()
@@ -74,7 +74,7 @@ def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, .
 
 
 def _check_directions(robot: Robot, report: Report) -> None:
-    """A topic between robot and supervisor that goes both ways would also go round."""
+    """A topic that both robot and supervisor publish would send each message back for ever."""
     sent = {c.identifier: c for c in robot.communications.values() if c.kind is Kind.OUTGOING}
     for message in robot.communications.values():
         other = sent.get(message.identifier)

@@ -78,7 +78,7 @@ _FILE = OpenBlock("file", "", ())
 class Landmarks:
     """Places in a text that is being typed from which on it can be read: behind a block that ended.
 
-    So what a place is part of can be told without reading all that stands before it.
+    So what a place is part of is known without reading all that stands before it.
     """
 
     def __init__(self) -> None:

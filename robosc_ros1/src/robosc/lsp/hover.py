@@ -1,4 +1,4 @@
-"""What is told about a name when the pointer rests on it, as Markdown."""
+"""The text about the name that the pointer rests on, as Markdown."""
 
 from __future__ import annotations
 

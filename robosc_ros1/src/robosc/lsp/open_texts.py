@@ -32,7 +32,7 @@ __all__ = ["OpenTexts"]
 _PAUSE = 0.05
 _PAUSE_PER_CHARACTER = 1e-6
 _LONGEST_PAUSE = 0.25
-"""Seconds without a keystroke until diagnostics are told: who types on gets none in between."""
+"""Seconds without a keystroke until diagnostics are sent: who types on gets none in between."""
 
 _QUIET = 0.03
 """Seconds after the last message: what waits to be read is read by then."""
@@ -47,7 +47,7 @@ _WATCHED = ("**/*.{rscd,rsc,msg,srv,action}", "**/package.xml")
 
 
 class OpenTexts:
-    """The files of one client, and what it is told of them without being asked."""
+    """The files of one client, and what the server sends about them without being asked."""
 
     def __init__(self, version: str, desk: Desk) -> None:
         self.server = LanguageServer(

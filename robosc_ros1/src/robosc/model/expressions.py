@@ -266,7 +266,7 @@ class Typer:
         reading = [p for p in pairs if not all(isinstance(e, Literal) for e in p)]
         pairs = reading or pairs
         if len(pairs) == 1:
-            return self._settle(left, pairs[0][0]), self._settle(right, pairs[0][1])
+            return self._recorded(left, pairs[0][0]), self._recorded(right, pairs[0][1])
         if pairs:
             ambiguous = right if len({id(b) for _, b in pairs}) > 1 else left
             self._faults.ambiguous(ambiguous, second if ambiguous is right else first)
@@ -304,7 +304,7 @@ class Typer:
             return None
         fitting = [m for m in meanings if expected.accepts(m.type)]
         if len(fitting) == 1:
-            return self._settle(access, fitting[0])
+            return self._recorded(access, fitting[0])
         if fitting:
             self._faults.ambiguous(access, fitting)
         else:
@@ -320,7 +320,7 @@ class Typer:
             )
         return None
 
-    def _settle(self, access: Access, meaning: Expr) -> Expr:
+    def _recorded(self, access: Access, meaning: Expr) -> Expr:
         self._meanings.record(access, meaning)
         if isinstance(meaning, Literal) and isinstance(meaning.type, EnumType):
             return replace(meaning, type=self._types.full(meaning.type))

@@ -53,7 +53,7 @@ def check_freshness(
             if message is not None and behaviour and not _uses_up(behaviour, command, message.key):
                 stale[message.key][names[command]] = ref
                 break  # a requirement that names any freshness mends the command
-    told: set[Span] = set()  # what is written once for several copies is told once
+    told: set[Span] = set()  # what is written once for several copies is reported once
     for key, commands in stale.items():
         span = next(iter(commands.values())).span
         if span is not None and span not in told:

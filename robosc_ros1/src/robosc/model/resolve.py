@@ -122,7 +122,7 @@ class _Loader:
         self.contents = file.contents
         diagnostics = list(file.diagnostics)
         for library in self._libraries.values():
-            # What a library's author should know is told when the library itself is checked.
+            # What a library's author should know is reported when the library itself is checked.
             diagnostics += [d for d in library.diagnostics if d.severity is Severity.ERROR]
         ordered = _limited(sort_diagnostics(diagnostics))
         if file.contents is None or has_errors(ordered):

@@ -1,4 +1,4 @@
-"""What is told about names in expressions that mean nothing, or too much."""
+"""Diagnostics of names in expressions that are unresolved or ambiguous."""
 
 from __future__ import annotations
 

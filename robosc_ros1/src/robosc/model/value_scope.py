@@ -39,7 +39,7 @@ class ValueScope:
                 )
 
     def resolve(self) -> None:
-        """Find out what all of them mean, so that faults are told where nothing uses them."""
+        """Find out what all of them mean, so that faults are reported where nothing uses them."""
         for node in self._nodes.values():
             self._meaning(node)
 

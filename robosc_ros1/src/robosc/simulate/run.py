@@ -30,7 +30,7 @@ def follow_script(
 ) -> Followed:
     """Run the lines of a script.
 
-    An expectation that fails is told, and the script goes on; any other fault ends it, since what
+    A failed expectation is reported, and the script goes on; any other fault ends it, since what
     follows would be done in another state than its writer had in mind. Without ``json`` only what
     lines ask for is written (``show``, ``why``), and how many expectations were met.
     """
@@ -96,7 +96,7 @@ def follow_typing(
     out: TextIO,
     style: Style,
 ) -> int:
-    """Do what is typed until the end of input. Faults are told; the exit code is 0."""
+    """Do what is typed until the end of input. Faults are reported; the exit code is 0."""
     text = happenings_text(session.latest, style) + session_text(session, style)
     while True:
         _show(out, text)

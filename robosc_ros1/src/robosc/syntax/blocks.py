@@ -197,7 +197,7 @@ class Block:
         closed = reading.kind(at) == "}" and not reading.tokens.begins_line(at)
         if closed or self.begins(reading, at):
             reading.report("missing-brace", message, at)
-            reading.settled = at
+            reading.reported_at = at
             return at
         late = late_brace(reading, at)
         if late is not None and not self.synchroniser.any_in(reading, at, late):
@@ -279,7 +279,7 @@ class Block:
         reading.skipped(start, resume)
         if not told:
             reading.report_fault(start, resume, fault)
-        reading.settled = resume
+        reading.reported_at = resume
         return resume
 
     def _stranger(
@@ -313,8 +313,8 @@ class Block:
     def _open_again(self, reading: Reading, at: int, word: str, nodes: list[Any]) -> int:
         """A declaration of an inner block: that one was closed too early."""
         assert self.child is not None
-        if reading.settled != at:
-            reading.settled = at
+        if reading.reported_at != at:
+            reading.reported_at = at
             hint = "is there a '}' too many above?"
             reading.report("unexpected-brace", f"'{word}' cannot stand here", at, hint=hint)
         reading.reopened = True
@@ -339,17 +339,17 @@ class Block:
 
     def _close_early(self, reading: Reading, at: int, word: str, header: Header | None) -> None:
         """A declaration of an outer block: this one was not closed."""
-        if header is None or reading.settled == at:
+        if header is None or reading.reported_at == at:
             return
-        reading.settled = at
+        reading.reported_at = at
         message = f"expected '}}' to close {header.quoted(reading)} before '{word}'"
         reading.report("missing-brace", message, at, notes=header.note(reading))
 
     def _end_of_file(self, reading: Reading, header: Header | None) -> None:
-        told = reading.reopened or reading.tokens.open_end or reading.settled >= len(reading.kinds)
-        if header is None or told:
+        ended = reading.reported_at >= len(reading.kinds)
+        if header is None or ended or reading.reopened or reading.tokens.open_end:
             return
-        reading.settled = len(reading.kinds)
+        reading.reported_at = len(reading.kinds)
         message = f"expected '}}' to close {header.quoted(reading)}"
         reading.report("missing-brace", message, len(reading.kinds), notes=header.note(reading))
 

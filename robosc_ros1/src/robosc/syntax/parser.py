@@ -117,7 +117,7 @@ def _kind(reading: Reading) -> tuple[Literal["robot", "library"] | None, int]:
         hint = f"did you mean '{near[0]}'?" if near else None
         reading.report("syntax", "expected 'robot' or 'library'", 0, hint)
     if near:
-        reading.settled = 1
+        reading.reported_at = 1
         return cast(Literal["robot", "library"], near[0]), 1
     return None, 0
 
@@ -125,9 +125,9 @@ def _kind(reading: Reading) -> tuple[Literal["robot", "library"] | None, int]:
 def _name(reading: Reading, at: int, kind: str) -> tuple[Name | None, int]:
     if is_word(reading.kind(at)):
         return make_name(reading, at, at + 1, []), at + 1
-    if reading.settled != at and not reading.tokens.has_fault(0, reading.tokens.offset(at) + 1):
+    if reading.reported_at != at and not reading.tokens.has_fault(0, reading.tokens.offset(at) + 1):
         reading.report("syntax", f"expected a name for the {kind}", at)
-    reading.settled = at
+    reading.reported_at = at
     return None, at
 
 
@@ -137,7 +137,7 @@ def _opening(reading: Reading, at: int, named: bool, kind: str, block: Block) ->
         return at + 1
     if named and not reading.tokens.has_fault(0, reading.tokens.offset(at) + 1):
         reading.report("syntax", f"expected '{{' after the name of the {kind}", at)
-    reading.settled = at
+    reading.reported_at = at
     if block.begins(reading, at):
         return at
     brace = late_brace(reading, at)
@@ -157,17 +157,17 @@ def _rest(reading: Reading, end: int, block: Block, kind: str, declarations: lis
             told = True
         if reading.text(at) in _FILES:
             return end
-        reading.settled = at
+        reading.reported_at = at
         if block.belongs(reading, at):
             end = block.read(reading, at, None, declarations)
         else:
-            end = reading.settled = max(at + 1, block.synchroniser.resume(reading, at, at))
+            end = reading.reported_at = max(at + 1, block.synchroniser.resume(reading, at, at))
     return end
 
 
 def _trailing(reading: Reading, at: int, kind: str, block: Block) -> None:
     if block.belongs(reading, at):
-        if reading.settled != at:
+        if reading.reported_at != at:
             hint = "is there a '}' too many above?"
             reading.report("unexpected-brace", f"the {kind} has ended before this", at, hint)
     elif reading.kind(at) == "}":

@@ -136,8 +136,8 @@ def _applied(grammar: ParserElement, kinds: str) -> _Applied:
 class Reading:
     """The tokens of one source, and what one parse finds in them.
 
-    ``settled`` is a token whose fault is already told: what goes wrong exactly there is its
-    consequence. ``reopened`` tells that a block was continued behind its closing brace, so that the
+    ``reported_at`` is a token whose fault is already reported: what goes wrong exactly there is its
+    consequence. ``reopened`` means that a block was continued behind its closing brace, so that the
     braces no longer count. ``broken`` collects the words of everything that was skipped: names that
     later stages must not call unknown. ``lifted`` holds, by block, nodes of declarations that stood
     in a block inside it. ``depth`` counts the open blocks.
@@ -151,7 +151,7 @@ class Reading:
         self.broken: set[str] = set()
         self.lifted: dict[Any, list[Any]] = {}
         self.depth = 0
-        self.settled = -1
+        self.reported_at = -1
         self.reopened = False
 
     def text(self, index: int) -> str:
@@ -240,9 +240,9 @@ class Reading:
         if tokens.has_fault(tokens.offset(start), end):
             return
         if at >= len(self.kinds):
-            if tokens.open_end or self.settled >= len(self.kinds):
+            if tokens.open_end or self.reported_at >= len(self.kinds):
                 return
-            self.settled = len(self.kinds)
+            self.reported_at = len(self.kinds)
         if at and fault.message.startswith(_INSIDE) and self._ends_line(at - 1):
             # An expression breaks off at the end of its line: what comes next is not to blame.
             span = self.span(at - 1, at)

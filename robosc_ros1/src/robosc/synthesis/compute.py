@@ -112,7 +112,7 @@ def _synthesize(
 
 
 def favours_symbolic(plant: Plant) -> bool:
-    """Whether the symbolic engine is the better choice, as far as that is told beforehand.
+    """Whether the symbolic engine is the better choice, as far as that is known beforehand.
 
     The dense engine takes time in proportion to the product, and to the pairs of incoming and
     stored values; the symbolic one hardly, but it puts expressions that are not linear together

@@ -56,7 +56,7 @@ class Table:
     refused: Bools
 
     def reduced(self, order: Callable[[int], Any]) -> Table:
-        """Without state variables that the two sets do not need to be told apart, in that order."""
+        """Without state variables that the two sets need not be distinguished by, in that order."""
         table = self
         for variable in sorted(self.variables, key=order):
             table = table._without(variable) or table
@@ -207,7 +207,7 @@ def _box(left: Bools, free: Sequence[Bools]) -> _Box:
 
 
 def _irredundant(inside: Bools, boxes: list[_Box]) -> list[_Box]:
-    """Without boxes that the others make superfluous; what is needed is told anew."""
+    """Without boxes that the others make superfluous; what is needed is computed anew."""
     if len(boxes) < 2:
         return boxes
     count = np.zeros(inside.shape, np.int32)

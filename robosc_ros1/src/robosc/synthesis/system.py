@@ -41,11 +41,11 @@ __all__ = [
 class Runs:
     """What becomes of a controller's runs to completion; None where nothing is wrong.
 
-    Each is told by a chain of states in which completions start: the initial state, and after each
-    completion what one event leads to. ``livelock``: the last completion goes round. ``differing``:
-    where it ends depends on the order, and may be either of two states. ``stuck``: no marked state
-    at rest can be reached from where it ends. ``longest`` bounds the number of internal transitions
-    of a completion; None if there is no bound.
+    Each is given by a chain of states in which completions start: the initial state, and after each
+    completion what one event leads to. ``livelock``: the last completion ends in a cycle.
+    ``differing``: where it ends depends on the order, and may be either of two states. ``stuck``:
+    no marked state at rest can be reached from where it ends. ``longest`` bounds the number of
+    internal transitions of a completion; None if there is no bound.
     """
 
     livelock: tuple[PlantState, ...] | None

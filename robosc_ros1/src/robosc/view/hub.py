@@ -1,7 +1,7 @@
 """What there is to see now, for any number of followers, each at its own pace.
 
 States replace one another: a follower that is slow sees fewer of them. Events are kept for a while
-and counted, so that a follower which falls behind is told how many it missed. Nobody who follows
+and counted, so that a follower which falls behind learns how many it missed. Nobody who follows
 can hold up the one who puts.
 """
 
@@ -18,7 +18,7 @@ _KEPT = 5000
 _LONGEST = 1_000_000
 """Characters of all events that are kept: an event can carry a whole map."""
 _AT_FIRST = 200
-"""Events that a new follower is told of."""
+"""Events that a new follower gets."""
 
 
 class Hub:

@@ -135,7 +135,7 @@ class Played:
                     self._tell(happenings)
                     self._show()
 
-    # --- what the page is told -------------------------------------------------------------------
+    # --- what the page is sent -------------------------------------------------------------------
 
     def _tell(self, happenings: Iterable[Happening]) -> None:
         texts = []

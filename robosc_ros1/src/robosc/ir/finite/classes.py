@@ -235,7 +235,7 @@ class Classes(Sequence[Any]):
     def _members_of(
         self, needed: Collection[int], free: Collection[int], negated: bool
     ) -> ClassCondition | None:
-        """Equal to one of some constants, or to none; None where "any other" cannot be told so."""
+        """Equal to one of some constants, or to none; None where "any other" has no such form."""
         others = [n for n in range(len(self._members)) if n not in free]
         regions = self._in_regions(others if negated else needed)
         if any(self._regions[region].begins is None for region in regions):

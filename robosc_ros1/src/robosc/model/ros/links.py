@@ -105,7 +105,7 @@ class Binder:
             kind = KINDS[_FOLDERS[type(node)]]
             if not self.missing.of_interface(found, interface, kind):
                 return None
-            # Without the definition the spelling cannot be told: take the one ROS itself makes.
+            # Without the definition the spelling is unknown: take the one ROS itself makes.
             stem = type_.removesuffix("Action") if isinstance(node, ActionNode) else type_
             return Binding(package, stem or type_, False)
         fields = []

@@ -2,7 +2,7 @@
 
 A number is in two's complement, least significant bit first, as wide as its range needs; sums are
 made by ripple-carry adders (Clarke, Fujita & Zhao, "Hybrid decision diagrams", ICCAD 1995, gives
-the sizes). Linear expressions are what can be told so; all others are put together value by value.
+the sizes). Linear expressions can be encoded so; all others are put together value by value.
 """
 
 from __future__ import annotations

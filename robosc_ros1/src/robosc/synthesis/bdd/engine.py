@@ -24,7 +24,7 @@ from robosc.synthesis.parameters import weight
 __all__ = ["Iterates", "Progress", "SymbolicEngine", "SymbolicSolution"]
 
 _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
-"""Allowed and refused states, and the state variables by which they are told apart."""
+"""Allowed and refused states, and the state variables that distinguish them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +213,7 @@ class SymbolicEngine:
     def _controlled(self, good: Bdd) -> tuple[list[Sequence[Disjunct]], list[list[int]]]:
         """The disjuncts that stay in ``good``, and which events can set each other going.
 
-        A command's guard is told by as few state variables as possible: with all that ``good``
+        A command's guard reads as few state variables as possible: with all that ``good``
         reads, every event would have to be tried again after every other.
         """
         disjuncts: list[Sequence[Disjunct]] = []

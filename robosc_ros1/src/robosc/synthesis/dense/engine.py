@@ -49,7 +49,7 @@ class EventOperations:
     """The operations of an event in the plant, and where its requirement also holds.
 
     Each is a sequence of stages; one stage is the rule. ``possible`` is where the plant allows the
-    event as far as that is told by states alone (ranges left aside).
+    event as far as that is decided by states alone (ranges left aside).
     """
 
     rules: EventRules

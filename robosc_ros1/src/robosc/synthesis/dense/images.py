@@ -88,7 +88,7 @@ def uncontrolled(op: Operation, good: Bitset) -> None:
 def origins(op: Operation, source: SourceSlice, states: Bitset, within: Bitset | None) -> Bitset:
     """The states of a source that an operation rules, into ``within`` if given.
 
-    An operation without targets moves nothing, but the states that it speaks of are told.
+    An operation without targets moves nothing, but the states that it applies to are returned.
     """
     found = op.masked(source, op.at(states, source.offset)) & op.held
     if within is not None:
@@ -102,7 +102,7 @@ def measure(op: Operation, states: Bitset, within: Bitset | None = None) -> int:
 
 
 def clear(op: Operation, states: Bitset) -> None:
-    """Take the states that an operation speaks of out of ``states``."""
+    """Take the states that an operation applies to out of ``states``."""
     for source in op.sources:
         here = op.at(states, source.offset)
         there = op.masked(source, np.broadcast_to(op.held, op.shape))
@@ -110,7 +110,7 @@ def clear(op: Operation, states: Bitset) -> None:
 
 
 def fill(op: Operation, states: Bitset) -> None:
-    """Add the states that an operation speaks of to ``states``."""
+    """Add the states that an operation applies to to ``states``."""
     for source in op.sources:
         here = op.at(states, source.offset)
         there = op.masked(source, np.broadcast_to(op.held, op.shape))

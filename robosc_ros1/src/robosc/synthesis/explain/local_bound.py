@@ -11,7 +11,7 @@ __all__ = ["longest_locally"]
 def longest_locally(plant: Plant) -> int | None:
     """A bound on completions: internal transitions change nothing but locations.
 
-    None if those of some component go round, their guards left aside.
+    None if those of some component form a cycle, their guards left aside.
     """
     import networkx as nx  # loaded when it is needed: it costs more than most syntheses
 

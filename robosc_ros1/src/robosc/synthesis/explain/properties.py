@@ -82,7 +82,7 @@ def _longest(system: System) -> int | None:
 
 
 def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
-    """What can be told without walking through all states."""
+    """What can be decided without walking through all states."""
     bound = _longest(system)
     branching, livelock = _branching(system), None
     outcomes = f", a message {amount(branching)} values" if branching > MOST_COMBINATIONS else ""
@@ -110,7 +110,7 @@ def _branching(system: System) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Completion:
-    """The states of one completion, its start included; ``ends`` is False if it goes round."""
+    """The states of one completion, its start included; ``ends`` is False for a cycle."""
 
     path: tuple[PlantState, ...]
     ends: bool
@@ -189,7 +189,7 @@ class _Controller:
         return self.completions[chain[-1]]
 
     def livelock(self, most: int) -> Diagnostic | None:
-        """A completion that goes round, among the first ones."""
+        """A completion that runs into a cycle, among the first ones."""
         self._run(most)
         found = next((s for s in self.completions.values() if not s.ends), None)
         return None if found is None else self._livelock(found)

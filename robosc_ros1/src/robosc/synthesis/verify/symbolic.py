@@ -24,7 +24,7 @@ __all__ = ["Answers", "answers"]
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """What the guards of a supervisor do; what fails is told in a sentence, None: it holds."""
+    """What the guards of a supervisor do; what fails is a sentence, None: it holds."""
 
     unsafe: str | None
     blocking: str | None

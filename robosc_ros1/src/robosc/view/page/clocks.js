@@ -10,7 +10,7 @@ function hear({ event, outcome }, time) {
 }
 
 function showClocks() {
-  const state = page.shown; // what cannot be shown is told elsewhere
+  const state = page.shown; // what cannot be shown is reported elsewhere
   if (!state || page.held || document.body.classList.contains("stale")) return;
   const time = now();
   const passed = Math.max(0, time - state.time - (page.ahead ?? 0));
