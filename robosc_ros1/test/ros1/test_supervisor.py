@@ -124,13 +124,17 @@ def test_calls_pass_or_fail_with_the_reason(guarded: Stage, robot: Puppet, other
 
 
 def test_a_goal_without_an_id_gets_one(guarded: Stage, robot: Puppet, other: Puppet) -> None:
-    with guarded.controller(other, NODE) as node:
+    robot.do("listen", topic="/grab/cancel", type="actionlib_msgs/GoalID")
+    with guarded.controller(other, NODE, goal_timeout__grab=1.0) as node:
         ready_to_grab(node, robot, other)
         goal = {"topic": "/supervised/grab/goal", "type": "robot_common/GrabberActionGoal"}
         other.do("publish", **goal, fields={})
         asked = robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
         assert asked["id"].startswith(f"/{NODE}-")
-        node.enters("ObstacleGrabber", "grabbing")
+        node.tells(event("request", "grab"))
+        # Without an id, the cancel at the deadline would be one of all goals.
+        assert robot.hears("/grab/cancel")["id"] == asked["id"]
+        node.tells(event("error", "grab"))
 
 
 def test_goals_pass_with_their_ids_and_what_comes_of_them(

@@ -128,10 +128,14 @@ def test_neighbours_of_other_types_are_not_heard_but_told(
 
 
 def test_a_second_publisher_of_a_command_is_told(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    ear.do("listen", topic="/diagnostics", type="diagnostic_msgs/DiagnosticArray")
     with stage.controller(ear) as node:
         with stage.puppet() as stranger:
             stranger.publish("/blow", INT, 1, connected=False)
-            node.shows(lambda s: any("publishes /blow, too" in f for f in s["faults"]))
+            (fault,) = node.shows(lambda s: s["faults"])["faults"]
+            assert "publishes /blow, too" in fault
+            ear.hears("/diagnostics", lambda m: m["status"][0]["message"] == fault)
+            await_condition(lambda: fault in node.log, "the warning")
             mark = ear.mark
         node.shows(lambda s: s["faults"] == [], since=mark)
 

@@ -131,6 +131,24 @@ def test_two_nodes_of_one_name_are_told(graph: Graph, controller: Start) -> None
         await_condition(lambda node=node: told in node.output, "the warning", 60.0)
 
 
+def test_who_else_is_on_its_topics_is_told(graph: Graph, controller: Start) -> None:
+    node = controller(allowed_publishers="teleop")
+    robot, teleop, stranger = graph.peer(), graph.peer("teleop"), graph.peer("stranger")
+    robot.watch("guarded_arm")
+    robot.subscribe("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+    for peer in (teleop, stranger):
+        peer.order("repeat", name="beacon", type="std_msgs/msg/Empty", data={}, qos={})
+    (fault,) = robot.expect_state("guarded_arm", lambda s: s["faults"])["faults"]
+    assert fault.startswith("/stranger publishes /beacon, too")
+    told = lambda data: data["status"][0]["message"] == fault  # noqa: E731
+    robot.expect("message", name="/diagnostics", where=told)
+    await_condition(lambda: fault in node.output, "the warning")
+    missing = {"nobody publishes /person", "nobody subscribes to /speed"}
+    robot.expect_state("guarded_arm", lambda s: missing <= set(s["unconnected"]))
+    stranger.process.end()
+    robot.expect_state("guarded_arm", lambda s: s["faults"] == [])
+
+
 def test_a_message_that_the_model_cannot_read_stops_nothing(
     graph: Graph, controller: Start
 ) -> None:
