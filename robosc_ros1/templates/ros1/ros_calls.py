@@ -77,24 +77,31 @@ def compose(message, data):
 def _stamp(message, data):
     for name, inner in _headers(type(message)):
         given = data.get(name) or {}
+        part = getattr(message, name)
+        if isinstance(part, list):
+            for number, element in enumerate(part):
+                own = given[number] if given else {}
+                if isinstance(own, dict):
+                    _stamp(element, own)
+            continue
         if not isinstance(given, dict):
             continue  # it came as a whole, with its stamps
         if inner:
-            _stamp(getattr(message, name), given)
+            _stamp(part, given)
         elif "stamp" not in given:
-            getattr(message, name).stamp = rospy.Time.now()
+            part.stamp = rospy.Time.now()
 
 
 @functools.lru_cache(maxsize=None)
 def _headers(message_type):
-    """The fields that are headers (name, False), or messages that have some (name, True)."""
+    """The fields that are headers (name, False), or messages, or arrays of messages, that have some
+    (name, True)."""
     found = []
-    message = message_type()
     for number, name in enumerate(message_type.__slots__):
         kind = message_type._slot_types[number]
         if kind == "std_msgs/Header":
             found.append((name, False))
-        elif "/" in kind and not kind.endswith("]") and _headers(type(getattr(message, name))):
+        elif "/" in kind and _headers(message_class(kind.partition("[")[0])):
             found.append((name, True))
     return found
 

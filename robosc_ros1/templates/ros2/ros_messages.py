@@ -146,23 +146,31 @@ def _timed(data, clock):
 def _stamp(message, data, clock):
     for name, inner in _headers(type(message)):
         given = data.get(name) or {}
+        part = getattr(message, name)
+        if isinstance(part, list):
+            for number, element in enumerate(part):
+                own = given[number] if given else {}
+                if isinstance(own, dict):
+                    _stamp(element, own, clock)
+            continue
         if not isinstance(given, dict):
             continue  # it came as a whole, with its stamps
         if inner:
-            _stamp(getattr(message, name), given, clock)
+            _stamp(part, given, clock)
         elif "stamp" not in given:
-            getattr(message, name).stamp = clock.now().to_msg()
+            part.stamp = clock.now().to_msg()
 
 
 @functools.lru_cache(maxsize=None)
 def _headers(message_type):
-    """The fields that are headers (name, False), or messages that have some (name, True)."""
+    """The fields that are headers (name, False), or messages, or arrays of messages, that have some
+    (name, True)."""
     found = []
-    message = message_type()
     for name, kind in message_type.get_fields_and_field_types().items():
+        inner = re.search(r"\w+/\w+", kind)
         if kind == "std_msgs/Header":
             found.append((name, False))
-        elif re.fullmatch(r"\w+/\w+", kind) and _headers(type(getattr(message, name))):
+        elif inner and _headers(message_class(inner[0])):
             found.append((name, True))
     return found
 

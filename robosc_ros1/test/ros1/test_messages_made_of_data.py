@@ -9,7 +9,7 @@ from ros_support import Workspace
 
 CODE = """
 import json, rospy
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from lantern_controller.ros_calls import compose
 from nav_msgs.msg import OccupancyGrid, Path
 rospy.rostime.set_rostime_initialized(True)
@@ -17,13 +17,17 @@ before = rospy.Time.now()
 def age(stamp):
     return "now" if before <= stamp <= rospy.Time.now() else stamp.to_sec()
 pose = compose(PoseWithCovarianceStamped(), {"header": {"frame_id": "map"}})
+ready_pose = PoseStamped()
 given = compose(PoseWithCovarianceStamped(), {"header": {"stamp": {"secs": 3}}})
 ready = compose(Path(), Path())
+poses = [{"pose": {}}, {"header": {"stamp": {"secs": 3}}}, ready_pose, {"header": {}}]
+path = compose(Path(), {"poses": poses})
 print(json.dumps({
     "left out": age(pose.header.stamp),
     "frame": pose.header.frame_id,
     "given": age(given.header.stamp),
     "ready made": age(ready.header.stamp),
+    "elements": [age(pose.header.stamp) for pose in path.poses],
     "no data": age(compose(Path(), None).header.stamp),
     "no header": compose(Twist(), {"linear": {"x": 1.5}}).linear.x,
 }))
@@ -38,6 +42,7 @@ def test_headers_get_the_time_of_sending(generated_workspace: Workspace) -> None
         "frame": "map",
         "given": 3.0,
         "ready made": 0.0,
+        "elements": ["now", 3.0, 0.0, "now"],
         "no data": "now",
         "no header": 1.5,
     }

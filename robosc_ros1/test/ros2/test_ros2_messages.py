@@ -322,6 +322,13 @@ STAMPS = """
 from guarded_arm.ros_messages import compose
 from geometry_msgs.msg import PoseStamped, Twist
 from rclpy.clock import Clock
+from std_msgs.msg import Header
+class Path:  # as in nav_msgs, which the test bed has not
+    def __init__(self):
+        self.header, self.poses = Header(), []
+    @classmethod
+    def get_fields_and_field_types(cls):
+        return {"header": "std_msgs/Header", "poses": "sequence<geometry_msgs/PoseStamped>"}
 clock = Clock()
 before = clock.now()
 def is_now(stamp):
@@ -333,6 +340,10 @@ given = compose(PoseStamped(), {"header": {"stamp": {"sec": 3}}}, clock)
 assert given.header.stamp.sec == 3 and given.header.stamp.nanosec == 0
 assert compose(PoseStamped(), PoseStamped(), clock).header.stamp.sec == 0
 assert compose(Twist(), {"linear": {"x": 1.5}}, clock).linear.x == 1.5
+poses = [{"pose": {}}, {"header": {"stamp": {"sec": 3}}}, PoseStamped()]
+first, second, third = compose(Path(), {"poses": poses}, clock).poses
+assert is_now(first.header.stamp)
+assert (second.header.stamp.sec, third.header.stamp.sec) == (3, 0)
 """
 ARRAYS = """
 from guarded_arm.ros_messages import fill
