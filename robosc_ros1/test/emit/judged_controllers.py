@@ -41,7 +41,11 @@ MODULES = ("judge", "shadow", "guide", "random_messages", "plant_data")
 
 @contextlib.contextmanager
 def judging_modules(folder: Path, supervisor: Supervisor) -> Iterator[Any]:
-    """Give the module ``judge`` as it lies in the package of a supervisor."""
+    """Give the module ``judge`` as it lies in the package of a supervisor.
+
+    Those of another package, whose fixture may be alive still, are put away meanwhile.
+    """
+    others = {name: sys.modules.pop(name) for name in MODULES if name in sys.modules}
     for name in MODULES[:-1]:
         text = verbatim(f"common/{name}.py")
         (folder / f"{name}.py").write_text(text, encoding="utf-8")
@@ -58,6 +62,7 @@ def judging_modules(folder: Path, supervisor: Supervisor) -> Iterator[Any]:
         sys.path.remove(str(folder))
         for name in MODULES:
             sys.modules.pop(name, None)
+        sys.modules.update(others)
 
 
 def message_of(data: Any) -> Any:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -38,6 +39,13 @@ def test_it_is_content_with_the_controller(judging: Any, source: str, seed: int)
     judge = judged(judging, source, seed)
     assert judge.faults == []
     assert [row for row in judging.coverage(judge) if not row[2]] == []
+
+
+def test_another_package_is_judged_meanwhile(judging: Any, source: str, tmp_path: Path) -> None:
+    other = supervisor_of("robot Other { component A { outgoing message a with type: boolean } }")
+    with judging_modules(tmp_path, other) as beside:
+        assert judged(beside, controller_source(other), rounds=5).faults == []
+    assert judged(judging, source, rounds=5).faults == []
 
 
 def test_it_finds_faults(judging: Any, source: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,9 @@ import pytest
 from emit.bisimulation import compare
 from emit.generated_code import controller_source, supervisor_of
 from emit.judged_controllers import Robot, class_of, judged, judging_modules
+from ros_support import EXAMPLES
+
+from robosc import pipeline
 
 WATCHED = """
 robot Watched {
@@ -168,3 +172,17 @@ def test_it_comes_to_places_in_arrays_and_to_choices_of_data(
     judging, source = sections
     assert before in source
     assert judged(judging, source.replace(before, after)).faults != []
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        pytest.param(path, id=path.stem)
+        for path in sorted(EXAMPLES.glob("**/*.rscd"))
+        if not re.search("^library ", path.read_text(encoding="utf-8"), re.MULTILINE)
+    ],
+)
+def test_it_is_content_with_the_examples(tmp_path: Path, model: Path) -> None:
+    supervisor = pipeline.synthesize(pipeline.load(model).robot)
+    with judging_modules(tmp_path, supervisor) as judging:
+        assert judged(judging, controller_source(supervisor, model.name), rounds=10).faults == []
