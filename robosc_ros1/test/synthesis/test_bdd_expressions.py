@@ -127,6 +127,41 @@ def test_division_signed_zeros_and_what_is_no_number() -> None:
     )
 
 
+def test_conditions_that_differ_in_the_sign_of_a_zero_alone() -> None:
+    """Where a condition holds is remembered, but not for the other one."""
+    plant = plant_of(
+        "component A { outgoing message m with type: integer(0..2) behaviour {"
+        " variable x: integer(0..2) initial marked state s { on response from m do x := value } }"
+        " incoming message up with type: none incoming message down with type: none }"
+        " requirement up needs A.x / 0.0 > 1 requirement down needs A.x / -0.0 > 1"
+    )
+    encoding = Encoding(plant, SMALL)
+    up, down = (event.requirement for event in plant.events if event.controllable)
+    assert up is not None and down is not None and up != down
+    assert encoding.count(encoding.holds(up)) == 2
+    assert encoding.count(encoding.holds(down)) == 0
+
+
+def test_equal_conditions_are_put_together_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each copy of a component has the same requirement: it is looked at for the first alone."""
+    plant = plant_of(
+        'component S[1..6] { incoming message go with identifier: "/go{index}", type: none'
+        ' outgoing message m with identifier: "/m{index}", type: boolean behaviour {'
+        " variable b: boolean initial marked state s { on response from m do b := value } } }"
+        " for i in 1..6 { requirement S[i].go needs count(s.b for s in S) < 3 }"
+    )
+    wanted = [e.requirement for e in plant.events if e.requirement is not None]
+    assert len(wanted) == 6
+    asked = []
+    put_together = Encoding.partition
+    monkeypatch.setattr(
+        Encoding, "partition", lambda *given: asked.append(given) or put_together(*given)
+    )
+    encoding = Encoding(plant, SMALL)
+    assert len({encoding.count(encoding.holds(condition)) for condition in wanted}) == 1
+    assert len(asked) == 1
+
+
 def test_missing_elements() -> None:
     assert check(
         plant_of(

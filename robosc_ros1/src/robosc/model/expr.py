@@ -50,7 +50,8 @@ __all__ = [
 class Literal:
     """A constant; for an enum type the value is the enum value's name.
 
-    The value of an object is a dict, that of an array a tuple; that of a time is ``NOW``.
+    The value of an object is a dict, that of an array a tuple; that of a time is ``NOW``. 0.0 and
+    -0.0 differ, as what is divided by them does.
     """
 
     value: Value
@@ -62,6 +63,7 @@ class Literal:
             isinstance(other, Literal)
             and type(self.value) is type(other.value)
             and self.value == other.value
+            and (not isinstance(self.value, float) or str(self.value) == str(other.value))
             and self.type == other.type
         )
 

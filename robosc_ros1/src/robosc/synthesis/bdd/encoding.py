@@ -64,6 +64,7 @@ class Encoding:
         items: list[LeafSource] = [*range(len(plant.variables)), *parameters]
         self._blocks: dict[LeafSource, _Block] = {}
         self._known: dict[tuple[Expr, int | None], Partition] = {}
+        self._where: dict[tuple[Expr, int | None], Bdd] = {}
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
         for item in order_items(len(items), _groups(plant, items)):
@@ -252,9 +253,16 @@ class Encoding:
     # --- expressions
 
     def holds(self, expr: Expr, event: int | None = None) -> Bdd:
-        """Where a condition is true; ``event`` is the one whose ``value`` it reads."""
-        found = self.partition(expr, event)
-        return next((states for value, states in found if value is True), self.manager.false)
+        """Where a condition is true; ``event`` is the one whose ``value`` it reads.
+
+        It is remembered: copies of a component have equal requirements, and warnings ask again.
+        """
+        found = self._where.get((expr, event))
+        if found is None:
+            values = self.partition(expr, event)
+            found = next((states for one, states in values if one is True), self.manager.false)
+            self._where[expr, event] = found
+        return found
 
     def partition(self, expr: Expr, event: int | None = None) -> Partition:
         """The values of an expression."""
