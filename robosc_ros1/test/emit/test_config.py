@@ -131,6 +131,9 @@ def test_what_the_original_does_not_know_is_a_warning(tmp_path: Path) -> None:
         pytest.param("controller-config.json", "[" * 100000, "nested too deeply", id="deep JSON"),
         ("controller-config.json", "", "controller-config.json:1:1: Expecting value"),
         pytest.param("robosc.yaml", "[" * 5000, "nested too deeply", id="deep YAML"),
+        ("robosc.yaml", "version: " + "1" * 5000, "Exceeds the limit"),
+        ("robosc.yaml", "version: 0x" + "f" * 5000, "not an integer of too many digits"),
+        ("robosc.yaml", "version: 2026-02-30", "day is out of range"),
         ("robosc.yaml", "parameters: [rate]", "parameters must be names of parameters"),
         ("robosc.yaml", "1: x", "unknown key 1; there are"),
         (
@@ -157,6 +160,7 @@ def test_faulty_files_are_refused(tmp_path: Path, name: str, text: str, complain
     ("parameters", "complaint"),
     [
         ({"rate": "fast"}, "~rate must be a number"),
+        ({"rate": 10**400}, "~rate must be a number that a double can hold, not 1000"),
         ({"order": "any"}, "~order must be one of"),
         ({"rat": 3}, "unknown parameter ~rat; did you mean ~rate?"),
         ({"stop_command": "kindel"}, "~stop_command must name"),

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, LampController
 
+from robosc.runtime.model import Parameter
 from robosc.runtime.settings import ParameterError, Settings, declared, flatten, read
 
 COMMUNICATIONS = LampController.COMMUNICATIONS
@@ -50,6 +51,24 @@ def test_each_command_may_have_a_rate_of_its_own() -> None:
     settings, warnings = read(COMMUNICATIONS, {"rate": 2.0, "rate/halt": 5})
     assert warnings == []
     assert (settings.rate_of(GO), settings.rate_of(HALT)) == (2.0, 5.0)
+
+
+@pytest.mark.parametrize("name", ["rate", "event_log_files", "rate/go"])
+@pytest.mark.parametrize("value", [10**400, -(10**400), 10**5000], ids=["high", "low", "long"])
+def test_an_integer_beyond_the_doubles_is_refused(name: str, value: int) -> None:
+    with pytest.raises(ParameterError) as refused:
+        read(COMMUNICATIONS, {name: value})
+    kind = "an integer" if name == "event_log_files" else "a number"
+    text = str(refused.value)
+    assert text.startswith(f"parameter ~{name} must be {kind} that a double can hold, not ")
+    assert len(text) < 200
+
+
+@pytest.mark.parametrize("digits", [400, 401, 5000])
+def test_a_text_of_many_digits_is_refused_as_an_integer_of_the_model(digits: int) -> None:
+    many = Parameter("many", "integer", 1, "parameter many of the model", attribute="many")
+    with pytest.raises(ParameterError, match="parameter ~many must be an integer"):
+        read(COMMUNICATIONS, {"many": "1" * digits}, [many])
 
 
 def test_the_rate_of_all_others_may_stand_in_the_group() -> None:

@@ -202,7 +202,8 @@ def _parsed_yaml(file: Path, text: str) -> Any:
 
     try:
         return yaml.load(text, Loader)
-    except yaml.YAMLError as error:
+    # A ValueError is that of an integer with too many digits, or of a date that no calendar has.
+    except (yaml.YAMLError, ValueError) as error:
         raise UsageError(f"{file}: {' '.join(str(error).split())}") from error
     except RecursionError as error:
         raise UsageError(f"{file} is nested too deeply") from error
@@ -224,7 +225,9 @@ def _apply(file: Path, document: Any, config: Config) -> Config:
         try:
             config = _KEYS[key](config, value, file)
         except ValueError as error:
-            raise UsageError(f"{file}: {key} must be {error}, not {value!r}") from None
+            raise UsageError(
+                f"{file}: {key} must be {error}, not {settings.excerpt(value)}"
+            ) from None
     return config
 
 

@@ -15,6 +15,7 @@ import re
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 from .model import Communication, Parameter
+from .values import widen
 
 __all__ = [
     "GENERAL_RATE",
@@ -22,6 +23,7 @@ __all__ = [
     "ParameterError",
     "Settings",
     "declared",
+    "excerpt",
     "flatten",
     "parameter_name",
     "private",
@@ -31,7 +33,7 @@ __all__ = [
 
 GENERAL_RATE = "rate/default"
 """``rate`` beside the rates of commands, which are a group of this name."""
-_DIGITS = re.compile(r"[+-]?\d+\Z")
+_DIGITS = re.compile(r"[+-]?\d{1,400}\Z")
 _TOPIC = re.compile(r"(/|~/?)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*\Z", re.ASCII)
 
 
@@ -237,7 +239,7 @@ def read(
         fault = _fault(parameter, value)
         if fault:
             shown = spelled(parameter.name)
-            faults.append("parameter %s must be %s, not %r" % (shown, fault, value))
+            faults.append("parameter %s must be %s, not %s" % (shown, fault, excerpt(value)))
         else:
             values[parameter.name] = float(value) if parameter.type == "number" else value
     names = {c.name: c.key for c in communications if c.sort != "outgoing"}
@@ -272,8 +274,10 @@ def _fault(parameter: Parameter, value: Any) -> Optional[str]:
             return "one of " + ", ".join(parameter.choices)
         return None
     what = "an integer" if parameter.type == "integer" else "a number"
-    if not number or not math.isfinite(value):
+    if not number or (isinstance(value, float) and not math.isfinite(value)):
         return what
+    if not math.isfinite(widen(value)):
+        return what + " that a double can hold"
     if parameter.type == "integer" and not isinstance(value, int):
         return what
     if parameter.minimum is not None and value < parameter.minimum:
@@ -281,6 +285,15 @@ def _fault(parameter: Parameter, value: Any) -> Optional[str]:
     if parameter.maximum is not None and value > parameter.maximum:
         return "%s of at most %s" % (what, shortest(parameter.maximum))
     return None
+
+
+def excerpt(value: Any) -> str:
+    """A value as Python writes it, cut if it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python prints no integers of more than some thousand digits
+        return "an integer of too many digits"
+    return text if len(text) <= 80 else text[:77] + "..."
 
 
 def shortest(bound: float) -> str:
