@@ -96,6 +96,17 @@ def test_copies_of_a_component_have_parameters_of_their_own() -> None:
         ("constant a: double = limit + 1", ("initial-not-constant", "limit + 1")),
         ("parameter a: duration = 3", ("type-mismatch", "3")),
         ("parameter a: duration = 0 s", ("out-of-range", "0 s")),
+        ("parameter a: duration = -2 s", ("out-of-range", "-2 s")),
+        (
+            "constant a: duration = -2 s"
+            " component C { outgoing message c with timeout: a, type: none }",
+            ("out-of-range", "a"),
+        ),
+        (
+            "constant a: duration = 0 s"
+            " component C { behaviour { initial marked state s { after a goto s } } }",
+            ("out-of-range", "a"),
+        ),
         ("parameter a: double = 2 s", ("type-mismatch", "2 s")),
         ("parameter a: array(double) = 3", ("variable-type", "array(double)")),
         ("constant limit: integer = 3", ("duplicate-name", "limit")),

@@ -198,6 +198,25 @@ def test_arrays_and_durations_are_sent(p: MessageDefinitions) -> None:
 
 
 @pytest.mark.parametrize(
+    ("written", "parts"),
+    [
+        ("-0.5 s", (-1, 500_000_000)),
+        ("-2 s", (-2, 0)),
+        ("0 s", (0, 0)),
+        ("-1 ms", (-1, 999_000_000)),
+    ],
+)
+@pytest.mark.parametrize("named", [False, True])
+def test_sent_durations_may_be_negative(
+    p: MessageDefinitions, written: str, parts: tuple[int, int], named: bool
+) -> None:
+    text = WAY % ("pause: " + ("back" if named else written))
+    robot = resolve(f"constant back: duration = {written} {text}" if named else text, p)
+    (data,) = (dict(provide.data.fields)["pause"] for provide in robot.provides)
+    assert tuple(evaluate(value, lambda leaf: None) for _, value in data.fields) == parts
+
+
+@pytest.mark.parametrize(
     ("data", "fault"),
     [
         ("limits: [1.0]", ("field-length", "[1.0]")),

@@ -9,7 +9,7 @@ from robosc.model.behaviour_rules import check_events, check_hiding, check_initi
 from robosc.model.communications import resolve_communication
 from robosc.model.compatibility import check_range, coerce, default_value, describe
 from robosc.model.diagnostics import Report, listing
-from robosc.model.durations import DURATION
+from robosc.model.durations import DURATION, is_above_zero
 from robosc.model.entities import (
     After,
     Assignment,
@@ -201,6 +201,8 @@ class BehaviourResolver:
         self._afters += 1
         incoming = no_value("nothing comes in when time passes")
         delay = self._typer(incoming).check(node.duration, DURATION, "'after'")
+        if delay and not is_above_zero(delay, "'after'", node.duration.span, self._report):
+            delay = None
         guard = self._guard(node.guard, incoming)
         assignments = self._assignments(node.assignments, incoming)
         goto = self._goto(node.goto)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from robosc.errors import Note
 from robosc.model.diagnostics import Report
-from robosc.model.durations import DURATION
+from robosc.model.durations import DURATION, is_above_zero
 from robosc.model.entities import Communication, Kind
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
@@ -228,6 +228,8 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
     if info.node.timeout is not None:
         typer = Typer(report, info.instance.types, symbols, no_value("a timeout is a duration"))
         timeout = typer.check(info.node.timeout, DURATION, "a timeout")
+        if timeout and not is_above_zero(timeout, "a timeout", info.node.timeout.span, report):
+            timeout = None
     interface, known = _interface(info, report)
     if info.request is None or info.response is None or info.feedback is None or not known:
         return

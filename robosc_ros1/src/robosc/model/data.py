@@ -5,7 +5,7 @@ from __future__ import annotations
 from robosc.model.compatibility import check_range, coerce, describe
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.durations import duration_fields
+from robosc.model.durations import duration_fields, signed_duration
 from robosc.model.entities import Data, DataArray, DataObject
 from robosc.model.expected import ExpectedType, expected_type
 from robosc.model.expr import Binary, Call, Literal
@@ -63,8 +63,9 @@ class DataTyper:
                 f"{place} needs {describe(type_)}, this is an array",
             )
             return None
-        if isinstance(type_, ObjectType) and isinstance(node, DurationNode):
-            return self._duration(node, type_, place)
+        duration = signed_duration(node)
+        if isinstance(type_, ObjectType) and duration is not None:
+            return self._duration(duration, type_, place)
         if isinstance(type_, ObjectType) and type_.name in TIMES and _is_now(node):
             return Literal(NOW, type_, node.span)
         if isinstance(type_, ObjectType) and type_.name in DURATIONS and isinstance(node, Access):

@@ -7,26 +7,43 @@ import math
 from robosc.language.keywords import UNITS
 from robosc.model.diagnostics import Report
 from robosc.model.expected import expected_type
-from robosc.model.expr import Literal
+from robosc.model.expr import Expr, Literal
 from robosc.model.ros.types import DURATIONS
 from robosc.model.types import DurationType
-from robosc.syntax.nodes import DurationNode
+from robosc.source import Span
+from robosc.syntax.nodes import DurationNode, UnaryNode
 
-__all__ = ["DURATION", "duration_fields", "typed_duration"]
+__all__ = ["DURATION", "duration_fields", "is_above_zero", "signed_duration", "typed_duration"]
 
 DURATION = expected_type(DurationType())
 """What a timeout and ``after`` need."""
 
 
+def signed_duration(node: object) -> DurationNode | None:
+    """A number with a unit, or the negative of one, which has its minus in the amount."""
+    match node:
+        case DurationNode():
+            return node
+        case UnaryNode(operator="-", operand=DurationNode(amount=amount, unit=unit)):
+            return DurationNode(-amount, unit, span=node.span)
+    return None
+
+
 def typed_duration(node: DurationNode, report: Report) -> Literal | None:
-    """A number with a unit as seconds; None after an error."""
+    """A number with a unit as seconds, which may be negative; None after an error."""
     seconds = float(node.amount) * UNITS[node.unit]
-    if not (0.0 < seconds < math.inf):
-        report.add(
-            "out-of-range", node.span, "a duration must be above 0 and finite", "write: 500 ms"
-        )
+    if math.isinf(seconds):
+        report.add("out-of-range", node.span, "a duration must be finite", "write: 500 ms")
         return None
     return Literal(seconds, DurationType(), node.span)
+
+
+def is_above_zero(duration: Expr, what: str, span: Span, report: Report) -> bool:
+    """Whether what is waited for takes time, as parameters do; reports an error if not."""
+    if not isinstance(duration, Literal) or float(duration.value) > 0.0:
+        return True
+    report.add("out-of-range", span, f"{what} must be above 0", "write: 500 ms")
+    return False
 
 
 def duration_fields(node: DurationNode, type_: str) -> dict[str, int]:

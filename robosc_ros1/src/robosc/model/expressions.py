@@ -32,7 +32,7 @@ from robosc.model.calls import (
 from robosc.model.compatibility import comparable, describe, result_type, type_of
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.durations import typed_duration
+from robosc.model.durations import signed_duration, typed_duration
 from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, expected_type, needs_of
 from robosc.model.expr import Aggregate, Binary, Convert, ElementRef, Expr, Literal, Unary, ValueRef
 from robosc.model.incoming import RULE, Incoming, is_value
@@ -113,6 +113,10 @@ class Typer:
                 found = self._value(node)
             case LiteralNode():
                 found = Literal(node.value, type_of(node.value), node.span)
+            case UnaryNode() | DurationNode() if isinstance(expected.type, DurationType) and (
+                duration := signed_duration(node)
+            ):
+                found = typed_duration(duration, self._report)
             case UnaryNode():
                 found = self._unary(node)
             case BinaryNode():
@@ -130,8 +134,6 @@ class Typer:
                 found = typed_section(node, self.check)
             case AggregateNode():
                 found = self._aggregate(node)
-            case DurationNode() if isinstance(expected.type, DurationType):
-                found = typed_duration(node, self._report)
             case ArrayNode() if expected == needs_of(Operand.ARRAY):
                 found = typed_list(node, self.check, self._report)
             case ArrayNode() | DurationNode():

@@ -10,6 +10,7 @@ from robosc.model.compatibility import coerce, describe, is_basic
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
+from robosc.model.durations import is_above_zero
 from robosc.model.entities import Data, DataArray, DataObject
 from robosc.model.evaluation import constant
 from robosc.model.expected import BOOLEAN
@@ -77,7 +78,14 @@ class NamedValueTyper:
             value = _constant(node.value, type_, what, self.types, self.report)
         else:
             value = _constant(given.node.value, type_, what, given.types, given.report)
-        return None if value is None else Literal(value, type_, node.name.span)
+        if value is None:
+            return None
+        literal = Literal(value, type_, node.name.span)
+        if isinstance(node, ParameterNode) and isinstance(type_, DurationType):
+            place = (node, self.report) if given is None else (given.node, given.report)
+            if not is_above_zero(literal, what, place[0].value.span, place[1]):
+                return None
+        return literal
 
     def _is_possible(self, node: ConstantNode | ParameterNode, type_: Type, what: str) -> bool:
         if is_basic(type_) or isinstance(type_, EnumType | DurationType):
