@@ -114,14 +114,14 @@ class Checked:
         return 0 if self.failure is None else self.failure.exit_code
 
 
-def load(path: str | Path, options: Options = Options()) -> Loaded:
-    """The robot in a model file.
+def load(path: str | Path, options: Options = Options(), target: Target | None = None) -> Loaded:
+    """The robot in a model file; ``target`` decides which fields times and headers have.
 
     Raises:
         UsageError: the file cannot be read, or holds a library.
         ModelError: the model has errors.
     """
-    robot, diagnostics = _read(path, options)
+    robot, diagnostics = _read(path, options, target)
     if robot is None:
         if has_errors(diagnostics):
             raise ModelError(diagnostics)
@@ -302,7 +302,7 @@ def generate(
     from robosc.emit.writer import write
 
     start = time.perf_counter()
-    loaded = load(path, options)
+    loaded = load(path, options, output.target)
     config = load_config(Path(path), output.config)
     # The configuration names the controller, which a supervisor must not overwrite.
     own = config.package if output.mode == "controller" else None
@@ -367,12 +367,17 @@ def _existing(supervisor: Supervisor, warnings: tuple[Diagnostic, ...] = ()) -> 
     return supervisor
 
 
-def _read(path: str | Path, options: Options) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
+def _read(
+    path: str | Path, options: Options, target: Target | None = None
+) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
     from robosc.model.resolve import load as resolve
+    from robosc.model.ros.definitions import MessageDefinitions
 
+    ros_version = None if target is None else target.removeprefix("ros")
+    definitions = MessageDefinitions.for_model(Path(path), ros_version=ros_version)
     library_path = [str(folder) for folder in options.library_path]
     with collector_at_rest():
-        return resolve(str(path), library_path, strict=options.strict)
+        return resolve(str(path), library_path, definitions, strict=options.strict)
 
 
 @contextmanager

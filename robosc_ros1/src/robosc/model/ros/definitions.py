@@ -121,14 +121,25 @@ BASIC: Mapping[str, Interface] = {
 Known without ROS.
 """
 
+
+def _time(name: str, seconds: tuple[str, str], nanoseconds: tuple[str, str]) -> Definition:
+    fields = (Field(field, FieldType(base)) for field, base in (seconds, nanoseconds))
+    return Definition(name, tuple(fields))
+
+
 _TIMES = {
-    "time": Definition(
-        "time", (Field("secs", FieldType("uint32")), Field("nsecs", FieldType("uint32")))
-    ),
-    "duration": Definition(
-        "duration", (Field("secs", FieldType("int32")), Field("nsecs", FieldType("int32")))
-    ),
+    "1": {
+        "time": _time("time", ("secs", "uint32"), ("nsecs", "uint32")),
+        "duration": _time("duration", ("secs", "int32"), ("nsecs", "int32")),
+    },
+    "2": {
+        "time": _time("builtin_interfaces/Time", ("sec", "int32"), ("nanosec", "uint32")),
+        "duration": _time("builtin_interfaces/Duration", ("sec", "int32"), ("nanosec", "uint32")),
+    },
 }
+"""Points in time and durations as both versions of ROS have them."""
+
+_IN_ROS_1 = {"builtin_interfaces/Time": "time", "builtin_interfaces/Duration": "duration"}
 
 _IN_DEBIAN = frozenset({
     "actionlib_msgs", "diagnostic_msgs", "geometry_msgs", "map_msgs", "move_base_msgs", "nav_msgs",
@@ -153,19 +164,27 @@ def install_advice(package: str) -> str:
 class MessageDefinitions:
     """Finds and reads definitions in ``packages``; each file is read at most once.
 
-    ``MessageDefinitions()`` knows none, ``for_model`` where to look.
+    ``MessageDefinitions()`` knows none, ``for_model`` where to look. ``ros_version`` (``"1"`` or
+    ``"2"``) is the one that messages are wanted for: whatever the definitions are written in, times
+    and headers have the fields that it gives them. None takes the definitions as they are, and
+    packages of both versions for those of the version that ``packages`` were sourced for.
     """
 
-    def __init__(self, packages: Packages | None = None) -> None:
+    def __init__(self, packages: Packages | None = None, ros_version: str | None = None) -> None:
         self.packages = Packages() if packages is None else packages
+        self._ros_version = ros_version
+        self._manifests = ros_version or self.packages.sourced
         self._interfaces: dict[tuple[str, str, str], Interface | Missing] = {}
 
     @classmethod
     def for_model(
-        cls, path: Path, environment: Mapping[str, str] | None = None
+        cls,
+        path: Path,
+        environment: Mapping[str, str] | None = None,
+        ros_version: str | None = None,
     ) -> MessageDefinitions:
         """Those that a model file may use, see :mod:`robosc.model.ros.packages`."""
-        return cls(Packages.for_model(path, environment))
+        return cls(Packages.for_model(path, environment), ros_version)
 
     def message(self, package: str, type_: str) -> Interface | Missing:
         return self._interface(package, type_, "msg")
@@ -187,10 +206,12 @@ class MessageDefinitions:
 
     def fields(self, type_: FieldType) -> Definition | Missing | None:
         """The definition behind a field that is a message itself; None for built-in types."""
-        if type_.base in _TIMES:
-            return _TIMES[type_.base]
+        if type_.base in _TIMES["1"]:
+            return _TIMES[self._ros_version or "1"][type_.base]
         if not type_.is_message:
             return None
+        if self._ros_version is not None and type_.base in _IN_ROS_1:
+            return _TIMES[self._ros_version][_IN_ROS_1[type_.base]]
         package, _, name = type_.base.partition("/")
         found = self.message(package, name)
         return found if isinstance(found, Missing) else found.parts[0]
@@ -198,13 +219,21 @@ class MessageDefinitions:
     def _interface(self, package: str, type_: str, folder: str) -> Interface | Missing:
         key = (package, type_, folder)
         if key not in self._interfaces:
-            self._interfaces[key] = self._read(package, type_, folder)
+            found = self._read(package, type_, folder)
+            if key == ("std_msgs", "Header", "msg") and self._ros_version == "2":
+                found = _without_sequence(found)
+            self._interfaces[key] = found
         return self._interfaces[key]
+
+    def _is_ros2_package(self, folder: Path) -> bool:
+        """Raises ValueError if the package's manifest is faulty."""
+        # Without genmsg, which reads definitions of ROS 1, there is ROS 2 or none.
+        return is_ros2_package(folder, self._manifests or ("2" if _genmsg() is None else "1"))
 
     def _read(self, package: str, type_: str, folder: str) -> Interface | Missing:
         home = self.packages.find(package)
         try:
-            if home is not None and is_ros2_package(home):
+            if home is not None and self._is_ros2_package(home):
                 return self._read_ros2(home, package, type_, folder)
         except ValueError as error:
             return Missing("faulty", package, detail=str(error))
@@ -252,6 +281,15 @@ class MessageDefinitions:
         if home is None and not names:
             return Missing("package", package)
         return Missing("file", package, tuple(sorted(names)))
+
+
+def _without_sequence(header: Interface | Missing) -> Interface | Missing:
+    """``std_msgs/Header`` without the number that only ROS 1 has in it."""
+    if isinstance(header, Missing):
+        return header
+    (part,) = header.parts
+    fields = tuple(field for field in part.fields if field.name != "seq")
+    return replace(header, parts=(replace(part, fields=fields),))
 
 
 _PARTS = {"msg": ("",), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}

@@ -37,10 +37,14 @@ class Place(NamedTuple):
 
 
 class Packages:
-    """The packages in some places, each place being searched at most once."""
+    """The packages in some places, each place being searched at most once.
 
-    def __init__(self, places: Iterable[Place] = ()) -> None:
+    ``sourced`` is the version of ROS whose setup was sourced, as in ``ROS_VERSION``.
+    """
+
+    def __init__(self, places: Iterable[Place] = (), sourced: str | None = None) -> None:
         self.places = tuple(dict.fromkeys(places))
+        self.sourced = sourced
         self._found: dict[str, Path | None] = {}
         self._searched: dict[Place, Mapping[str, Path]] = {}
         self._library_folders: tuple[Path, ...] | None = None
@@ -48,7 +52,8 @@ class Packages:
     @classmethod
     def for_model(cls, model: Path, environment: Mapping[str, str] | None = None) -> Packages:
         """Those in the places of the module's description, for a model file."""
-        return cls(_places(model, os.environ if environment is None else environment))
+        env = os.environ if environment is None else environment
+        return cls(_places(model, env), env.get("ROS_VERSION"))
 
     def find(self, name: str) -> Path | None:
         """The folder of a package."""
@@ -99,14 +104,23 @@ def is_share(folder: Path) -> bool:
     return folder.name == "share"
 
 
-def is_ros2_package(folder: Path) -> bool:
+def is_ros2_package(folder: Path, ros_version: str) -> bool:
     """Whether the package that lies here is built by ament.
+
+    Its manifest may have conditions, which make it one of both versions of ROS (REP 149):
+    ``ros_version`` is what they find as ``$ROS_VERSION``.
 
     Raises:
         ValueError: its manifest is faulty; says in what.
     """
     manifest = _manifest(folder, mentions="ament_")
-    return manifest is not None and manifest.get_build_type().startswith("ament_")
+    if manifest is None:
+        return False
+    try:
+        manifest.evaluate_conditions({**os.environ, "ROS_VERSION": ros_version})
+        return bool(manifest.get_build_type().startswith("ament_"))
+    except Exception as error:  # a condition that cannot be parsed, several build types
+        raise ValueError(f"{folder / _MANIFEST}: {error}") from error
 
 
 def _exported_libraries(folder: Path) -> Path | None:
