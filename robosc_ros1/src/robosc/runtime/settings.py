@@ -234,8 +234,7 @@ def read(
     for parameter in parameters.values():
         value = given.get(parameter.name, parameter.default)
         if parameter in more and parameter.type == "integer":
-            # ROS 1 cannot carry more than 32 bits, but as text.
-            value = int(value) if isinstance(value, str) and _DIGITS.match(value) else value
+            value = _long(value)
         fault = _fault(parameter, value)
         if fault:
             shown = spelled(parameter.name)
@@ -260,6 +259,14 @@ def read(
         raise ParameterError("\n".join(faults))
     values["more"] = {p.name: values.pop(p.name) for p in more}
     return _settings(communications, values, names.get(stop, "")), warnings
+
+
+def _long(value: Any) -> Any:
+    """An integer of more than 32 bits that came as text, since XML-RPC, and so ROS 1, has no other
+    way for it; any other value as it is."""
+    if isinstance(value, str) and _DIGITS.match(value) and not -(2**31) <= int(value) < 2**31:
+        return int(value)
+    return value
 
 
 def _fault(parameter: Parameter, value: Any) -> Optional[str]:
