@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -104,6 +105,16 @@ def test_what_the_original_does_not_know_is_a_warning(tmp_path: Path) -> None:
     assert (config.locations, config.supervisor) == ({}, {})
 
 
+@pytest.fixture
+def limited_digits() -> Iterator[None]:
+    """Python reads and prints no longer integers than at first; the command line does, and stays so."""
+    before = sys.get_int_max_str_digits()
+    sys.set_int_max_str_digits(4300)
+    yield
+    sys.set_int_max_str_digits(before)
+
+
+@pytest.mark.usefixtures("limited_digits")
 @pytest.mark.parametrize(
     ("name", "text", "complaint"),
     [
