@@ -79,18 +79,8 @@ class Turn:
 
 
 def way(begin: Place, end: Place, is_free: Callable[[Place], bool]) -> list[Place]:
-    """Return places on a shortest way over a grid (A*); none if there is no way.
-
-    A rover that was stopped in a curve may stand nearer to something than it would drive: it leaves
-    for the nearest place that is free first.
-    """
+    """Return places on a shortest way over a grid (A*); none if there is no way."""
     start, goal = cell(begin), cell(end)
-    if not is_free(place(start)):
-        square = [(start[0] + x, start[1] + y) for x in range(-3, 4) for y in range(-3, 4)]
-        free = [place(there) for there in square if is_free(place(there))]
-        if free:
-            nearest = min(free, key=lambda there: math.dist(there, begin))
-            return [nearest, *way(nearest, end, is_free)]
     queue = [(0.0, 0.0, start, start)]
     came: dict[tuple[int, int], tuple[int, int]] = {}
     while queue:

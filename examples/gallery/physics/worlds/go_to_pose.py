@@ -15,6 +15,8 @@ __all__ = ["GoToPose"]
 
 HALF = 1.8
 COLUMN = 0.18
+MARGIN = RADIUS + 0.1
+GOAL = (1.3, 1.3)
 CORNERS = [(-HALF, -HALF), (HALF, -HALF), (HALF, HALF), (-HALF, HALF)]
 
 
@@ -29,7 +31,7 @@ class GoToPose(RoverWorld):
     def __init__(self, seed: int) -> None:
         super().__init__(seed)
         self._driving: Drive | None = None
-        self._clicks = {0.5: (1.4, self.random.uniform(-1.4, 0.0)), 3.0: (1.3, 1.3)}
+        self._clicks = {0.5: (1.4, self.random.uniform(-1.4, 0.0)), 3.0: GOAL}
         self.observer.note(goal=None)
 
     def things(self) -> str:
@@ -37,7 +39,8 @@ class GoToPose(RoverWorld):
         self._columns: list[Place] = []
         while len(self._columns) < 5:
             at = self.random.uniform(-1.1, 1.1), self.random.uniform(-1.1, 1.1)
-            if all(math.dist(at, c) > 0.9 for c in self._columns):
+            apart = all(math.dist(at, c) > 0.9 for c in self._columns)
+            if apart and math.dist(at, GOAL) > COLUMN + MARGIN:
                 self._columns.append(at)
         columns = "".join(
             f'<geom name="wall_column{i}" type="cylinder" pos="{x} {y} .2" size="{COLUMN} .2"'
@@ -51,9 +54,8 @@ class GoToPose(RoverWorld):
         )
 
     def _is_free(self, at: Place) -> bool:
-        margin = RADIUS + 0.1
-        inside = max(abs(at[0]), abs(at[1])) < HALF - margin
-        return inside and all(math.dist(at, c) > COLUMN + margin for c in self._columns)
+        inside = max(abs(at[0]), abs(at[1])) < HALF - MARGIN
+        return inside and all(math.dist(at, c) > COLUMN + MARGIN for c in self._columns)
 
     def sense(self) -> Iterator[Sample]:
         yield "/scan", Laser.TYPE, self.laser.scan()
@@ -78,4 +80,4 @@ class GoToPose(RoverWorld):
             self.observer.judge("drives only if it sees", lambda m: sees(m, "/scan"))
 
     def succeeded(self) -> bool:
-        return not self._clicks and self.rover.distance(1.3, 1.3) < 0.15
+        return not self._clicks and self.rover.distance(*GOAL) < 0.15
