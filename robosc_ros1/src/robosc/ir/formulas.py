@@ -32,6 +32,7 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
 )
+from robosc.model.presence import asked_for, with_presence_written
 from robosc.model.traversal import fold, may_be_undefined, walk, with_operands
 from robosc.model.types import (
     ArrayType,
@@ -195,7 +196,7 @@ def to_dsl(
             case Part(path=path):
                 return Spelled(f"{operands[0]:{_ATOM}}{_parts(path)}", _ATOM)
             case Holds():
-                return operands[0]
+                return Spelled(f"defined({text_of(asked_for(node))})", _ATOM)
         return node.operation.text.of(operands)
 
     def of_aggregate(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
@@ -203,7 +204,10 @@ def to_dsl(
         condition = "" if node.condition is None else f" if {visit(node.condition).text}"
         return Spelled(f"{node.operator}({through}{condition})", _ATOM)
 
-    return fold(exact(expr), of_leaf, of_operation, bound=of_aggregate).text
+    def text_of(written: Expr) -> str:
+        return fold(written, of_leaf, of_operation, bound=of_aggregate).text
+
+    return text_of(with_presence_written(exact(expr)))
 
 
 def _parts(path: tuple[str | int, ...]) -> str:

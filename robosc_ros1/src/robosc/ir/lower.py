@@ -34,7 +34,7 @@ from robosc.model.entities import (
     Tau,
     Variable,
 )
-from robosc.model.expr import TRUE, ChoiceRef, Expr, Holds, TestRef, ValueRef, VariableRef
+from robosc.model.expr import TRUE, ChoiceRef, Expr, TestRef, ValueRef, VariableRef
 from robosc.model.traversal import walk
 from robosc.model.types import Type, Value, domain
 
@@ -90,7 +90,7 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
     for test in view.tests:
         classes = view.values(None, test)
         outcomes = _values(test.type, test.name) if classes is None else classes
-        labels = _labels_of_test(test) if classes is None else _labels(classes, test, robot)
+        labels = None if classes is None else _labels(classes, test, robot)
         starts = view.starts(test, outcomes)
         yield StateVariable(
             VariableKind.TEST, test.name, outcomes, starts[0], None, labels, test, starts
@@ -320,14 +320,6 @@ def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:
     if isinstance(term, TestRef):
         return VariableKind.TEST, term.name
     return VariableKind.DATA, f"{term.component}.{term.variable}"
-
-
-def _labels_of_test(test: TestRef) -> tuple[str, ...] | None:
-    """What users see of whether an object or an array is there; of other tests, the outcome."""
-    match test.subject:
-        case Holds(operand=VariableRef()):
-            return f"no {test.name}", test.name
-    return None
 
 
 def _labels(classes: Classes, term: Term, robot: Robot) -> tuple[str, ...]:

@@ -64,10 +64,10 @@ def _operation(node: Operation, operands: tuple[Expr | _Truth, ...]) -> Expr | _
     known = [part for part in operands if not isinstance(part, _Truth)]
     if len(known) == len(operands):
         return _evaluated(node, known)
-    if not all(isinstance(e.type, BooleanType) for e in (node, node.operands[0])):
-        return _UNDEFINED
     if isinstance(node, Holds):
         return _truth(operands[0]).true
+    if not all(isinstance(e.type, BooleanType) for e in (node, node.operands[0])):
+        return _UNDEFINED
     if len(operands) == 1:
         return _opposite(_truth(operands[0]))
     left, right = (_truth(part) for part in operands)

@@ -59,7 +59,7 @@ def _function(
 
 _NUMBER, _INTEGER = Operand.NUMBER, Operand.INTEGER
 
-FUNCTIONS: Mapping[str, Operator] = {
+_COMPUTED: Mapping[str, Operator] = {
     f.spelling: f
     for f in (
         _function("abs", (_NUMBER,), Result.NUMBER, abs, "absolute"),
@@ -80,7 +80,12 @@ FUNCTIONS: Mapping[str, Operator] = {
         _function("length", (Operand.ARRAY,), Result.INTEGER, len),
     )
 }
-"""The functions by spelling."""
+
+FUNCTIONS: Mapping[str, Operator] = {
+    **_COMPUTED,
+    "defined": _function("defined", (Operand.ANY,), Result.BOOLEAN, runtime.is_so),
+}
+"""The functions by spelling. ``defined`` alone takes what is undefined: typing gives PRESENCE."""
 
 _PARTS = (
     _function(
@@ -93,8 +98,8 @@ _PARTS = (
     ),
 )  # fmt: skip
 
-CALLS: Mapping[str, Operator] = {**FUNCTIONS, **{part.spelling: part for part in _PARTS}}
-"""The functions, and what else takes arguments as they do: parts of arrays."""
+CALLS: Mapping[str, Operator] = {**_COMPUTED, **{part.spelling: part for part in _PARTS}}
+"""The functions of values, and what else takes arguments as they do: parts of arrays."""
 
 CONVERSION = Operator(
     "convert", _ATOM, Operand.BASIC, Result.ENUM, _no_function, "", _never, Text("{*}", PYTHON_ATOM)
@@ -108,7 +113,7 @@ PART = Operator(
 
 PRESENCE = Operator(
     "holds", _ATOM, Operand.BASIC, Result.BOOLEAN, runtime.is_so, "", _never,
-    python=Text("is_so(lambda: {0:0})", PYTHON_ATOM), written=Text("{0:0}", 0),
+    python=Text("is_so(lambda: {0:0})", PYTHON_ATOM),
 )  # fmt: skip
 """Whether a condition is true where data that it reads may not be there; or whether they are."""
 

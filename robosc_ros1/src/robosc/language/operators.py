@@ -31,6 +31,7 @@ class Operand(Enum):
     INTEGER = "integer"
     BASIC = "a value of a basic type or an enum"
     ARRAY = "array"
+    ANY = "any value"
 
 
 class Result(Enum):

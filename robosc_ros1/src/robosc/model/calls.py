@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import reduce
 from typing import cast
 
@@ -13,6 +14,7 @@ from robosc.model.diagnostics import Report
 from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
 from robosc.model.expr import Binary, Call, Expr, Literal
+from robosc.model.presence import defined
 from robosc.model.types import ArrayType, BooleanType, IntegerType, Type, Value, is_number
 from robosc.source import Span
 from robosc.syntax.nodes import (
@@ -59,7 +61,11 @@ def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
         for argument, kind in zip(node.arguments, kinds, strict=True)
     ]
     known = [argument for argument in arguments if argument is not None]
-    return _nested(function, known, node.span) if len(known) == len(arguments) else None
+    if len(known) < len(arguments):
+        return None
+    if name == "defined":
+        return replace(defined(known[0]), span=node.span)
+    return _nested(function, known, node.span)
 
 
 def _right_number(function: Operator, node: CallNode, report: Report) -> bool:

@@ -32,6 +32,7 @@ class ExpectedType:
 ANY = ExpectedType("a value", lambda _: True)
 BOOLEAN = ExpectedType("a boolean", lambda t: isinstance(t, BooleanType), BooleanType())
 _NEEDS = {
+    Operand.ANY: ANY,
     Operand.BOOLEAN: BOOLEAN,
     Operand.NUMBER: ExpectedType("a number", is_number),
     Operand.INTEGER: ExpectedType("an integer", lambda t: isinstance(t, IntegerType)),

@@ -7,11 +7,21 @@ comparisons, so that all later stages have a condition that is always true or fa
 from __future__ import annotations
 
 from robosc.language.operators import BINARY
-from robosc.model.expr import Binary, Expr, Holds, Unary, VariableRef
-from robosc.model.traversal import may_be_undefined, walk
+from robosc.model.expr import (
+    TRUE,
+    Aggregate,
+    Binary,
+    Expr,
+    Holds,
+    Literal,
+    Operation,
+    Unary,
+    VariableRef,
+)
+from robosc.model.traversal import may_be_undefined, walk, with_operands
 from robosc.model.types import ArrayType, BooleanType, ObjectType
 
-__all__ = ["condition_on_data"]
+__all__ = ["asked_for", "condition_on_data", "defined", "with_presence_written"]
 
 _BOOLEAN = BooleanType()
 
@@ -49,3 +59,60 @@ def _decided(expr: Binary, left: Expr, right: Expr, wanted: bool) -> Expr:
         return by_right
     by_left = _truth(left, operation.decider)
     return Binary("or", by_left, by_right, _BOOLEAN, expr.span)
+
+
+# --- as the language writes it -------------------------------------------------------------------
+
+
+def defined(expr: Expr) -> Literal | Holds:
+    """``defined(…)``: whether all that an expression needs is there."""
+    if not may_be_undefined(expr):
+        return TRUE
+    if isinstance(expr.type, BooleanType):
+        expr = Binary("or", expr, TRUE, _BOOLEAN)
+    return Holds(expr)
+
+
+def asked_for(expr: Holds) -> Expr:
+    """What stands between the brackets of ``defined(…)``."""
+    operand = expr.operand
+    return operand.left if isinstance(operand, Binary) and operand.right == TRUE else operand
+
+
+def with_presence_written(expr: Expr, undefined_is_false: bool = True) -> Expr:
+    """The condition with each question for data that may not be there as the language asks it.
+
+    ``undefined_is_false``: it stands where an undefined condition is as good as a false one, as a
+    whole requirement does. There a condition on data is written as it is, elsewhere beside
+    ``defined(…)``.
+    """
+    match expr:
+        case Binary(operator=operator, left=left, right=right) if expr.operation.is_lazy:
+            return Binary(
+                operator,
+                with_presence_written(left, undefined_is_false and operator == "and"),
+                with_presence_written(right, undefined_is_false),
+                expr.type,
+                expr.span,
+            )
+        case Holds(operand=operand) if operand == asked_for(expr) and operand.type == _BOOLEAN:
+            condition = with_presence_written(operand, False)
+            there = TRUE if undefined_is_false else defined(_needed(operand))
+            return condition if there == TRUE else Binary("and", there, condition, _BOOLEAN)
+    if isinstance(expr, Operation):
+        operands = tuple(with_presence_written(part, False) for part in expr.operands)
+        return with_operands(expr, operands)
+    return expr
+
+
+def _needed(condition: Expr) -> Expr:
+    """The only part of a condition that may not be there; of several, the condition itself."""
+    match condition:
+        case Unary(operand=operand):
+            return _needed(operand)
+        case Aggregate(operator="any" | "all" | "count" | "sum", array=array):
+            return _needed(array)  # an element for which it is undefined does not count
+        case Binary(left=left, right=right) if not condition.operation.is_lazy:
+            sides = [side for side in (left, right) if may_be_undefined(side)]
+            return _needed(sides[0]) if len(sides) == 1 else condition
+    return condition

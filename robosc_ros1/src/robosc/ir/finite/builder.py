@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
+from typing import TypeGuard
 
 from robosc.ir.combining import result_transitions
 from robosc.ir.finite.classes import Classes, Comparison
@@ -12,7 +13,11 @@ from robosc.ir.finite.terms import (
     Term,
     Terms,
     compared_in_rules,
+    element_asked_for,
     is_constant,
+    is_presence,
+    is_there,
+    sides_of,
     type_of_part,
     value_of,
 )
@@ -37,7 +42,6 @@ from robosc.model.expr import (
     Holds,
     Literal,
     ParameterRef,
-    Part,
     TestRef,
     Unary,
     ValueRef,
@@ -146,9 +150,11 @@ class ViewBuilder:
         for part in walk(expr):
             if isinstance(part, TestRef):
                 self.states.setdefault(part)
-                if _element(part.subject) is not None:
-                    continue  # it is free only where an assignment does not tell its outcome
-            if isinstance(part.type, BooleanType) and any(_is_free(side) for side in _sides(part)):
+                if _follows_assignments(part):
+                    continue
+            if isinstance(part.type, BooleanType) and any(
+                _is_free(side) for side in sides_of(part)
+            ):
                 self.free.setdefault(to_dsl(part, self.robot))
             match part:
                 case Binary(operator=operator, left=left, right=right) if operator in MIRRORED:
@@ -159,6 +165,8 @@ class ViewBuilder:
                 case Convert(argument=argument):
                     for operator, constant in compared_in_rules(part) or ():
                         self._compare(scope, argument, operator, constant)
+                case Holds(operand=ValueRef() as asked) if domain(asked.type) is None:
+                    self.comparisons.setdefault(self._node(scope, asked), set())
 
     def _compare(self, scope: Scope, term: Expr, operator: str, constant: Expr) -> None:
         assert isinstance(term, VariableRef | ValueRef | TestRef)
@@ -186,7 +194,7 @@ class ViewBuilder:
         copied = [value for value in map(given.get, changed) if isinstance(value, VariableRef)]
         together = self._together(read, component, transition)
         alone = len(changed) == len(copied) == 1 and not together
-        if alone and _element(term.subject) is not None:
+        if alone and element_asked_for(term.subject) is not None:
             return self._copied(term, copied[0], given)
         uncertain = any(may_be_undefined(given[name]) for name in changed)
         if (
@@ -247,11 +255,11 @@ class ViewBuilder:
     def _substituted(self, test: TestRef, given: Mapping[tuple[str, str], Expr]) -> Expr:
         subject = _substitute(test.subject, given)
         if test.other is None:
-            if _is_there(subject):
+            if is_there(subject):
                 return Literal(True, test.type)
             if is_constant(subject):
                 return Literal(evaluate(subject, lambda leaf: None), test.type)
-            if _element(test.subject) is not None:
+            if element_asked_for(test.subject) is not None:
                 return self._after_assignment(test.subject, subject, given)
             return self._known(self.terms.computed(subject))
         other = _substitute(test.other, given)
@@ -269,16 +277,17 @@ class ViewBuilder:
 
         It is known if that is what came in, or a part of another variable.
         """
-        part, test = _element(before), self.terms.computed(after)
+        part, test = element_asked_for(before), self.terms.computed(after)
         assert part is not None and isinstance(part.operand, VariableRef)
         assigned = given[part.operand.component, part.operand.variable]
-        if isinstance(assigned, ValueRef) and isinstance(after, Holds):
+        whole = isinstance(after, Holds) and isinstance(after.operand.type, ArrayType | ObjectType)
+        if isinstance(assigned, ValueRef) and isinstance(after, Holds) and not whole:
             found = self.terms.finite(after.operand)
             chosen = any(isinstance(leaf, ChoiceRef) for leaf in walk(found))
             # A number with a range has other classes than one without.
             if not chosen and type_of_part(assigned.type, part.path) == part.type:
                 return replace(after, operand=found)
-        elif _element(after) is not None:
+        elif element_asked_for(after) is not None:
             self.states.setdefault(test)
         return self._known(test)
 
@@ -299,7 +308,7 @@ class ViewBuilder:
     def _join(self, term: Term, scope: Scope, update: Expr) -> None:
         if isinstance(update, Holds):
             self._note(scope, update)
-        elif isinstance(update, ChoiceRef) and isinstance(term, TestRef) and _element(term.subject):
+        elif isinstance(update, ChoiceRef) and _follows_assignments(term):
             self.free.setdefault(term.name)
         if isinstance(term, VariableRef) and isinstance(update, ChoiceRef):
             computed = update.test.name if update.test is not None else None
@@ -332,11 +341,11 @@ class ViewBuilder:
         }
 
 
-def _sides(expr: Expr) -> tuple[Expr, ...]:
-    """What a comparison compares; of anything else, that itself."""
-    if isinstance(expr, Binary) and expr.operation.is_comparison:
-        return expr.operands
-    return (expr,)
+def _follows_assignments(term: Term) -> TypeGuard[TestRef]:
+    """Whether a test is free only where an assignment does not tell its outcome."""
+    if not isinstance(term, TestRef):
+        return False
+    return is_presence(term.subject) or element_asked_for(term.subject) is not None
 
 
 def _is_free(expr: Expr) -> bool:
@@ -344,19 +353,6 @@ def _is_free(expr: Expr) -> bool:
     if isinstance(expr, TestRef) and isinstance(expr.subject, ParameterRef):
         return expr.other is not None
     return isinstance(expr, TestRef | ChoiceRef)
-
-
-def _element(test: Expr) -> Part | None:
-    """The element of an array or object in a variable, if a test asks only how it compares."""
-    if not isinstance(test, Holds):
-        return None
-    asked = test.operand
-    while isinstance(asked, Unary) and asked.operator == "!":
-        asked = asked.operand
-    sides = [side for side in _sides(asked) if not is_constant(side)]
-    found = sides[0] if len(sides) == 1 else None
-    found = found.argument if isinstance(found, Convert) else found
-    return found if isinstance(found, Part) and isinstance(found.operand, VariableRef) else None
 
 
 def _is_term(expr: Expr) -> bool:
@@ -375,15 +371,6 @@ def sent_wholes(provide: Provide) -> Iterator[VariableRef]:
         for part in walk(expr):
             if isinstance(part, VariableRef) and isinstance(part.type, ArrayType | ObjectType):
                 yield replace(part, span=None)
-
-
-def _is_there(subject: Expr) -> bool:
-    """Whether this asks for data that are there for sure."""
-    return (
-        isinstance(subject, Holds)
-        and isinstance(subject.operand.type, ArrayType | ObjectType)
-        and not may_be_undefined(subject.operand)
-    )
 
 
 def _substitute(expr: Expr, given: Mapping[tuple[str, str], Expr]) -> Expr:

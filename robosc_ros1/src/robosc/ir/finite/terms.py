@@ -23,9 +23,11 @@ from robosc.model.expr import (
     ChoiceRef,
     Convert,
     Expr,
+    Holds,
     Literal,
     Operation,
     ParameterRef,
+    Part,
     PhaseRef,
     StateRef,
     TestRef,
@@ -50,8 +52,8 @@ from robosc.model.types import (
 )
 
 __all__ = [
-    "Term", "Terms", "compared_in_rules", "is_constant", "order", "reads_data",
-    "reads_parameters", "type_of_part", "value_of",
+    "Term", "Terms", "compared_in_rules", "element_asked_for", "is_constant", "is_presence",
+    "is_there", "order", "reads_data", "reads_parameters", "sides_of", "type_of_part", "value_of",
 ]  # fmt: skip
 
 Term: TypeAlias = VariableRef | ValueRef | TestRef
@@ -137,6 +139,40 @@ def type_of_part(type_: Type, path: tuple[str | int, ...]) -> Type | None:
             case _:
                 return None
     return found
+
+
+def sides_of(expr: Expr) -> tuple[Expr, ...]:
+    """What a comparison compares; of anything else, that itself."""
+    if isinstance(expr, Binary) and expr.operation.is_comparison:
+        return expr.operands
+    return (expr,)
+
+
+def element_asked_for(test: Expr) -> Part | None:
+    """The element of an array or object in a variable, if a test asks only how it compares."""
+    if not isinstance(test, Holds):
+        return None
+    asked = test.operand
+    while isinstance(asked, Unary) and asked.operator == "!":
+        asked = asked.operand
+    sides = [side for side in sides_of(asked) if not is_constant(side)]
+    found = sides[0] if len(sides) == 1 else None
+    found = found.argument if isinstance(found, Convert) else found
+    return found if isinstance(found, Part) and isinstance(found.operand, VariableRef) else None
+
+
+def is_presence(subject: Expr) -> bool:
+    """Whether this asks whether a variable holds anything."""
+    return isinstance(subject, Holds) and isinstance(subject.operand, VariableRef)
+
+
+def is_there(subject: Expr) -> bool:
+    """Whether this asks for data that are there for sure."""
+    return (
+        isinstance(subject, Holds)
+        and isinstance(subject.operand.type, ArrayType | ObjectType)
+        and not may_be_undefined(subject.operand)
+    )
 
 
 class Terms:
