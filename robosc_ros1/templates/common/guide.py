@@ -201,7 +201,7 @@ def _nearness(atom, shadow, message):
     if isinstance(left, (str, bool)) or isinstance(right, (str, bool)):
         return left
     distance = left - right
-    near = 1 if isinstance(distance, int) else 0.0501
+    near = 1 if isinstance(distance, int) else max(0.0501, 0.01 * abs(right))
     return (distance > 0) - (distance < 0), abs(distance) <= near
 
 

@@ -174,6 +174,15 @@ def test_it_comes_to_places_in_arrays_and_to_choices_of_data(
     assert judged(judging, source.replace(before, after)).faults != []
 
 
+def test_it_comes_near_a_bound_that_a_scaled_integer_passes_in_steps(tmp_path: Path) -> None:
+    """Tenths of volts are never within a small fixed distance beside the bound."""
+    model = EXAMPLES / "kobuki" / "kobuki.rscd"
+    supervisor = pipeline.synthesize(pipeline.load(model).robot)
+    source = controller_source(supervisor)
+    with judging_modules(tmp_path, supervisor) as judging:
+        assert judged(judging, source.replace("13.2", "15.89"), seed=5).faults != []
+
+
 @pytest.mark.parametrize(
     "model",
     [
