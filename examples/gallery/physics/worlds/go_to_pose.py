@@ -37,7 +37,11 @@ class GoToPose(RoverWorld):
     def things(self) -> str:
         self.start = (-1.4, -1.4, self.random.uniform(0.0, 1.5))
         self._columns: list[Place] = []
+        tries = 0
         while len(self._columns) < 5:
+            tries += 1
+            if tries % 1000 == 0:  # there is no room for another beside those
+                self._columns.clear()
             at = self.random.uniform(-1.1, 1.1), self.random.uniform(-1.1, 1.1)
             apart = all(math.dist(at, c) > 0.9 for c in self._columns)
             if apart and math.dist(at, GOAL) > COLUMN + MARGIN:
