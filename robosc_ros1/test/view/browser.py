@@ -36,6 +36,10 @@ def missing_browser() -> str | None:
     return "there is no chromedriver (apt-get install --no-install-recommends chromium-driver)"
 
 
+class ScriptError(AssertionError):
+    """A script in the page raised an error."""
+
+
 class Browser:
     """One tab."""
 
@@ -52,10 +56,23 @@ class Browser:
         return _call(self._port, "POST", f"{self._path}/execute/sync", body)
 
     def sees(self, script: str, *arguments: Any) -> Any:
-        """Wait until an expression is true in the page."""
-        return await_condition(
-            lambda: self.run(f"return {script}", *arguments), f"{script} {list(arguments)}"
-        )
+        """Wait until an expression is true in the page.
+
+        What it reads may not have been drawn yet: an expression that raises is not true.
+        """
+        problem = None
+
+        def true() -> Any:
+            nonlocal problem
+            try:
+                return self.run(f"return {script}", *arguments)
+            except ScriptError as error:
+                problem = error
+
+        try:
+            return await_condition(true, f"{script} {list(arguments)}")
+        except AssertionError as error:
+            raise error from problem
 
     def text(self, selector: str) -> str:
         """What is written in an element; empty if there is none."""
@@ -148,5 +165,6 @@ def _call(port: int, method: str, path: str, body: Any = None) -> Any:
     finally:
         connection.close()
     if isinstance(value, dict) and "error" in value:
-        raise AssertionError(f"{value['error']}: {value['message']}")
+        kind = ScriptError if value["error"] == "javascript error" else AssertionError
+        raise kind(f"{value['error']}: {value['message']}")
     return value
