@@ -61,8 +61,8 @@ def _supervisor_lines(result: Supervisor) -> Iterator[str]:
         yield from _explanation_lines(explanation)
     if result.plant.view.free:
         yield ""
-        yield f"taken as free: {', '.join(result.plant.view.free)}"
-        yield "    every outcome of these counts as possible, so more may be forbidden than needed"
+        yield "taken as free; as every outcome counts, more may be forbidden than needed:"
+        yield from (f"    {text}: {reason}" for text, reason in result.plant.view.free.items())
     if result.properties:
         yield ""
         for name, holds in result.properties:

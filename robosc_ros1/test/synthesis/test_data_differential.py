@@ -239,13 +239,15 @@ robot R {{
         behaviour {{
             variable v: {held}
             variable w: {held}
+            variable far: boolean
             initial marked state s {{
                 on response from scan do v := {value}
-                on response from probe if Base.here and {c0} do w := {value}
+                on response from probe if Base.here and {c0} do w := {value}, far := {far}
                 on request to keep {goto}
             }}
             {marked} state t {{
                 on response from scan {quiet} do v := {value} goto s
+                on response from probe do far := {far}
                 transition if {c1} goto s
             }}
         }}
@@ -263,6 +265,7 @@ robot R {{
     }}
     requirement go needs {c3} and {asked}
     requirement {c4} disables home
+    requirement {last} disables keep
     requirement never Base.away and {c5}
 }}
 """
@@ -299,19 +302,25 @@ def two_models_of_elements(rng: random.Random) -> tuple[str, str]:
         "goto": rng.choice(["goto s", "goto t"]),
         "quiet": rng.choice(["if Base.here", "if Base.here", ""]),
         "marked": rng.choice(["marked", ""]),
+        "last": rng.choice(["Sensor.far", "!Sensor.far"]),
     }
+    assigned = rng.choice(["v", "w"]), rng.randrange(len(rules)), rng.random() < 0.3
+    flag = rng.choice(["", "and Base.here", "or Base.away"])
     texts = []
     for text_of, fields in (
         (by_name, {"incoming": "Band", "held": "Band", "value": "value", "enum": enum}),
         (by_number, {"incoming": "Scan", "held": f"array({type_})", "value": "value.items"}),
     ):
+        far = f"({text_of(*assigned)} {flag})"
+        if text_of is by_name:  # nothing is assigned where there is no such element
+            far = f"{assigned[0]} != missing and {far} or {assigned[0]} = missing and far"
         conditions = {f"c{n}": text_of(*one, n in turned) for n, one in enumerate(picked)}
         # An undefined part makes what stands left of it undefined, too, and nothing right of true.
         asked = " and ".join(
             f"(true or {text_of(*one, opposite)})" for one in every for opposite in (False, True)
         )
         texts.append(
-            OF_ELEMENTS.format(**{"enum": "", **same, **fields, **conditions}, asked=asked)
+            OF_ELEMENTS.format(**{"enum": "", **same, **fields, **conditions}, asked=asked, far=far)
         )
     return texts[0], texts[1]
 
@@ -321,7 +330,7 @@ def two_models_of_elements(rng: random.Random) -> tuple[str, str]:
 def test_an_enum_by_hand_and_compared_elements_are_the_same(seed: int, engine: str) -> None:
     texts = two_models_of_elements(random.Random(seed))
     by_hand, bare = (pipeline.synthesize(robot_of(text), engine) for text in texts)
-    assert bare.plant.view.free == ()
+    assert bare.plant.view.free == {}
     assert by_hand.plant_states == bare.plant_states
     assert by_hand.properties == bare.properties
     assert [g.status for g in by_hand.guards] == [g.status for g in bare.guards]

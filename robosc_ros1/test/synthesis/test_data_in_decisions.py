@@ -83,7 +83,7 @@ def test_an_enum_as_a_function_and_comparisons_share_their_classes(engine: str) 
         """,
         engine,
     )
-    assert supervisor.plant.view.free == ()
+    assert supervisor.plant.view.free == {}
     assert supervisor.controlled_states == 4  # 0.3 lies between the limits of the enum
     assert guard_text(supervisor, "drive.request")[0] in (
         "Battery.level = high", "Battery.charge > 0.5", "Battery.level = high and Battery.charge > 0.5"
@@ -259,13 +259,73 @@ def test_what_is_taken_as_free_is_told() -> None:
         " and Battery.charge > 0.2 requirement up needs Counter.n < 7 and"
         " Battery.charge < Battery.charge * 2"
     )
-    assert synthesize_document(supervisor)["free_tests"] == [
-        "Battery.charge < Battery.charge * 2",
-        "Counter.n + 1",
-    ]
-    assert "taken as free: Battery.charge < Battery.charge * 2, Counter.n + 1" in supervisor_text(
-        supervisor
-    )
+    document, text = synthesize_document(supervisor), supervisor_text(supervisor)
+    reasons = document["free_reasons"]
+    assert document["free_tests"] == list(reasons)
+    assert reasons == {
+        "Battery.charge < Battery.charge * 2": "it is computed",
+        "Counter.n + 1": "it is computed",
+    }
+    assert "    Counter.n + 1: it is computed\n" in text
+
+
+KEPT = """
+    parameter limit: double = 1.0
+    interface links use Place from nowhere_msgs
+    datatype object Place {{ x: double levels: array(double) }}
+    datatype enum Odd from double to {{ value * 2 > 1 -> odd default -> even }}
+    component S {{
+        outgoing message place with type: Place links links
+        incoming message go with type: none
+        behaviour {{
+            variable x: double
+            variable y: double
+            variable n: integer
+            variable far: boolean
+            variable here: Place
+            variable levels: array(double)
+            initial marked state s {{ on response from place do {action} }}
+        }}
+    }}
+    requirement go needs {condition}
+"""
+
+
+@pytest.mark.parametrize(
+    ("action", "condition", "free", "reason"),
+    [
+        ("x := value.x", "S.x > S.y", "S.x > S.y", "it reads more than one number or string"),
+        ("x := value.x", "S.x > limit", "S.x > limit", "it reads a parameter"),
+        ("levels := value.levels", "S.levels[S.n] > 0", "S.levels[S.n] > 0",
+         "it reads a computed or negative index"),
+        ("levels := value.levels[1..2]", "S.levels[0] > 0", "S.levels[0] > 0", "it reads a slice"),
+        ("levels := value.levels", "any(l > 0 for l in S.levels)", "any(l > 0 for l in S.levels)",
+         "it goes through the elements of an array"),
+        ("x := value.x", "abs(S.x) > 1", "abs(S.x) > 1", "it calls abs(…)"),
+        ("far := S.x > value.x", "S.far", "S.x > value.x", "it reads what comes in and what is kept"),
+        ("x := value.x", "Odd(S.x) = odd", "Odd(S.x) = odd",
+         "the rules of the enum do not only compare with constants"),
+        ("x := levels[0]", "S.x > 1", "S.levels[0]",
+         "it is a part of a variable, and is assigned to another variable"),
+        ("levels := here.levels", "S.levels[0] > 1", "S.levels[0] > 1",
+         "a part of a variable is assigned, which may not be there"),
+    ],
+)  # fmt: skip
+def test_each_free_test_has_its_reason(action: str, condition: str, free: str, reason: str) -> None:
+    plant = plant_of(KEPT.format(action=action, condition=condition))
+    assert plant.view.free == {free: reason}
+
+
+@pytest.mark.parametrize(
+    ("action", "condition"),
+    [
+        ("levels := value.levels", "S.levels[0] > 1 and !(S.levels[1] <= 2)"),
+        ("far := here.x > 1, here := value", "S.far and S.here.x > 2"),
+        ("far := levels[0] > 1 or here.x > 2, here := value", "!S.far"),
+    ],
+)
+def test_parts_of_variables_are_exact(action: str, condition: str) -> None:
+    assert plant_of(KEPT.format(action=action, condition=condition)).view.free == {}
 
 
 def test_nothing_is_free_where_constants_decide() -> None:

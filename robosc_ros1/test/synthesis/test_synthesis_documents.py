@@ -129,6 +129,7 @@ def test_synthesize() -> None:
     assert list(found) == [
         "version", "robot", "engine", "seconds", "plant_states", "controlled_states",
         "controlled_transitions", "guards", "explanations", "properties", "free_tests",
+        "free_reasons",
     ]  # fmt: skip
     assert found["engine"] == "dense"
     assert found["guards"] == [

@@ -221,7 +221,7 @@ class _Context:
             key = f"{component.name}.{assignment.variable}"
             variable = self.variable_index.get((VariableKind.DATA, key))
             if variable is not None and key not in self.view.variables:
-                yield variable, self.view.expression(assignment.value)
+                yield variable, self.view.assigned(self.robot.variables[key], assignment.value)
         for term, update in self.view.updates(component.name, transition):
             yield self.variable_index[_index_of(term)], update
 

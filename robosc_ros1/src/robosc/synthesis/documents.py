@@ -73,6 +73,7 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
         ],
         "properties": dict(supervisor.properties),
         "free_tests": list(plant.view.free),
+        "free_reasons": dict(plant.view.free),
     }
 
 

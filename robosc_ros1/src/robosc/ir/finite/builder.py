@@ -9,6 +9,7 @@ from typing import TypeGuard
 
 from robosc.ir.combining import result_transitions
 from robosc.ir.finite.classes import Classes, Comparison
+from robosc.ir.finite.reasons import MAY_BE_MISSING, SEVERAL_CHANGES, WIDENED, why_free
 from robosc.ir.finite.terms import (
     Term,
     Terms,
@@ -17,6 +18,7 @@ from robosc.ir.finite.terms import (
     is_constant,
     is_presence,
     is_there,
+    kept_where_undefined,
     sides_of,
     type_of_part,
     value_of,
@@ -30,6 +32,7 @@ from robosc.ir.finite.view import (
     _parts,
     _StateTerm,
     may_be_missing,
+    reference_to,
 )
 from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation, to_dsl
 from robosc.language.operators import MIRRORED
@@ -80,7 +83,10 @@ class ViewBuilder:
         """Terms that become one another's opposite."""
         self.updates: dict[_Key, dict[_StateTerm, Expr]] = {}
         self.small = True
-        self.free: dict[str, None] = {}
+        self.free: dict[str, str] = {}
+        """What is taken as free, as text, and why."""
+        self.unknown: dict[ChoiceRef, str] = {}
+        """Why an event has a choice that stands for no test."""
 
     def build(self) -> FiniteView:
         for scope, expr in self._deciding():
@@ -113,7 +119,7 @@ class ViewBuilder:
                 for t in self.states
                 if isinstance(t, VariableRef)
             },
-            free=tuple(self.free),
+            free=self.free,
             _terms=self.terms,
             _classes=classes,
             _updates={key: tuple(found.items()) for key, found in self.updates.items()},
@@ -139,7 +145,7 @@ class ViewBuilder:
             for assignment in transition.assignments:
                 variable = self.variables[f"{component.name}.{assignment.variable}"]
                 if variable.in_state and domain(variable.type) is not None:
-                    yield scope, assignment.value
+                    yield scope, kept_where_undefined(reference_to(variable), assignment.value)
         yield from ((None, requirement.condition) for requirement in self.robot.requirements)
         for provide in self.robot.provides:
             if provide.condition is not None:
@@ -152,10 +158,10 @@ class ViewBuilder:
                 self.states.setdefault(part)
                 if _follows_assignments(part):
                     continue
-            if isinstance(part.type, BooleanType) and any(
-                _is_free(side) for side in sides_of(part)
-            ):
-                self.free.setdefault(to_dsl(part, self.robot))
+            if isinstance(part.type, BooleanType):
+                for side in sides_of(part):
+                    if _is_free(side):
+                        self.free.setdefault(to_dsl(part, self.robot), why_free(side))
             match part:
                 case Binary(operator=operator, left=left, right=right) if operator in MIRRORED:
                     if _is_term(left) and is_constant(right):
@@ -197,14 +203,21 @@ class ViewBuilder:
         if alone and element_asked_for(term.subject) is not None:
             return self._copied(term, copied[0], given)
         uncertain = any(may_be_undefined(given[name]) for name in changed)
-        if (
-            together
-            # Of several changes at once some may not happen.
-            or (uncertain and (len(changed) > 1 or isinstance(term.subject, Holds)))
-            or any(self._rounded(name, given[name]) for name in changed)
-        ):
-            return _anything(term)
+        # Of several changes at once some may not happen.
+        if together or (uncertain and len(changed) > 1):
+            return self._anything(term, SEVERAL_CHANGES)
+        if uncertain and isinstance(term.subject, Holds):
+            return self._anything(term, MAY_BE_MISSING)
+        if any(self._rounded(name, given[name]) for name in changed):
+            return self._anything(term, WIDENED)
         return self._substituted(term, given)
+
+    def _anything(self, term: _StateTerm, reason: str) -> ChoiceRef:
+        """A choice of the environment: what the term comes to."""
+        name = to_dsl(term, self.robot)
+        choice = ChoiceRef((f"new {name}",), term.type)
+        self.unknown.setdefault(choice, reason)
+        return choice
 
     def _copied(
         self, test: TestRef, source: VariableRef, given: Mapping[tuple[str, str], Expr]
@@ -237,7 +250,7 @@ class ViewBuilder:
         if is_constant(value):
             return value
         if self._rounded((variable.component, variable.variable), value) and not self.small:
-            return _anything(variable)
+            return self._anything(variable, WIDENED)
         if isinstance(value, ParameterRef):
             return self._parameter(value)
         if isinstance(value, VariableRef | ValueRef):
@@ -308,11 +321,8 @@ class ViewBuilder:
     def _join(self, term: Term, scope: Scope, update: Expr) -> None:
         if isinstance(update, Holds):
             self._note(scope, update)
-        elif isinstance(update, ChoiceRef) and _follows_assignments(term):
-            self.free.setdefault(term.name)
-        if isinstance(term, VariableRef) and isinstance(update, ChoiceRef):
-            computed = update.test.name if update.test is not None else None
-            self.free.setdefault(computed or f"{term.component}.{term.variable}")
+        elif isinstance(update, ChoiceRef):
+            self._note_choice(term, update)
         if isinstance(update, Unary):
             self.turned.append((None, term))
             update = update.operand
@@ -320,6 +330,15 @@ class ViewBuilder:
             first = self._find((None, term))
             self.comparisons.setdefault(self._node(scope, update), set())
             self.leader[self._find(self._node(scope, update))] = first
+
+    def _note_choice(self, term: Term, update: ChoiceRef) -> None:
+        """That an event changes a term in a way that nothing tells."""
+        reason = self.unknown.get(update) or why_free(update)
+        if _follows_assignments(term):
+            self.free.setdefault(term.name, reason)
+        elif isinstance(term, VariableRef):
+            name = to_dsl(term, self.robot) if update.test is None else update.test.name
+            self.free.setdefault(name, reason)
 
     def _classes(self) -> dict[_Node, Classes]:
         turned = {self._find(node) for node in self.turned}
@@ -348,7 +367,7 @@ def _follows_assignments(term: Term) -> TypeGuard[TestRef]:
     return is_presence(term.subject) or element_asked_for(term.subject) is not None
 
 
-def _is_free(expr: Expr) -> bool:
+def _is_free(expr: Expr) -> TypeGuard[TestRef | ChoiceRef]:
     """Whether a term's outcome is not told by its values. A parameter has one all the time."""
     if isinstance(expr, TestRef) and isinstance(expr.subject, ParameterRef):
         return expr.other is not None
@@ -357,12 +376,6 @@ def _is_free(expr: Expr) -> bool:
 
 def _is_term(expr: Expr) -> bool:
     return isinstance(expr, VariableRef | ValueRef | TestRef) and domain(expr.type) is None
-
-
-def _anything(term: VariableRef | TestRef) -> ChoiceRef:
-    """A choice of the environment: what the term comes to."""
-    name = f"{term.component}.{term.variable}" if isinstance(term, VariableRef) else term.name
-    return ChoiceRef((f"new {name}",), term.type)
 
 
 def sent_wholes(provide: Provide) -> Iterator[VariableRef]:

@@ -16,7 +16,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from robosc.ir.finite.cases import by_state, reads_states
-from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate
+from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation
 from robosc.language.operators import MIRRORED
 from robosc.model.expr import (
     Binary,
@@ -36,6 +36,7 @@ from robosc.model.expr import (
     VariableRef,
     condition_of,
 )
+from robosc.model.presence import condition_on_data
 from robosc.model.traversal import may_be_undefined, parameters_of, reads_value, rewritten, walk
 from robosc.model.types import (
     ArrayType,
@@ -53,7 +54,8 @@ from robosc.model.types import (
 
 __all__ = [
     "Term", "Terms", "compared_in_rules", "element_asked_for", "is_constant", "is_presence",
-    "is_there", "order", "reads_data", "reads_parameters", "sides_of", "type_of_part", "value_of",
+    "is_there", "kept_where_undefined", "order", "reads_data", "reads_parameters",
+    "sides_of", "type_of_part", "value_of",
 ]  # fmt: skip
 
 Term: TypeAlias = VariableRef | ValueRef | TestRef
@@ -159,6 +161,21 @@ def element_asked_for(test: Expr) -> Part | None:
     found = sides[0] if len(sides) == 1 else None
     found = found.argument if isinstance(found, Convert) else found
     return found if isinstance(found, Part) and isinstance(found.operand, VariableRef) else None
+
+
+def kept_where_undefined(variable: VariableRef, value: Expr) -> Expr:
+    """What a boolean variable becomes: what is assigned, or what it was if that is not there.
+
+    So it is put if each comparison in it asks for one element of a variable, which the plant
+    knows. Else the value itself, which is undefined where something is not there.
+    """
+    if not isinstance(variable.type, BooleanType):
+        return value
+    true, false = (condition_on_data(e) for e in (value, Unary("!", value, _BOOLEAN)))
+    asked = [part for side in (true, false) for part in walk(side) if isinstance(part, Holds)]
+    if not asked or any(element_asked_for(part) is None for part in asked):
+        return value
+    return disjunction([true, conjunction([variable, negation(false)])])
 
 
 def is_presence(subject: Expr) -> bool:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from robosc.ir.finite.classes import Classes
-from robosc.ir.finite.terms import Term, Terms, reads_parameters, value_of
+from robosc.ir.finite.terms import Term, Terms, kept_where_undefined, reads_parameters, value_of
 from robosc.ir.formulas import Leaf
 from robosc.model.entities import Assignment, EventKind, ResultTransition, Robot, Variable
 from robosc.model.expr import (
@@ -48,13 +48,13 @@ class FiniteView:
 
     ``variables`` are the classes of variables that are compared, by key; ``tests`` those terms of
     the state that no variable is. ``free`` are those tests and computed values, as text, of which
-    the plant reckons with every outcome.
+    the plant reckons with every outcome, each with the reason why.
     """
 
     robot: Robot
     tests: tuple[TestRef, ...]
     variables: Mapping[str, Classes]
-    free: tuple[str, ...]
+    free: Mapping[str, str]
     _terms: Terms
     _classes: Mapping[_Node, Classes]
     _updates: Mapping[_Key, tuple[tuple[_StateTerm, Expr], ...]]
@@ -62,6 +62,10 @@ class FiniteView:
     def expression(self, expr: Expr) -> Expr:
         """A deciding expression as the plant has it."""
         return self._terms.finite(expr)
+
+    def assigned(self, variable: Variable, value: Expr) -> Expr:
+        """What a finite variable becomes when a value is assigned to it."""
+        return self._terms.finite(kept_where_undefined(reference_to(variable), value))
 
     def updates(
         self, component: str, transition: ResultTransition

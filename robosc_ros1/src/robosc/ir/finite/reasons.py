@@ -1,0 +1,77 @@
+"""Why the plant cannot tell what a test of data comes to, in a few words for users."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robosc.ir.finite.terms import reads_parameters
+from robosc.model.expr import (
+    Aggregate,
+    Binary,
+    Call,
+    ChoiceRef,
+    Convert,
+    Expr,
+    ParameterRef,
+    Part,
+    TestRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+)
+from robosc.model.traversal import walk
+
+__all__ = ["MAY_BE_MISSING", "SEVERAL_CHANGES", "WIDENED", "why_free"]
+
+MAY_BE_MISSING = "a part of a variable is assigned, which may not be there"
+SEVERAL_CHANGES = "one event changes several things that it reads"
+WIDENED = "an integer that may be too large for a double is assigned to one"
+
+
+def why_free(term: TestRef | ChoiceRef) -> str:
+    """Why nothing tells the outcome of a test, or what is assigned to what it reads."""
+    test = term.test if isinstance(term, ChoiceRef) else term
+    assert test is not None, "a choice that stands for no test has a reason of its own"
+    sides = [test.subject] if test.other is None else [test.subject, test.other]
+    parts = [part for side in sides for part in walk(side)]
+    if any(map(reads_parameters, sides)):
+        return "it reads a parameter"
+    if any(isinstance(part, Aggregate) for part in parts):
+        return "it goes through the elements of an array"
+    called = [part.operator for part in parts if isinstance(part, Call)]
+    if "section" in called:
+        return "it reads a slice"
+    if "element" in called:
+        return "it reads a computed or negative index"
+    read = set(_read(parts))
+    if len(read) > 1:
+        incoming = [isinstance(each, ValueRef) for each in read]
+        if any(incoming) and not all(incoming):
+            return "it reads what comes in and what is kept"
+        return "it reads more than one number or string"
+    if called:
+        return f"it calls {called[0]}(…)"
+    if any(isinstance(part, Convert) for part in parts):
+        return "the rules of the enum do not only compare with constants"
+    if any(isinstance(part, Binary | Unary) and not _asks(part) for part in parts):
+        return "it is computed"
+    if any(isinstance(part, Part) for part in parts):
+        return "it is a part of a variable, and is assigned to another variable"
+    return "what is assigned is of another type"
+
+
+def _asks(part: Binary | Unary) -> bool:
+    """Whether this is a comparison, or joins conditions; else it computes a number or a string."""
+    return part.operator == "!" or (
+        isinstance(part, Binary) and (part.operation.is_comparison or part.operation.is_lazy)
+    )
+
+
+def _read(parts: list[Expr]) -> Iterator[Expr]:
+    """The different data that are read."""
+    whole = {part.operand for part in parts if isinstance(part, Part)}
+    for part in parts:
+        if isinstance(part, Part | ValueRef | ParameterRef) or (
+            isinstance(part, VariableRef) and part not in whole
+        ):
+            yield part
