@@ -18,7 +18,8 @@ from std_msgs.msg import String
 from ._runtime.calls import Failure
 from ._runtime.matching import command_patterns
 from .ros import QUEUE, RosPort
-from .ros_calls import FAILURES, RESULT_TIMEOUT, Ends, fill, new_goal_id, result_of_failed
+from .ros_calls import FAILURES, RESULT_TIMEOUT, Ends, new_goal_id, result_of_failed
+from .ros_messages import fill
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)

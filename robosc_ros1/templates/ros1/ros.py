@@ -18,7 +18,8 @@ from std_msgs.msg import String
 
 from ._runtime.port import BEFORE_TIME, Port
 from ._runtime.report import Outlet
-from .ros_calls import Action, Service, clean, compose
+from .ros_calls import Action, Service
+from .ros_messages import clean, compose
 
 QUEUE = 10
 LAST_RESORT = 1.7

@@ -7,21 +7,18 @@ enqueue; what it cannot know, that a server has died, is told by the age of its 
 time).
 """
 
-import functools
 import threading
 import time
 import uuid
-from contextlib import contextmanager
 
 import actionlib
 import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
-from roslib.message import get_message_class as message_class
 from rospy.impl.tcpros_base import TCPROSTransport
 
 from ._runtime.calls import Failure
-from ._runtime.values import NOW, fields_of, only_field
+from .ros_messages import clean, compose
 from .ros_watch import Refused, ask
 
 RESULT_TIMEOUT = 2.0
@@ -30,94 +27,6 @@ SETTLED = 2.0
 """Seconds after which a new connection is used although the other end does not tell of it."""
 HUNG_CALLS = 8
 """While so many calls of one service have not returned, further requests end at once as errors."""
-
-
-def fill(message, data):
-    """The message with the given fields set, all others as they are; or the data, if a message."""
-    if isinstance(data, type(message)):
-        return data
-    for name, value in fields_of(data, message.__slots__):
-        name = name or only_field(message)
-        if not hasattr(message, name):
-            name += "_"  # a Python keyword
-        old = getattr(message, name)
-        if value is NOW:
-            setattr(message, name, rospy.Time.now())
-        elif hasattr(old, "__slots__"):
-            setattr(message, name, fill(old, value))
-        elif isinstance(value, list):
-            setattr(message, name, _array(message, name, value))
-        else:
-            setattr(message, name, float(value) if isinstance(old, float) else value)
-    return message
-
-
-def _array(message, name, values):
-    """The elements as the field takes them: messages of its class, times, or plain values."""
-    if not any(value is NOW or isinstance(value, dict) for value in values):
-        return values
-    kind = message._slot_types[message.__slots__.index(name)].partition("[")[0]
-    element = {"time": rospy.Time, "duration": rospy.Duration}.get(kind) or message_class(kind)
-    return [rospy.Time.now() if value is NOW else fill(element(), value) for value in values]
-
-
-def compose(message, data):
-    """The message with the given fields set, and the time of sending as the stamp of its headers.
-
-    A message that comes ready made is sent as it is, and so is a stamp that the data give.
-    """
-    if isinstance(data, type(message)):
-        return data
-    fill(message, data)
-    if data is None or isinstance(data, dict):
-        _stamp(message, data or {})
-    return message
-
-
-def _stamp(message, data):
-    for name, inner in _headers(type(message)):
-        given = data.get(name) or {}
-        part = getattr(message, name)
-        if isinstance(part, list):
-            for number, element in enumerate(part):
-                own = given[number] if given else {}
-                if isinstance(own, dict):
-                    _stamp(element, own)
-            continue
-        if not isinstance(given, dict):
-            continue  # it came as a whole, with its stamps
-        if inner:
-            _stamp(part, given)
-        elif "stamp" not in given:
-            part.stamp = rospy.Time.now()
-
-
-@functools.lru_cache(maxsize=None)
-def _headers(message_type):
-    """The fields that are headers (name, False), or messages, or arrays of messages, that have some
-    (name, True)."""
-    found = []
-    for number, name in enumerate(message_type.__slots__):
-        kind = message_type._slot_types[number]
-        if kind == "std_msgs/Header":
-            found.append((name, False))
-        elif "/" in kind and _headers(message_class(kind.partition("[")[0])):
-            found.append((name, True))
-    return found
-
-
-@contextmanager
-def clean(publisher):
-    """A message that cannot be sent (a number too large for its field) must not spoil the next.
-
-    rospy would leave its beginning in the buffer.
-    """
-    try:
-        yield
-    except Exception:
-        publisher.impl.buff.seek(0)
-        publisher.impl.buff.truncate(0)
-        raise
 
 
 class Service:

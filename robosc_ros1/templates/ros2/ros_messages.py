@@ -9,6 +9,7 @@ import struct
 import sys
 
 from ._runtime.values import NOW, fields_of, only_field
+from .ros_headers import Headers
 
 
 @functools.lru_cache(maxsize=None)
@@ -77,6 +78,9 @@ def message_class(kind):
     return getattr(importlib.import_module(package + ".msg"), name)
 
 
+_HEADERS = Headers(lambda kind: kind.get_fields_and_field_types().items(), message_class)
+
+
 def _single(value):
     struct.pack("<f", value)  # raises where C would make an infinity of it
     return float(value)
@@ -130,7 +134,7 @@ def compose(message, data, clock):
         return sendable(copy.deepcopy(data)) if has_oddities(type(message)) else data
     fill(message, _timed(data, clock))
     if data is None or isinstance(data, dict):
-        _stamp(message, data or {}, clock)
+        _HEADERS.stamp(message, data or {}, lambda: clock.now().to_msg())
     return message
 
 
@@ -141,38 +145,6 @@ def _timed(data, clock):
     if isinstance(data, list):
         return [_timed(part, clock) for part in data]
     return clock.now().to_msg() if data is NOW else data
-
-
-def _stamp(message, data, clock):
-    for name, inner in _headers(type(message)):
-        given = data.get(name) or {}
-        part = getattr(message, name)
-        if isinstance(part, list):
-            for number, element in enumerate(part):
-                own = given[number] if given else {}
-                if isinstance(own, dict):
-                    _stamp(element, own, clock)
-            continue
-        if not isinstance(given, dict):
-            continue  # it came as a whole, with its stamps
-        if inner:
-            _stamp(part, given, clock)
-        elif "stamp" not in given:
-            part.stamp = clock.now().to_msg()
-
-
-@functools.lru_cache(maxsize=None)
-def _headers(message_type):
-    """The fields that are headers (name, False), or messages, or arrays of messages, that have some
-    (name, True)."""
-    found = []
-    for name, kind in message_type.get_fields_and_field_types().items():
-        inner = re.search(r"\w+/\w+", kind)
-        if kind == "std_msgs/Header":
-            found.append((name, False))
-        elif inner and _headers(message_class(inner[0])):
-            found.append((name, True))
-    return found
 
 
 @functools.lru_cache(maxsize=None)

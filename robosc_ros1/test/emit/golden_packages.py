@@ -7,6 +7,7 @@ from pathlib import Path
 
 from robosc import pipeline
 from robosc.emit import ros1, ros1_supervisor, ros2, ros2_supervisor
+from robosc.emit.common import TESTS
 from robosc.emit.package import File, Package
 
 __all__ = [
@@ -52,18 +53,12 @@ def golden_folder(model: str, target: str = "ros1", mode: str = "controller") ->
 
 def kept_files(package: Package, target: str = "ros1", mode: str = "controller") -> dict[str, File]:
     """All files but those that are copied as they are, which only would be noise here."""
-    copied = [
-        "/_runtime/",
-        "test/judge.py",
-        "test/guide.py",
-        "test/shadow.py",
-        "/random_messages.py",
-    ]
+    sources = [*TESTS, *(ros1 if target == "ros1" else ros2).WIRING]
+    copied = ["/_runtime/", *(f"/{source.rpartition('/')[2]}" for source in sources)]
     if mode == "supervisor":
         copied += ["/relay.py", "test/guard_judge.py", "test/action_client.py"]
         # These are the controller's, which a test of its own says.
         copied += ["/controller.py", "/model.py", "test/plant_data.py", "/play_robot.py"]
-    copied += [f"/{name}" for name in (ros1 if target == "ros1" else ros2).WIRING]
     # These are the same for all targets, which a test of its own says.
     copied += [] if target == "ros1" else ["/controller.py", "/model.py", "test/plant_data.py"]
     return {p: f for p, f in package.files.items() if not any(c in f"/{p}" for c in copied)}

@@ -9,8 +9,9 @@ from ros_support import Workspace
 
 CODE = """
 import json, rospy
+from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
-from lantern_controller.ros_calls import compose
+from lantern_controller.ros_messages import compose
 from nav_msgs.msg import OccupancyGrid, Path
 rospy.rostime.set_rostime_initialized(True)
 before = rospy.Time.now()
@@ -22,12 +23,16 @@ given = compose(PoseWithCovarianceStamped(), {"header": {"stamp": {"secs": 3}}})
 ready = compose(Path(), Path())
 poses = [{"pose": {}}, {"header": {"stamp": {"secs": 3}}}, ready_pose, {"header": {}}]
 path = compose(Path(), {"poses": poses})
+Seen = generate_dynamic("testing/Seen", "std_msgs/Header[] seen\\n" + "=" * 80 + "\\nMSG: std_msgs/Header\\n"
+    "uint32 seq\\ntime stamp\\nstring frame_id")["testing/Seen"]
+seen = compose(Seen(), {"seen": [{"frame_id": "map"}, {"stamp": {"secs": 3}}]}).seen
 print(json.dumps({
     "left out": age(pose.header.stamp),
     "frame": pose.header.frame_id,
     "given": age(given.header.stamp),
     "ready made": age(ready.header.stamp),
     "elements": [age(pose.header.stamp) for pose in path.poses],
+    "headers as elements": [age(header.stamp) for header in seen],
     "no data": age(compose(Path(), None).header.stamp),
     "no header": compose(Twist(), {"linear": {"x": 1.5}}).linear.x,
 }))
@@ -43,6 +48,7 @@ def test_headers_get_the_time_of_sending(generated_workspace: Workspace) -> None
         "given": 3.0,
         "ready made": 0.0,
         "elements": ["now", 3.0, 0.0, "now"],
+        "headers as elements": ["now", 3.0],
         "no data": "now",
         "no header": 1.5,
     }
@@ -51,7 +57,7 @@ def test_headers_get_the_time_of_sending(generated_workspace: Workspace) -> None
 ARRAYS = """
 import io, json
 from geometry_msgs.msg import Polygon, PoseArray, PoseWithCovariance
-from lantern_controller.ros_calls import compose
+from lantern_controller.ros_messages import compose
 from std_msgs.msg import MultiArrayLayout, UInt8MultiArray
 points = compose(Polygon(), {"points": [{"x": 1.0}, {"x": 2.0, "z": 3.0}]})
 pose = compose(PoseWithCovariance(), {"covariance": [0.5] * 36})
@@ -80,7 +86,7 @@ EVERY_TYPE = f"""
 import io
 from genpy.dynamic import generate_dynamic
 from lantern_controller._runtime.values import copied
-from lantern_controller.ros_calls import compose
+from lantern_controller.ros_messages import compose
 Primitives = generate_dynamic("testing/Primitives", {definition(ALL)!r})["testing/Primitives"]
 PRIMITIVES = {ALL!r}
 def there_and_back(data):
@@ -95,7 +101,7 @@ PARTS = """
 import io, rospy
 from geometry_msgs.msg import Point, PoseStamped, Vector3
 from lantern_controller._runtime.values import copied
-from lantern_controller.ros_calls import compose
+from lantern_controller.ros_messages import compose
 from move_base_msgs.msg import MoveBaseGoal
 from nav_msgs.msg import Path
 rospy.rostime.set_rostime_initialized(True)
@@ -129,7 +135,7 @@ TIMES = """
 import io, rospy
 from genpy.dynamic import generate_dynamic
 from lantern_controller._runtime.values import NOW
-from lantern_controller.ros_calls import compose
+from lantern_controller.ros_messages import compose
 rospy.rostime.set_rostime_initialized(True)
 Times = generate_dynamic("testing/Times", "time[] stamps\\nduration[] pauses")["testing/Times"]
 before = rospy.Time.now()

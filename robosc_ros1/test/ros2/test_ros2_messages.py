@@ -325,10 +325,11 @@ from rclpy.clock import Clock
 from std_msgs.msg import Header
 class Path:  # as in nav_msgs, which the test bed has not
     def __init__(self):
-        self.header, self.poses = Header(), []
+        self.header, self.poses, self.seen = Header(), [], []
     @classmethod
     def get_fields_and_field_types(cls):
-        return {"header": "std_msgs/Header", "poses": "sequence<geometry_msgs/PoseStamped>"}
+        poses, headers = "sequence<geometry_msgs/PoseStamped>", "sequence<std_msgs/Header, 2>"
+        return {"header": "std_msgs/Header", "poses": poses, "seen": headers}
 clock = Clock()
 before = clock.now()
 def is_now(stamp):
@@ -344,6 +345,8 @@ poses = [{"pose": {}}, {"header": {"stamp": {"sec": 3}}}, PoseStamped()]
 first, second, third = compose(Path(), {"poses": poses}, clock).poses
 assert is_now(first.header.stamp)
 assert (second.header.stamp.sec, third.header.stamp.sec) == (3, 0)
+first, second = compose(Path(), {"seen": [{"frame_id": "map"}, {"stamp": {"sec": 3}}]}, clock).seen
+assert is_now(first.stamp) and second.stamp.sec == 3
 """
 ARRAYS = """
 from guarded_arm.ros_messages import fill

@@ -8,16 +8,21 @@ from pprint import pformat
 from xml.sax.saxutils import escape
 
 from robosc.emit.modeldata import model_document
+from robosc.emit.package import File
 from robosc.emit.plant_data import plant_data
 from robosc.emit.readme import ParameterView
+from robosc.emit.rendering import verbatim
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Robot
 from robosc.supervisor import Guard, Supervisor
 
 __all__ = [
-    "PackageContext", "TopicView", "data_module", "escaped",
+    "TESTS", "PackageContext", "TopicView", "copies", "data_module", "escaped",
     "model_module", "plant_module", "topics",
 ]  # fmt: skip
+
+TESTS = ("common/guide.py", "common/judge.py", "common/random_messages.py", "common/shadow.py")
+"""What the tests of all packages have in common, in the folder of templates."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +93,11 @@ def escaped(context: PackageContext) -> PackageContext:
         licence=escape(context.licence),
         parameters=parameters,
     )
+
+
+def copies(folder: str, sources: Iterable[str]) -> dict[str, File]:
+    """Files of the folder of templates that all packages get as they are, in a folder of theirs."""
+    return {f"{folder}/{source.rpartition('/')[2]}": File(verbatim(source)) for source in sources}
 
 
 def data_module(source: str, sentence: str, body: str = "") -> str:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosc.emit.common import (
+    TESTS,
     PackageContext,
     TopicView,
+    copies,
     data_module,
     escaped,
     model_module,
@@ -27,8 +29,14 @@ from robosc.supervisor import Supervisor
 
 __all__ = ["WIRING", "emit", "package_context", "spelling"]
 
-WIRING = ("ros.py", "ros_calls.py", "ros_watch.py")
-"""The modules that are copied as they are, from ``templates/ros1``."""
+WIRING = (
+    "ros1/ros.py",
+    "ros1/ros_calls.py",
+    "common/ros_headers.py",
+    "ros1/ros_messages.py",
+    "ros1/ros_watch.py",
+)
+"""What is the same in every package."""
 ALWAYS_NEEDED = ("diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs")
 
 
@@ -56,14 +64,11 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{module}/__init__.py": File(data_module(source, f"Controller of {robot.name}.")),
         f"{module}/controller.py": File(render("common/controller.py.jinja", controller)),
         f"{module}/node.py": File(render("ros1/node.py.jinja", context)),
-        **{f"{module}/{name}": File(verbatim(f"ros1/{name}")) for name in WIRING},
+        **copies(module, WIRING),
+        **copies("test", TESTS),
         f"{module}/model.py": File(model_module(supervisor, source)),
         f"test/{rostest_name(package)}.test": File(render("ros1/rostest.jinja", escaped(context))),
         "test/play_robot.py": File(render("ros1/play_robot.py.jinja", context), executable=True),
-        "test/judge.py": File(verbatim("common/judge.py")),
-        "test/guide.py": File(verbatim("common/guide.py")),
-        "test/random_messages.py": File(verbatim("common/random_messages.py")),
-        "test/shadow.py": File(verbatim("common/shadow.py")),
         "test/plant_data.py": File(plant_module(configured, source, supervisor.guards)),
         "README.md": File(_readme(supervisor, context)),
     }

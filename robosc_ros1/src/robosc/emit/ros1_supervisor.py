@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosc.emit.common import data_module, escaped, model_module, plant_module
+from robosc.emit.common import TESTS, copies, data_module, escaped, model_module, plant_module
 from robosc.emit.config import DEFAULTS, Config
 from robosc.emit.controller import controller_context
 from robosc.emit.naming import file_of
@@ -45,15 +45,9 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{module}/controller.py": render("common/controller.py.jinja", controller),
         f"{module}/model.py": model_module(supervisor, source),
         f"{module}/node.py": render("ros1/supervisor_node.py.jinja", context),
-        **{f"{module}/{name}": verbatim(f"ros1/{name}") for name in (*WIRING, "relay.py")},
         f"test/{rostest_name(package)}.test": render(
             "ros1/supervisor_rostest.jinja", escaped(context)
         ),
-        "test/judge.py": verbatim("common/judge.py"),
-        "test/guide.py": verbatim("common/guide.py"),
-        "test/random_messages.py": verbatim("common/random_messages.py"),
-        "test/guard_judge.py": verbatim("common/guard_judge.py"),
-        "test/shadow.py": verbatim("common/shadow.py"),
         "test/plant_data.py": plant_module(configured, source, supervisor.guards),
         "README.md": render("ros1/supervisor_README.md.jinja", readme),
     }
@@ -63,6 +57,8 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "test/play_both.py": "ros1/play_both.py.jinja",
     }
     texts = {path: File(text) for path, text in files.items()}
+    texts |= copies(module, (*WIRING, "ros1/relay.py"))
+    texts |= copies("test", (*TESTS, "common/guard_judge.py"))
     texts |= {p: File(render(t, context), executable=True) for p, t in programs.items()}
     texts |= runtime_files(f"{module}/_runtime", texts)
     return Package(package, frozen_files(texts), "ros1")

@@ -9,8 +9,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosc.emit.common import (
+    TESTS,
     PackageContext,
     TopicView,
+    copies,
     data_module,
     escaped,
     model_module,
@@ -37,12 +39,13 @@ ALWAYS_NEEDED = (
 )  # fmt: skip
 
 WIRING = (
-    "ros.py",
-    "ros_calls.py",
-    "ros_executor.py",
-    "ros_messages.py",
-    "ros_parameters.py",
-    "ros_watch.py",
+    "ros2/ros.py",
+    "ros2/ros_calls.py",
+    "ros2/ros_executor.py",
+    "common/ros_headers.py",
+    "ros2/ros_messages.py",
+    "ros2/ros_parameters.py",
+    "ros2/ros_watch.py",
 )
 """What is the same in every package."""
 
@@ -79,12 +82,9 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{package}/controller.py": File(render("common/controller.py.jinja", controller)),
         f"{package}/model.py": File(model_module(supervisor, source)),
         "README.md": File(render("ros2/README.md.jinja", readme)),
-        "test/judge.py": File(verbatim("common/judge.py")),
-        "test/guide.py": File(verbatim("common/guide.py")),
-        "test/random_messages.py": File(verbatim("common/random_messages.py")),
-        "test/shadow.py": File(verbatim("common/shadow.py")),
         "test/plant_data.py": File(plant_module(configured, source, supervisor.guards)),
-        **{f"{package}/{name}": File(verbatim(f"ros2/{name}")) for name in WIRING},
+        **copies(package, WIRING),
+        **copies("test", TESTS),
     }
     if context.lifecycle:
         files[f"{package}/ros_lifecycle.py"] = File(verbatim("ros2/ros_lifecycle.py"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosc.emit.common import data_module, escaped, model_module, plant_module
+from robosc.emit.common import TESTS, copies, data_module, escaped, model_module, plant_module
 from robosc.emit.config import DEFAULTS, Config
 from robosc.emit.controller import controller_context
 from robosc.emit.naming import file_of
@@ -46,20 +46,16 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{package}/controller.py": render("common/controller.py.jinja", controller),
         f"{package}/model.py": model_module(supervisor, source),
         f"{package}/node.py": render("ros2/supervisor_node.py.jinja", context),
-        **{f"{package}/{name}": verbatim(f"ros2/{name}") for name in (*WIRING, "relay.py")},
         "test/test_play_both.py": render("ros2/test_play_both.py.jinja", context),
         # A module for that one, no test of its own here.
         "test/play_robot.py": render("ros2/test_play_robot.py.jinja", context),
         "test/action_client.py": verbatim("ros2/action_client.py"),
-        "test/judge.py": verbatim("common/judge.py"),
-        "test/guide.py": verbatim("common/guide.py"),
-        "test/random_messages.py": verbatim("common/random_messages.py"),
-        "test/guard_judge.py": verbatim("common/guard_judge.py"),
-        "test/shadow.py": verbatim("common/shadow.py"),
         "test/plant_data.py": plant_module(configured, source, supervisor.guards),
         "README.md": render("ros2/supervisor_README.md.jinja", readme),
     }
     texts = {path: File(text) for path, text in files.items()}
+    texts |= copies(package, (*WIRING, "ros2/relay.py"))
+    texts |= copies("test", (*TESTS, "common/guard_judge.py"))
     if context.lifecycle:
         texts[f"{package}/ros_lifecycle.py"] = File(verbatim("ros2/ros_lifecycle.py"))
     texts |= runtime_files(f"{package}/_runtime", texts)
