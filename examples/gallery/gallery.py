@@ -129,7 +129,7 @@ class Ros1:
             return
         yield "rosrun", package, package, "_stop_command:=halt", *shown
         topics = (f"{topic}:=/supervised{topic}" for topic in SUPERVISED)
-        yield sys.executable, str(HERE / "physics" / f"{robot}.py"), *topics
+        yield sys.executable, str(HERE / "physics" / f"{robot}_ros1.py"), *topics
 
 
 class Ros2:

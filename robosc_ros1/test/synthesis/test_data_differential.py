@@ -134,6 +134,24 @@ def test_what_goes_through_arrays_keeps_the_requirements(seed: int) -> None:
 
 THRESHOLDS = {"double": [-2.5, 0.0, 0.1, 0.5], "integer": [-1, 0, 2, 3]}
 
+BASE = """
+    component Base {{
+        incoming message go with type: none
+        incoming message home with type: none
+        behaviour {{
+            initial marked state here {{ on request to go goto away }}
+            {away} state away {{
+                on request to home goto here
+                on response from {seen} if {c2} goto here
+            }}
+        }}
+    }}
+    requirement go needs {c3} and {asked}
+    requirement {c4} disables home
+    requirement never Base.away and {c5}
+"""
+"""What drives in both kinds of models, and what the conditions forbid."""
+
 MODEL = """
 robot R {{
     component Sensor {{
@@ -151,23 +169,8 @@ robot R {{
             }}
         }}
     }}
-    component Base {{
-        incoming message go with type: none
-        incoming message home with type: none
-        behaviour {{
-            initial marked state here {{ on request to go goto away }}
-            {marked} state away {{
-                on request to home goto here
-                on response from sense if {c2} goto here
-            }}
-        }}
-    }}
-    requirement go needs {c3} and {asked}
-    requirement {c4} disables home
-    requirement never Base.away and {c5}
     {enum}
-}}
-"""
+""" + BASE + "}}"
 LEAVES = ["value", "v", "value", "Sensor.v", "Sensor.w", "Sensor.v"]
 """What the conditions of the model are about."""
 
@@ -194,7 +197,9 @@ def two_models(rng: random.Random) -> tuple[str, str]:
         "goto": rng.choice(["", "goto t"]),
         "swap": rng.choice(["", ", v := w"]),
         "quiet": rng.choice(["Base.here", "Base.here", "true"]),
-        "marked": rng.choice(["marked", ""]),
+        "marked": (marked := rng.choice(["marked", ""])),
+        "away": marked,
+        "seen": "sense",
     }
     # Requirements that ask for little leave something to synthesis.
     constants = {n: text for n, text in {3: "true", 4: "false"}.items() if rng.random() < 0.6}
@@ -252,23 +257,8 @@ robot R {{
             }}
         }}
     }}
-    component Base {{
-        incoming message go with type: none
-        incoming message home with type: none
-        behaviour {{
-            initial marked state here {{ on request to go goto away }}
-            state away {{
-                on request to home goto here
-                on response from scan if {c2} goto here
-            }}
-        }}
-    }}
-    requirement go needs {c3} and {asked}
-    requirement {c4} disables home
     requirement {last} disables keep
-    requirement never Base.away and {c5}
-}}
-"""
+""" + BASE + "}}"
 
 
 def two_models_of_elements(rng: random.Random) -> tuple[str, str]:
@@ -303,6 +293,8 @@ def two_models_of_elements(rng: random.Random) -> tuple[str, str]:
         "quiet": rng.choice(["if Base.here", "if Base.here", ""]),
         "marked": rng.choice(["marked", ""]),
         "last": rng.choice(["Sensor.far", "!Sensor.far"]),
+        "away": "",
+        "seen": "scan",
     }
     assigned = rng.choice(["v", "w"]), rng.randrange(len(rules)), rng.random() < 0.3
     flag = rng.choice(["", "and Base.here", "or Base.away"])
