@@ -28,8 +28,8 @@ from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.port import Port
-from robosc.runtime.report import dump, event_document
 from robosc.runtime.settings import Settings
+from robosc.runtime.telemetry import dump, event_document
 from robosc.supervisor import Supervisor
 
 __all__ = ["SCENES", "SLOW", "Scene", "Script", "Side", "Step", "drawn", "play", "supervisor_of"]

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from robosc.emit.writer import Written
     from robosc.model.entities import Robot
     from robosc.supervisor import Supervisor
-    from robosc.synthesis.dense.engine import Progress
+    from robosc.synthesis.dense.dense_engine import Progress
     from robosc.synthesis.explore import Graph
     from robosc.synthesis.verify.findings import VerifyReport
 
@@ -218,7 +218,7 @@ def verify(robot: Robot, progress: Progress | None = None) -> VerifyReport:
         EmptySupervisorError: there is none.
         StateSpaceError: it has too many states to visit each.
     """
-    from robosc.synthesis.verify.check import verify as prove
+    from robosc.synthesis.verify.verification import verify as prove
 
     return prove(_existing(synthesize(robot, progress=progress)))
 

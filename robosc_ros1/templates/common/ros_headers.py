@@ -40,6 +40,6 @@ class Headers:
         for name, kind in self._fields(message_type):
             inner = re.search(r"\w+/\w+", kind)
             is_header = inner is not None and inner[0] == "std_msgs/Header"
-            if is_header or inner and self._holders(self._message_class(inner[0])):
+            if is_header or (inner and self._holders(self._message_class(inner[0]))):
                 found.append((name, is_header))
         return found

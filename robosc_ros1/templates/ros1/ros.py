@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from ._runtime.port import BEFORE_TIME, Port
-from ._runtime.report import Outlet
+from ._runtime.telemetry import Outlet
 from .ros_calls import Action, Service
 from .ros_messages import clean, compose
 

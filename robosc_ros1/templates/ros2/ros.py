@@ -15,7 +15,7 @@ from rclpy.duration import Duration
 from std_msgs.msg import String
 
 from ._runtime.port import BEFORE_TIME, Port
-from ._runtime.report import Outlet
+from ._runtime.telemetry import Outlet
 from .ros_calls import Action, Service
 from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import qos_profile

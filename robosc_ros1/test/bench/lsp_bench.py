@@ -20,7 +20,7 @@ from large_model import large_model
 
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.completion import complete
-from robosc.lsp.tokens import encoded
+from robosc.lsp.semantic_tokens import encoded
 
 TESTS = Path(__file__).resolve().parents[1]
 sys.path.append(str(TESTS / "lsp"))

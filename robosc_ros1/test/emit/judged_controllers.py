@@ -26,8 +26,8 @@ from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.recorder import EventRecorder
-from robosc.runtime.report import dump, event_document, state_document
 from robosc.runtime.settings import read
+from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.supervisor import Supervisor
 
 __all__ = ["Robot", "class_of", "judged", "judging_modules"]

@@ -21,7 +21,7 @@ from robosc.errors import UsageError
 from robosc.ir.lower import lower
 from robosc.model.entities import EventKind, Robot
 from robosc.synthesis import explore
-from robosc.synthesis.parameters import weight
+from robosc.synthesis.event_parameters import weight
 
 CELL = """
 robot Cell {

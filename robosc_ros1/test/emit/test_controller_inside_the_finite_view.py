@@ -23,7 +23,7 @@ from robosc.model.resolve import load
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import synthesize
-from robosc.synthesis.parameters import weight
+from robosc.synthesis.event_parameters import weight
 
 
 def small_supervisor(rng: random.Random, computed: bool, extra: str) -> Supervisor:

@@ -16,7 +16,7 @@ from simulate.players import session
 
 from robosc.emit.modeldata import model_document
 from robosc.runtime.engine import Engine
-from robosc.runtime.report import dump, event_document, state_document
+from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.runtime.values import NOW, demand_finite, fields_of, jsonable
 from robosc.simulate.documents import done_document
 from robosc.simulate.documents import dump as dump_document

@@ -18,7 +18,7 @@ from robosc.lsp.definition import definition_of
 from robosc.lsp.hover import hover_text
 from robosc.lsp.outline import folds, outline
 from robosc.lsp.rename import applied, references
-from robosc.lsp.tokens import TYPES, encoded
+from robosc.lsp.semantic_tokens import TYPES, encoded
 
 pytestmark = pytest.mark.slow
 

@@ -14,8 +14,8 @@ from runtime.schemas import validate
 from robosc.runtime.engine import Engine
 from robosc.runtime.eventlog import EventLog
 from robosc.runtime.model import Controller, Parameter
-from robosc.runtime.report import Outlet, Reporter, dump, event_document, state_document
 from robosc.runtime.settings import Settings
+from robosc.runtime.telemetry import Outlet, Reporter, dump, event_document, state_document
 
 
 class Heard(Outlet):

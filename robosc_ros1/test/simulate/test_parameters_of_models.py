@@ -11,7 +11,7 @@ from emit.generated_code import supervisor_of
 from simulate.players import session
 
 from robosc.runtime.recorder import Entry
-from robosc.runtime.report import event_document
+from robosc.runtime.telemetry import event_document
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.replay import replay
 from robosc.simulate.start import machine_maker

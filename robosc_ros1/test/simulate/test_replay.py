@@ -23,8 +23,8 @@ from simulate.players import MODEL, SEVERAL_TYPES, line_follower, session
 from robosc.runtime.engine import Engine
 from robosc.runtime.eventlog import EventLog
 from robosc.runtime.recorder import Entry
-from robosc.runtime.report import Outlet, Reporter, dump, event_document
 from robosc.runtime.settings import Settings
+from robosc.runtime.telemetry import Outlet, Reporter, dump, event_document
 from robosc.simulate.generated import make_controller
 from robosc.simulate.machine import Happening
 from robosc.simulate.replay import replay

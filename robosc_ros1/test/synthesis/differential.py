@@ -14,7 +14,7 @@ from robosc.model.entities import EventKind, Robot
 from robosc.supervisor import Supervisor
 from robosc.synthesis import compute, explore
 from robosc.synthesis.documents import explore_document, synthesize_document
-from robosc.synthesis.verify.check import verify
+from robosc.synthesis.verify.verification import verify
 
 Document = dict[str, Any]
 

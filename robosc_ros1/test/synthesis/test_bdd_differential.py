@@ -19,8 +19,8 @@ from robosc.ir.step import Verdict, holds
 from robosc.model.entities import EventKind
 from robosc.model.expr import Expr
 from robosc.synthesis import synthesize
-from robosc.synthesis.bdd.engine import SymbolicEngine
 from robosc.synthesis.bdd.search import SymbolicSystem
+from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
 from robosc.synthesis.bdd.synthesize import synthesize_bdd
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import allowed, possible, steps_of

@@ -26,8 +26,8 @@ from robosc.model.types import ArrayType, DoubleType, IntegerType, StringType
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import explore, synthesize
-from robosc.synthesis.parameters import weight
-from robosc.synthesis.verify.check import verify
+from robosc.synthesis.event_parameters import weight
+from robosc.synthesis.verify.verification import verify
 
 TYPES = {"double": DoubleType(), "integer": IntegerType(), "string": StringType()}
 
@@ -152,7 +152,8 @@ BASE = """
 """
 """What drives in both kinds of models, and what the conditions forbid."""
 
-MODEL = """
+MODEL = (
+    """
 robot R {{
     component Sensor {{
         outgoing message sense with type: {type}
@@ -170,7 +171,10 @@ robot R {{
         }}
     }}
     {enum}
-""" + BASE + "}}"
+"""
+    + BASE
+    + "}}"
+)
 LEAVES = ["value", "v", "value", "Sensor.v", "Sensor.w", "Sensor.v"]
 """What the conditions of the model are about."""
 
@@ -232,7 +236,8 @@ def test_an_enum_by_hand_and_bare_comparisons_are_the_same(seed: int, engine: st
     assert isomorphic(by_hand, bare), texts
 
 
-OF_ELEMENTS = """
+OF_ELEMENTS = (
+    """
 robot R {{
     datatype object Scan {{ items: array({type}) }}
     interface scans use Scan from some_robot_msgs
@@ -258,7 +263,10 @@ robot R {{
         }}
     }}
     requirement {last} disables keep
-""" + BASE + "}}"
+"""
+    + BASE
+    + "}}"
+)
 
 
 def two_models_of_elements(rng: random.Random) -> tuple[str, str]:

@@ -12,7 +12,7 @@ from robosc.model.expr import Binary, Expr, Literal, VariableRef
 from robosc.model.types import BooleanType, IntegerType
 from robosc.synthesis.dense import transitions
 from robosc.synthesis.dense.bitset import count, places
-from robosc.synthesis.dense.engine import DenseEngine, DenseSolution, Progress
+from robosc.synthesis.dense.dense_engine import DenseEngine, DenseSolution, Progress
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.search import DenseSystem
 from robosc.synthesis.stepper import Stepper

@@ -18,7 +18,7 @@ from synthesis.subject import robot_of
 from robosc.ir.lower import lower
 from robosc.model.entities import Robot
 from robosc.supervisor import Supervisor
-from robosc.synthesis import compute, parts, synthesize
+from robosc.synthesis import compute, decomposition, synthesize
 
 CLOCK = (
     "component Clock { outgoing message tick with type: none behaviour {"
@@ -37,7 +37,7 @@ def apart(monkeypatch: pytest.MonkeyPatch) -> None:
 def robots(first: int) -> Iterator[Robot]:
     """Some random robots of several parts."""
     found = (robot_of(random_model(random.Random(s), 1 + s % 3)) for s in count(first))
-    return islice((r for r in found if len(parts.independent_parts(lower(r), 0)) > 1), 5)
+    return islice((r for r in found if len(decomposition.independent_parts(lower(r), 0)) > 1), 5)
 
 
 @pytest.mark.slow
@@ -99,7 +99,7 @@ def test_one_part_without_a_controller_leaves_nothing(apart: None) -> None:
 
 def test_the_step_bound_is_that_of_all_parts(apart: None) -> None:
     text = CLOCK + CLOCK.replace("Clock", "Other").replace("tick", "tock")
-    assert len(parts.independent_parts(plant_of(text), 0)) == 2
+    assert len(decomposition.independent_parts(plant_of(text), 0)) == 2
     assert supervisor_of(text).step_bound == 4
     assert dict(supervisor_of(text).properties)["bounded response"]
 
@@ -121,8 +121,8 @@ def test_what_speaks_of_two_components_keeps_them_together(question: str) -> Non
         f" initial marked state s {{ on response from came{i} do up := value }} }} }} "
         for i in range(2)
     )
-    assert len(parts.independent_parts(plant_of(text), 0)) == 2
-    assert len(parts.independent_parts(plant_of(text + question), 0)) == 1
+    assert len(decomposition.independent_parts(plant_of(text), 0)) == 2
+    assert len(decomposition.independent_parts(plant_of(text + question), 0)) == 1
 
 
 def test_communications_of_one_message_stay_together() -> None:
@@ -132,7 +132,7 @@ def test_communications_of_one_message_stay_together() -> None:
         f" initial marked state a {{ on response from came{i} goto b }} marked state b {{}} }} }} "
         for i in range(2)
     )
-    assert len(parts.independent_parts(plant_of(text), 0)) == 1
+    assert len(decomposition.independent_parts(plant_of(text), 0)) == 1
 
 
 def test_commands_to_one_topic_stay_together() -> None:
@@ -141,4 +141,4 @@ def test_commands_to_one_topic_stay_together() -> None:
         f" initial marked state a {{ on request to go{i} goto b }} marked state b {{}} }} }} "
         for i in range(2)
     )
-    assert len(parts.independent_parts(plant_of(text), 0)) == 1
+    assert len(decomposition.independent_parts(plant_of(text), 0)) == 1

@@ -20,9 +20,9 @@ from robosc.ir.partial_evaluation import holds
 from robosc.ir.step import valuations
 from robosc.model.expr import Expr, Operation
 from robosc.model.traversal import walk
-from robosc.synthesis import parameters, synthesize
+from robosc.synthesis import event_parameters, synthesize
 from robosc.synthesis.bdd.manager import available
-from robosc.synthesis.parameters import choices, for_some, weight
+from robosc.synthesis.event_parameters import choices, for_some, weight
 from robosc.synthesis.stepper import Stepper
 
 needs_library = pytest.mark.skipif(not available(), reason="needs oxidd")
@@ -129,7 +129,7 @@ def test_choices_are_those_that_can_come() -> None:
 
 
 def test_conditions_are_taken_apart_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parameters, "_FEW", 0)
+    monkeypatch.setattr(event_parameters, "_FEW", 0)
     looked = 0
     for seed in range(8):
         plant = plant_of(random_model(random.Random(seed), 3))

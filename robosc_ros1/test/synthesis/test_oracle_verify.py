@@ -18,9 +18,9 @@ from robosc.model.entities import EventKind
 from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
-from robosc.synthesis.verify import check
-from robosc.synthesis.verify.check import verify
+from robosc.synthesis.verify import verification
 from robosc.synthesis.verify.findings import VerifyReport, verify_document
+from robosc.synthesis.verify.verification import verify
 
 pytestmark = pytest.mark.slow
 
@@ -183,7 +183,7 @@ def test_empty_supervisor_is_verified_only_where_nothing_can_be_kept() -> None:
 
 
 def test_search_stops_at_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(check, "usable", lambda: False)
+    monkeypatch.setattr(verification, "usable", lambda: False)
     supervisor = supervisor_of(ARM)
     assert verify(supervisor, limit=supervisor.plant_states).verified
     with pytest.raises(StateSpaceError, match="3 states"):

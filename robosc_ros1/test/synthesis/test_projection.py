@@ -15,7 +15,7 @@ from robosc.ir.automaton import Plant, PlantState
 from robosc.ir.lower import lower
 from robosc.synthesis import explore
 from robosc.synthesis.dense.bitset import places
-from robosc.synthesis.dense.engine import DenseEngine
+from robosc.synthesis.dense.dense_engine import DenseEngine
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.projection import projected_layout
 from robosc.synthesis.dense.transitions import Compiler

@@ -13,7 +13,7 @@ from synthesis.plants import plant_of, supervisor_of
 from robosc.errors import StateSpaceError
 from robosc.synthesis import documents, explore
 from robosc.synthesis.documents import explore_document, explore_json, synthesize_document
-from robosc.synthesis.verify.check import verify
+from robosc.synthesis.verify.verification import verify
 
 BODY = """
     datatype enum Colour from integer to { value = 1 -> red default -> blue }

@@ -17,8 +17,8 @@ from robosc.errors import StateSpaceError
 from robosc.model.expr import FALSE, TRUE
 from robosc.report import verify_text
 from robosc.supervisor import Supervisor
-from robosc.synthesis.verify.check import verify
 from robosc.synthesis.verify.findings import VerifyReport, verify_document
+from robosc.synthesis.verify.verification import verify
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
 

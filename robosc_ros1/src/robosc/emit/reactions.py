@@ -42,7 +42,7 @@ class _Branch:
 
 
 @dataclass(frozen=True)
-class _Part:
+class _LocalReaction:
     """What an event does to one component."""
 
     component: str
@@ -74,7 +74,7 @@ class Reactions:
             groups = alike(automaton.edges)
             branches = tuple(self._branch(event, automaton, edges) for edges in groups)
             if any(branch.effects for branch in branches):
-                parts.append(_Part(automaton.component, branches))
+                parts.append(_LocalReaction(automaton.component, branches))
         body = list(_body(parts))
         changed = {name: None for part in parts for b in part.branches for name, _ in b.effects}
         phase = event.phase
@@ -210,7 +210,7 @@ def alike(edges: Iterable[Edge]) -> list[list[Edge]]:
     return [groups[key] for key in sorted(groups, key=ranks.__getitem__)]
 
 
-def _body(parts: list[_Part]) -> Iterator[str]:
+def _body(parts: list[_LocalReaction]) -> Iterator[str]:
     """The statements that change the state."""
     waiting = _waiting(parts)
     assigned = {name for part in parts for name in _always_assigned(part)}
@@ -238,12 +238,12 @@ def _effects(branch: _Branch, waiting: Iterable[str], indent: str) -> Iterator[s
         yield f"{indent}{'' if name in waiting else 'self.'}{name} = {text}"
 
 
-def _always_assigned(part: _Part) -> Iterator[str]:
+def _always_assigned(part: _LocalReaction) -> Iterator[str]:
     if not part.branches[0].condition:
         yield from (name for name, _ in part.branches[0].effects)
 
 
-def _waiting(parts: list[_Part]) -> list[str]:
+def _waiting(parts: list[_LocalReaction]) -> list[str]:
     """The attributes whose new values must wait until all of the event is evaluated."""
     found: dict[str, None] = {}
     for number, part in enumerate(parts):

@@ -20,7 +20,7 @@ from robosc.emit.controller import ControllerContext, controller_context
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.emit.readme import ParameterView, ReadmeContext, parameter_views, readme_context
-from robosc.emit.rendering import render, verbatim
+from robosc.emit.rendering import render
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.model.parameters import with_parameters
 from robosc.names import rostest_name

@@ -9,7 +9,7 @@ from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, runtime_files
 from robosc.emit.readme import readme_context
 from robosc.emit.relaying import relay_context
-from robosc.emit.rendering import render, verbatim
+from robosc.emit.rendering import render
 from robosc.emit.ros1 import WIRING, package_context, spelling
 from robosc.model.parameters import with_parameters
 from robosc.names import rostest_name

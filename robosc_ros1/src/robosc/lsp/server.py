@@ -18,7 +18,7 @@ from typing import Any
 from lsprotocol import types
 
 from robosc.errors import ModelError
-from robosc.lsp import tokens, wire
+from robosc.lsp import semantic_tokens, wire
 from robosc.lsp.actions import Edit, actions_for
 from robosc.lsp.analysis import READING, Analysis, Desk
 from robosc.lsp.completion import complete
@@ -97,7 +97,7 @@ class _Session(OpenTexts):
         self._add_reading(
             types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL,
             self._tokens,
-            wire.legend(tokens.TYPES, tokens.MODIFIERS),
+            wire.legend(semantic_tokens.TYPES, semantic_tokens.MODIFIERS),
         )
 
     def _add(self, name: str, handler: Callable[[Any], Any], options: Any = None) -> None:
@@ -301,7 +301,7 @@ class _Session(OpenTexts):
 
     def _tokens(self, params: types.SemanticTokensParams) -> types.SemanticTokens:
         analysis = self._analysis(params)
-        data = tokens.encoded(analysis, self._encoding) if analysis is not None else []
+        data = semantic_tokens.encoded(analysis, self._encoding) if analysis is not None else []
         return types.SemanticTokens(data)
 
 

@@ -22,19 +22,19 @@ from dataclasses import replace
 
 from robosc.language.functions import AGGREGATES
 from robosc.language.operators import BINARY, UNARY, Operand
-from robosc.model.calls import (
-    typed_call,
-    typed_element,
-    typed_list,
-    typed_membership,
-    typed_section,
-)
 from robosc.model.compatibility import comparable, describe, result_type, type_of
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.durations import signed_duration, typed_duration
 from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, expected_type, needs_of
 from robosc.model.expr import Aggregate, Binary, Convert, ElementRef, Expr, Literal, Unary, ValueRef
+from robosc.model.function_calls import (
+    typed_call,
+    typed_element,
+    typed_list,
+    typed_membership,
+    typed_section,
+)
 from robosc.model.incoming import RULE, Incoming, is_value
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind

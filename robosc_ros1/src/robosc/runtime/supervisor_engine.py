@@ -23,9 +23,9 @@ from .inbox import Inbox
 from .matching import CommandPattern, matching_command, not_finite
 from .model import Command, Controller
 from .port import Port
-from .report import blocked_by, dump, violated
 from .scheduler import ScheduledCommand
 from .settings import Settings
+from .telemetry import blocked_by, dump, violated
 
 __all__ = ["SupervisorEngine", "SupervisorPort"]
 

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from robosc.model.entities import EventKind
-from robosc.runtime.report import dump
+from robosc.runtime.telemetry import dump
 from robosc.simulate.event_data import given_json
 from robosc.simulate.faults import InvalidLine, LineFault
 from robosc.simulate.machine import CommandState, Machine, exact_event

@@ -26,8 +26,8 @@ from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
 from robosc.runtime.recorder import Entry, EventRecorder
-from robosc.runtime.report import blocked_by
 from robosc.runtime.settings import ParameterError, Settings, read
+from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Undefined, in_range
 from robosc.simulate.event_data import Given, complete, given_text, hint, random_raw
 from robosc.simulate.faults import InvalidLine, Refused

@@ -31,7 +31,7 @@ from robosc.model.types import (
 )
 from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.recorder import STOP_COMMAND
-from robosc.runtime.report import blocked_by
+from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.exact_values import data_behind, value_with_classes

@@ -15,15 +15,15 @@ from robosc.model.traversal import walk
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear
 from robosc.synthesis.bdd.manager import remedy, usable
+from robosc.synthesis.decomposition import combined, independent_parts
 from robosc.synthesis.dense.bitset import count
-from robosc.synthesis.dense.engine import DenseEngine, DenseSolution, Progress
+from robosc.synthesis.dense.dense_engine import DenseEngine, DenseSolution, Progress
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.projection import projected_layout
 from robosc.synthesis.dense.search import DenseSystem
 from robosc.synthesis.dense.transitions import Compiler
 from robosc.synthesis.formatting import amount, contributors, listing
 from robosc.synthesis.guards import GuardInputs, make_guard
-from robosc.synthesis.parts import combined, independent_parts
 from robosc.synthesis.result import Sizes, make_supervisor
 from robosc.synthesis.vectorised import support
 

@@ -30,7 +30,7 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import walk
 from robosc.model.types import EnumType
-from robosc.synthesis.parameters import weight
+from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.vectorised import variable_of
 
 __all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]

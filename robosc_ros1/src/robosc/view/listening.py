@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterable
 from typing import Protocol
 
-from robosc.runtime.report import dump
+from robosc.runtime.telemetry import dump
 from robosc.view.hub import Hub
 
 __all__ = ["CHECK", "Heard", "Listener"]

@@ -15,7 +15,7 @@ from typing import Any
 
 from robosc.emit.modeldata import model_document
 from robosc.emit.naming import file_of
-from robosc.runtime.report import dump
+from robosc.runtime.telemetry import dump
 from robosc.simulate.event_data import complete, given_json
 from robosc.simulate.faults import LineFault
 from robosc.simulate.literals import parse_raw

@@ -15,7 +15,7 @@ from robosc.emit.modeldata import model_document
 from robosc.emit.naming import file_of
 from robosc.errors import UsageError
 from robosc.runtime.model import Controller
-from robosc.runtime.report import dump, state_document
+from robosc.runtime.telemetry import dump, state_document
 from robosc.runtime.values import jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.replay import Follower

@@ -7,41 +7,24 @@ are in no set of states.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
 
 from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.step import missing_together
 from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import Binary, Expr, Leaf, Operation, PhaseRef, StateRef, ValueRef
-from robosc.model.traversal import fold, walk
+from robosc.model.traversal import fold
 from robosc.model.types import Value
 from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import order_items
 from robosc.synthesis.bdd.partition import Partition, combined, key_of
-from robosc.synthesis.parameters import values_read
+from robosc.synthesis.bdd.sources import LeafSource, leaves, touched_together
 from robosc.synthesis.vectorised import variable_of
 
-__all__ = ["Encoding", "LeafSource", "variables_read"]
-
-LeafSource: TypeAlias = int | tuple[int, int]
-"""Where a leaf reads: a state variable, or (number of the event, number of its parameter)."""
-
-
-def variables_read(plant: Plant, expr: Expr) -> set[int]:
-    """The state variables that an expression reads."""
-    return {
-        variable for leaf in _leaves(expr) if (variable := variable_of(plant, leaf)) is not None
-    }
-
-
-def _leaves(expr: Expr) -> Iterator[Leaf]:
-    for node in walk(expr):
-        if isinstance(node, Leaf):
-            yield node
+__all__ = ["Encoding"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +50,7 @@ class Encoding:
         self._where: dict[tuple[Expr, int | None], Bdd] = {}
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
-        for item in order_items(len(items), _groups(plant, items)):
+        for item in order_items(len(items), touched_together(plant, items)):
             block = self._block(items[item], first)
             self._blocks[items[item]] = block
             first += len(block.now) + len(block.after)
@@ -290,7 +273,7 @@ class Encoding:
     def _sources(self, node: Expr, event: int | None, most: int | None = None) -> set[LeafSource]:
         """What an expression reads, or the first ``most`` of it."""
         found: set[LeafSource] = set()
-        for leaf in _leaves(node):
+        for leaf in leaves(node):
             found.add(self._source(leaf, event))
             if len(found) == most:
                 break
@@ -372,29 +355,3 @@ def _value(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value | None:
         return evaluate(expr, lookup)
     except Undefined:
         return None
-
-
-def _groups(plant: Plant, items: Sequence[LeafSource]) -> Iterator[list[int]]:
-    """What stands together in the variable order: what an event or a condition touches."""
-    number = {item: n for n, item in enumerate(items)}
-    for e, event in enumerate(plant.events):
-        group = [number[e, p] for p in range(len(event.parameters))]
-        if event.phase is not None:
-            group.append(event.phase.variable)
-        for automaton in event.automata:
-            group.append(automaton.variable)
-            for edge in automaton.edges:
-                if edge.guard is not None:
-                    group.extend(variables_read(plant, edge.guard))
-                for variable, expr in edge.updates:
-                    group.extend((variable, *variables_read(plant, expr)))
-                    if len(event.parameters) > 1:  # each beside what is assigned from it
-                        taken = values_read([expr])
-                        own = [p for p, one in enumerate(event.parameters) if one.path in taken]
-                        places = (number[e, p] for p in own)
-                        yield [variable, *variables_read(plant, expr), *places]
-        yield group
-        if event.requirement is not None:
-            yield [*group, *variables_read(plant, event.requirement)]
-    for condition, _ in plant.invariants:
-        yield list(variables_read(plant, condition))

@@ -1,7 +1,7 @@
 """The order of the variables: what an event touches together should stand together.
 
 The heuristic is FORCE (Aloul, Markov & Sakallah, "FORCE: a fast and easy-to-implement variable-
-ordering heuristic", GLSVLSI 2003): every item disjuncts to the centre of the groups that it is in,
+ordering heuristic", GLSVLSI 2003): every item moves to the centre of the groups that it is in,
 until the groups get no shorter. It is started from the given order and from that of reverse
 Cuthill-McKee, and the better result is taken.
 """

@@ -17,10 +17,11 @@ from dataclasses import dataclass
 from robosc.ir.automaton import Edge, LocalAutomaton
 from robosc.ir.step import missing_together
 from robosc.model.expr import TRUE
-from robosc.synthesis.bdd.encoding import Encoding, LeafSource, variables_read
+from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd, Renaming
 from robosc.synthesis.bdd.partition import Partition
-from robosc.synthesis.parameters import private_parameters
+from robosc.synthesis.bdd.sources import LeafSource, variables_read
+from robosc.synthesis.event_parameters import private_parameters
 
 __all__ = ["EventRelation", "Disjunct", "Relations"]
 

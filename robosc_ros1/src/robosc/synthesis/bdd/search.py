@@ -16,8 +16,8 @@ from functools import cached_property
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
 from robosc.synthesis.bdd.controller import SymbolicController
-from robosc.synthesis.bdd.engine import Iterates, SymbolicSolution
 from robosc.synthesis.bdd.manager import Bdd
+from robosc.synthesis.bdd.symbolic_engine import Iterates, SymbolicSolution
 from robosc.synthesis.system import Runs
 
 __all__ = ["SymbolicSystem"]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
 from robosc.synthesis.dense.bitset import WORD, Bitset, add, members, places
-from robosc.synthesis.dense.engine import DenseSolution, EventOperations
+from robosc.synthesis.dense.dense_engine import DenseSolution, EventOperations
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.merging import Condition, TransitionRule, Writes
 from robosc.synthesis.vectorised import Bools, Indexes

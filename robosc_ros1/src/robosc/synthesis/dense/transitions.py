@@ -41,7 +41,7 @@ from robosc.synthesis.dense.merging import (
     as_writes,
 )
 from robosc.synthesis.dense.stages import stages_of
-from robosc.synthesis.parameters import choices, weight
+from robosc.synthesis.event_parameters import choices, weight
 from robosc.synthesis.vectorised import Bools, IndexArrays, evaluate_vectorised, support
 
 __all__ = ["Compiler"]

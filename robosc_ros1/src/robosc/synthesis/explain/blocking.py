@@ -9,8 +9,8 @@ from robosc.ir.automaton import Edge, Event, Plant, PlantState, VariableKind
 from robosc.model.entities import EventKind
 from robosc.source import Span
 from robosc.supervisor import Step
+from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.formatting import listing
-from robosc.synthesis.parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.stepper import Stepper
 
 __all__ = ["Blocked", "why_blocked"]

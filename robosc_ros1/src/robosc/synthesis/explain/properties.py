@@ -30,9 +30,9 @@ from robosc.errors import Diagnostic, Severity
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
+from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.explain.local_bound import longest_locally
 from robosc.synthesis.formatting import amount, listing, trace_text
-from robosc.synthesis.parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import Runs, System, inputs, make_step
 

@@ -17,8 +17,8 @@ from robosc.model.entities import EventKind, Kind, Provide, Requirement
 from robosc.model.expr import TRUE, Expr, StateRef
 from robosc.source import Span
 from robosc.supervisor import Guard
+from robosc.synthesis.event_parameters import for_some
 from robosc.synthesis.formatting import listing, trace_text
-from robosc.synthesis.parameters import for_some
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, enabled, in_phase, possible, steps_of
 

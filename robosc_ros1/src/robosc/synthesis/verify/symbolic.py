@@ -1,6 +1,6 @@
 """The second opinion on systems that are too large to visit every state: sets of states.
 
-The same proof as in :mod:`robosc.synthesis.verify.check`, with decision diagrams of its own. It
+The same proof as in :mod:`robosc.synthesis.verify.explicit`, with decision diagrams of its own. It
 shares the library with the symbolic engine, and nothing else: variables stand in model order, the
 transition relation of an event is the conjunction of a table for each automaton that takes part, of
 what :class:`EventSteps` works out state by state, conditions are taken apart at their operators and

@@ -11,8 +11,8 @@ import std_msgs.msg
 
 from ._runtime.engine import Engine
 from ._runtime.original_state import OriginalState
-from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError
+from ._runtime.telemetry import Reporter, dump
 from .controller import LanternController
 from .model import MODEL
 from .ros import RosOutlet, RosPort

@@ -13,9 +13,9 @@ import gauntlet_interfaces.srv
 import std_msgs.msg
 
 from ._runtime.original_state import OriginalState
-from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
 from ._runtime.supervisor_engine import SupervisorEngine
+from ._runtime.telemetry import Reporter, dump
 from .controller import GauntletController
 from .model import MODEL
 from .relay import RelayPort

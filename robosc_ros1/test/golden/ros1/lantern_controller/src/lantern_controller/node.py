@@ -9,8 +9,8 @@ import std_msgs.msg
 
 from ._runtime.engine import Engine
 from ._runtime.original_state import OriginalState
-from ._runtime.report import Reporter, dump
 from ._runtime.settings import ParameterError, flatten, read
+from ._runtime.telemetry import Reporter, dump
 from .controller import LanternController
 from .model import MODEL
 from .ros import NodeLifecycle, RosOutlet, RosPort

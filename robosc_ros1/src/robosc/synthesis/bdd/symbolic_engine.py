@@ -19,7 +19,7 @@ from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation, Relations
 from robosc.synthesis.dropping import drop
-from robosc.synthesis.parameters import weight
+from robosc.synthesis.event_parameters import weight
 
 __all__ = ["Iterates", "Progress", "SymbolicEngine", "SymbolicSolution"]
 

@@ -1,0 +1,114 @@
+"""A second opinion on a supervisor: its guards, taken as data, held against the plant.
+
+The engines compute with arrays or decision diagrams over the whole product space; here the states
+are searched one by one, in plain Python (:mod:`robosc.synthesis.verify.explicit`), or by sets where
+they are too many for that (:mod:`robosc.synthesis.verify.symbolic`). Both share the plant with the
+engines, and what the operators mean (:func:`robosc.model.evaluation.evaluate`), but no search, no
+data structure and no compiled event. What is shown is that the guards of a
+:class:`~robosc.supervisor.Supervisor` keep the controlled system
+
+- *safe*: no requirement violated, no state requirement failing, no range left;
+- *controllable*: nothing that the plant does by itself is forbidden, or leads out of what was shown
+  to be safe;
+- *nonblocking*: from each reachable state a marked one is reachable;
+- *maximally permissive*: each step that a guard forbids and a requirement allows leads to a state
+  that no supervisor could keep (it can be forced into an unsafe or a blocking one);
+- and that the *counts* of the supervisor are those of the search.
+
+The supremal controllable and nonblocking behaviour is that of Ramadge & Wonham, "Supervisory
+control of a class of discrete event processes", SIAM J. Control Optim. 25(1), 1987.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from robosc.supervisor import Supervisor
+from robosc.synthesis.bdd.manager import usable
+from robosc.synthesis.verify.explicit import ExplicitVerifier
+from robosc.synthesis.verify.findings import Check, Findings, VerifyReport, state_text
+
+__all__ = ["DEFAULT_LIMIT", "verify"]
+
+DEFAULT_LIMIT: Final = 1 << 20  # states; about a minute and 700 MB
+_MANY_STEPS: Final = 1 << 22  # from here on sets are faster, as measured
+
+
+def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
+    """Prove a supervisor's properties by exhaustive search, or find where they fail.
+
+    More than ``limit`` states, or many steps, are taken by sets if possible, faults without traces.
+
+    Raises:
+        StateSpaceError: it is too large for that, too.
+    """
+    large = supervisor.plant_states > limit or supervisor.controlled_transitions > _MANY_STEPS
+    found = (
+        _by_sets(supervisor) if large and usable() else ExplicitVerifier(supervisor, limit).found()
+    )
+    name, controllable = supervisor.plant.robot.name, _check_controllable(supervisor)
+    if supervisor.empty:
+        empty = _check_empty(found.keeps_initial)
+        checks = [controllable, empty, *_check_counts(supervisor, 0, 0, found.plant_states())]
+        return VerifyReport(name, tuple(checks), 0, 0, method=found.method)
+    checks = [found.safe, controllable]
+    if found.safe.holds:
+        figures = found.states, found.transitions, found.plant_states()
+        checks += [*found.others(), *_check_counts(supervisor, *figures)]
+    properties = supervisor.properties if found.safe.holds else ()
+    return VerifyReport(
+        name, tuple(checks), found.states, found.transitions, properties, found.method
+    )
+
+
+def _by_sets(supervisor: Supervisor) -> Findings:
+    from robosc.synthesis.verify.symbolic import answers  # loaded when it is needed
+
+    found = answers(supervisor, state_text)
+    others = [
+        Check("nonblocking", found.blocking is None, found.blocking),
+        Check("maximally permissive", found.needless is None, found.needless),
+    ]
+    return Findings(
+        "symbolic",
+        found.keeps_initial,
+        Check("safe", found.unsafe is None, found.unsafe),
+        lambda: others,
+        found.states,
+        found.transitions,
+        lambda: found.plant_states,
+    )
+
+
+def _check_controllable(supervisor: Supervisor) -> Check:
+    """One guard per controllable event and none on any other is all that it takes.
+
+    What uncontrollable events do is followed in every search, so nothing can hide there.
+    """
+    guards = {guard.event.identity for guard in supervisor.guards}
+    for event in supervisor.plant.events:
+        if event.controllable and event.identity not in guards:
+            return Check("controllable", False, f"the {state_text(event)} has no guard")
+        if not event.controllable and event.identity in guards:
+            return Check("controllable", False, f"the {state_text(event)} cannot be forbidden")
+    return Check("controllable", True)
+
+
+def _check_empty(keepable: bool) -> Check:
+    detail = "the supervisor is empty although the initial states can be kept" if keepable else None
+    return Check("maximally permissive", not keepable, detail)
+
+
+def _check_counts(
+    told: Supervisor, states: int, transitions: int, plant_states: int | None
+) -> Iterator[Check]:
+    figures = [
+        ("controlled states", told.controlled_states, states),
+        ("controlled transitions", told.controlled_transitions, transitions),
+    ]
+    if plant_states is not None:
+        figures.append(("plant states", told.plant_states, plant_states))
+    for name, claimed, found in figures:
+        detail = None if claimed == found else f"{claimed} were counted, there are {found}"
+        yield Check(name, claimed == found, detail)
