@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 from robosc.errors import Diagnostic, sort_diagnostics
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.formulas import to_dsl
-from robosc.supervisor import Explanation, Guard, Supervisor
+from robosc.supervisor import Explanation, Supervisor
 from robosc.synthesis.formatting import event_text, step_text, trace_text
+from robosc.synthesis.part_names import PartNames
 from robosc.synthesis.system import make_step
 
 if TYPE_CHECKING:
@@ -54,9 +55,16 @@ def supervisor_text(result: Supervisor) -> str:
 
 def _supervisor_lines(result: Supervisor) -> Iterator[str]:
     yield sizes(result)
+    robot = result.plant.robot
     width = max((len(event_text(g.event)) for g in result.guards), default=0)
+    names = PartNames(robot, result.guards)
+    if names.definitions:
+        yield ""
+        yield from (f"let {part.name} = {part.text(robot)}" for part in names.definitions)
     for guard in result.guards:
-        yield from _guard_lines(guard, width, result)
+        yield ""
+        yield f"{event_text(guard.event):{width}}  {guard.status}"
+        yield f"    {to_dsl(names.of_guard(guard.expr), robot)}"
     for explanation in result.explanations:
         yield from _explanation_lines(explanation)
     if result.plant.view.free:
@@ -75,12 +83,6 @@ def sizes(result: Supervisor) -> str:
         f" under control, {result.controlled_transitions:,} transitions"
         f" ({result.engine} engine, {result.seconds:.2f} s)"
     )
-
-
-def _guard_lines(guard: Guard, width: int, result: Supervisor) -> Iterator[str]:
-    yield ""
-    yield f"{event_text(guard.event):{width}}  {guard.status}"
-    yield f"    {to_dsl(guard.expr, result.plant.robot)}"
 
 
 def _explanation_lines(explanation: Explanation) -> Iterator[str]:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+import steep_families
 from emit.generated_code import controller_class, supervisor_of
 from quick import quick_first
 from random_models import random_model
@@ -34,6 +35,7 @@ from robosc.model.types import (
 from robosc.runtime.engine import Engine
 from robosc.runtime.settings import Settings
 from robosc.runtime.values import Mismatch
+from robosc.synthesis import part_names
 
 
 class Twin:
@@ -160,6 +162,24 @@ def check_tau(twin: Twin, event: Event, state: PlantState, expected: Any) -> Pla
 def test_walks_of_random_models(seed: int) -> None:
     rng = random.Random(seed)
     walk_through(Twin(random_model(rng, 1 + seed % 3)), rng)
+
+
+@pytest.mark.parametrize(
+    ("family", "size"), [("crew", 4), ("not_all_busy", 6), ("allocation", 4), ("road", 3)]
+)
+def test_guards_that_call_methods_of_parts(
+    family: str, size: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They decide as before, and the tables name what they read through the parts."""
+    model = getattr(steep_families, family)(*((size, 2) if family == "road" else (size,)))
+    plain = Twin(model)
+    monkeypatch.setattr(part_names, "LONG", 0)
+    monkeypatch.setattr(part_names, "_LEAST_SAVED", -1000)
+    twin = Twin(model)
+    assert any(name.startswith("part_") for name in vars(type(twin.controller)))
+    walk_through(twin, random.Random(1))
+    for one, other in zip(plain.controller.COMMANDS, twin.controller.COMMANDS, strict=True):
+        assert set(one.reads) == set(other.reads), one.key
 
 
 @pytest.mark.parametrize("seed", quick_first(range(30), 8))

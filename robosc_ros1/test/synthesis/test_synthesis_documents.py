@@ -128,22 +128,25 @@ def test_synthesize() -> None:
     json.dumps(found)
     assert list(found) == [
         "version", "robot", "engine", "seconds", "plant_states", "controlled_states",
-        "controlled_transitions", "guards", "explanations", "properties", "free_tests",
-        "free_reasons",
+        "controlled_transitions", "guards", "definitions", "explanations", "properties",
+        "free_tests", "free_reasons",
     ]  # fmt: skip
     assert found["engine"] == "dense"
     assert found["guards"] == [
         {
             "event": {"kind": "request", "name": "act", "value": None},
             "guard": "A.c = red and A.g and !A.h",
+            "short": "A.c = red and A.g and !A.h",
             "status": "as required",
         },
         {
             "event": {"kind": "tau", "name": "A", "index": 1, "value": "done->idle"},
             "guard": "true",
+            "short": "true",
             "status": "as required",
         },
     ]
+    assert found["definitions"] == []
     assert found["explanations"] == []
     assert set(found["properties"]) == {
         "bounded response", "confluence", "nonblocking under control",

@@ -7,7 +7,7 @@ condition; the template only writes it down.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from robosc.emit.config import declared_communications, declared_parameters
@@ -33,6 +33,7 @@ from robosc.emit.views import (
     ComponentView,
     ControllerContext,
     EnumView,
+    GuardPartView,
     InputView,
     RequirementView,
     TauView,
@@ -46,6 +47,7 @@ from robosc.model.types import EnumType
 from robosc.names import snake_case
 from robosc.runtime.model import Communication as Declared
 from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.part_names import NamedExpr, PartNames
 
 __all__ = ["ControllerContext", "controller_context"]
 
@@ -102,13 +104,19 @@ class _Builder:
             p.key: self.names.take("_".join(snake_case(part) for part in p.key.split(".")))
             for p in self.robot.parameters
         }
-        self.attributes = Attributes(locations, variables, phases, functions, entries, parameters)
+        self.part_names = PartNames(self.robot, supervisor.guards)
+        parts = {part.name: self.names.take(part.name) for part in self.part_names.definitions}
+        self.attributes = Attributes(
+            locations, variables, phases, functions, entries, parameters, parts
+        )
         self.spelling = Spelling(self.attributes)
         self.reactions = Reactions(self.plant, self.spelling)
         self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
         methods = {number: r.method for number, r in enumerate(self.requirements)}
+        self.parts = tuple(map(self._part, self.part_names.definitions))
         self.conditions = {r.method: r.condition for r in self.requirements}
-        self.guards = GuardTexts(supervisor, self.spelling, methods)
+        self.conditions |= {part.method: part.condition for part in self.parts}
+        self.guards = GuardTexts(supervisor, self.part_names, self.spelling, methods)
 
     def _word(self, key: str) -> str:
         """A communication as a part of an identifier."""
@@ -131,6 +139,10 @@ class _Builder:
                 commands.append(self._command(event, guard))
             else:
                 inputs.append(self._input(event))
+        called = self._called(
+            [command.guard_text for command in commands]
+            + [condition for tau in taus for condition, _ in tau.moves]
+        )
         context = ControllerContext(
             robot=self.robot.name,
             source=robot_file,
@@ -147,6 +159,7 @@ class _Builder:
             commands=self._with_preferences(commands),
             taus=tuple(t for t in taus if t.moves),
             afters=tuple(afters),
+            guard_parts=tuple(part for part in self.parts if part.method in called),
             parameters=tuple(
                 AttributeView(
                     self.attributes.parameters[p.key], literal(p.default), f"{p.key}: {p.type}"
@@ -238,6 +251,13 @@ class _Builder:
             self.spelling.text(holds_where(requirement)),
         )
 
+    def _part(self, part: NamedExpr) -> GuardPartView:
+        return GuardPartView(
+            self.attributes.parts[part.name],
+            comment_lines([part.text(self.robot)]),
+            self.spelling.text(part.expr),
+        )
+
     # --- events --------------------------------------------------------------------------------
 
     def _description(self, event: Event) -> str:
@@ -301,10 +321,17 @@ class _Builder:
         )
 
     def _reads(self, *texts: str) -> tuple[str, ...]:
-        """The attributes that conditions read, also through the requirements that they call."""
-        methods = {method for text in texts for method in _CALLED.findall(text)}
-        called = [self.conditions[method] for method in methods if method in self.conditions]
+        """The attributes that conditions read, also through the methods that they call."""
+        called = [self.conditions[method] for method in self._called(texts)]
         return tuple(sorted(attributes_read([*texts, *called])))
+
+    def _called(self, texts: Iterable[str]) -> set[str]:
+        """The methods of requirements and parts that conditions call, also through others."""
+        found: set[str] = set()
+        while methods := {m for text in texts for m in _CALLED.findall(text)} - found:
+            found |= methods & self.conditions.keys()
+            texts = [self.conditions[method] for method in methods if method in self.conditions]
+        return found
 
     def _with_preferences(self, commands: list[CommandView]) -> tuple[CommandView, ...]:
         at = {c.key: n for n, c in enumerate(commands) if c.kind == EventKind.REQUEST.value}
@@ -354,7 +381,8 @@ class _Builder:
             if not moved:
                 continue
             parts = [self.reactions.location_test(variable, [e.source for e in moved])]
-            for condition in (edge.guard, None if guard is None else guard.expr):
+            allowed = None if guard is None else self.part_names.of_guard(guard.expr)
+            for condition in (edge.guard, allowed):
                 if condition is not None and condition != TRUE:
                     parts.append(self.spelling.operand(condition))
             text = " and ".join(part for part in parts if part) or "True"

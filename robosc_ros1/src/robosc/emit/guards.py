@@ -10,10 +10,11 @@ from robosc.emit.line_breaks import unparenthesised
 from robosc.emit.naming import place
 from robosc.emit.python import Spelling
 from robosc.ir.automaton import Event
-from robosc.ir.formulas import negation
+from robosc.ir.formulas import conjunction, disjunction, negation, operands
 from robosc.model.entities import EventKind, Requirement
-from robosc.model.expr import FALSE, TRUE, Binary, Expr
+from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.part_names import PartNames
 
 __all__ = ["GuardText", "GuardTexts", "comment_lines", "holds_where"]
 
@@ -38,9 +39,14 @@ class GuardTexts:
     """Makes the guards of one supervisor. ``methods`` are the requirements' methods by number."""
 
     def __init__(
-        self, supervisor: Supervisor, spelling: Spelling, methods: Mapping[int, str]
+        self,
+        supervisor: Supervisor,
+        names: PartNames,
+        spelling: Spelling,
+        methods: Mapping[int, str],
     ) -> None:
         self.supervisor = supervisor
+        self.names = names
         self.spelling = spelling
         self.methods = methods
 
@@ -89,6 +95,9 @@ class GuardTexts:
             if all(part in parts for part in wanted):
                 parts = [part for part in parts if part not in wanted]
                 called.append(number)
+        if parts and self.names.is_long(expr):
+            rest = conjunction(parts) if operator == "and" else disjunction(parts)
+            parts = operands(self.names.short(rest), operator)
         spelled = self.spelling.operand if operator == "and" else self.spelling.text
         texts = [self._call(event, number) for number in called] + [spelled(p) for p in parts]
         return unparenthesised(_operator(event).join(texts)), called
@@ -97,13 +106,6 @@ class GuardTexts:
 def _operator(event: Event) -> str:
     """What joins requirements: a cancel is allowed where one of them is violated."""
     return " or " if event.kind is EventKind.CANCEL else " and "
-
-
-def operands(expr: Expr, operator: str) -> list[Expr]:
-    """The operands of a chain of ``and`` or ``or``; the expression alone if it is none."""
-    if isinstance(expr, Binary) and expr.operator == operator:
-        return [*operands(expr.left, operator), *operands(expr.right, operator)]
-    return [expr]
 
 
 def comment_lines(texts: Iterable[str]) -> tuple[str, ...]:

@@ -19,7 +19,8 @@ def export_document(supervisor: Supervisor) -> dict[str, Any]:
     """``export --format json``, version 1. Expressions are texts in the language's own syntax."""
     plant = supervisor.plant
     synthesized = synthesize_document(supervisor)
-    kept = ("engine", "plant_states", "controlled_states", "controlled_transitions", "guards")
+    sizes = ("plant_states", "controlled_states", "controlled_transitions")
+    kept = ("engine", *sizes, "guards", "definitions")
     return {
         "version": 1,
         "robot": plant.robot.name,

@@ -15,6 +15,7 @@ from robosc.model.expr import (
     Expr,
     Leaf,
     Literal,
+    NamedPart,
     ParameterRef,
     Part,
     PhaseRef,
@@ -61,7 +62,7 @@ class Attributes:
     """The controller's attributes: component to its state, ``Component.variable``, key to phase.
 
     ``entries`` are those that count how often a component entered a state, ``parameters`` those
-    that hold parameters, by their keys.
+    that hold parameters, by their keys. ``parts`` are methods, by the names of parts of guards.
     """
 
     locations: Mapping[str, str]
@@ -70,6 +71,7 @@ class Attributes:
     enums: Mapping[EnumType, str]
     entries: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
+    parts: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,8 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
                 return f"self.{attributes.phases[key]}"
             case ParameterRef(parameter=parameter):
                 return f"self.{attributes.parameters[parameter.key]}"
+            case NamedPart(variable=name):
+                return f"self.{attributes.parts[name]}()"
             case ValueRef(path=(), type=type_, optional=optional):
                 whole = 'value[""]' if isinstance(type_, ObjectType) else "value"
                 return f"given({whole})" if optional else whole

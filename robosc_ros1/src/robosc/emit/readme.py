@@ -13,6 +13,7 @@ from robosc.ir.formulas import to_dsl
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime import settings
 from robosc.supervisor import Supervisor
+from robosc.synthesis.part_names import PartNames
 
 __all__ = ["ParameterView", "ReadmeContext", "parameter_views", "readme_context"]
 
@@ -100,6 +101,14 @@ class GuardView:
 
 
 @dataclass(frozen=True)
+class PartView:
+    """What guards have in common, by its name."""
+
+    name: str
+    condition: str
+
+
+@dataclass(frozen=True)
 class DiagramView:
     """A component's automaton as lines of a mermaid state diagram."""
 
@@ -117,6 +126,7 @@ class ReadmeContext:
     services: tuple[InterfaceView, ...]
     actions: tuple[InterfaceView, ...]
     parameters: tuple[ParameterView, ...]
+    parts: tuple[PartView, ...]
     guards: tuple[GuardView, ...]
     diagrams: tuple[DiagramView, ...]
 
@@ -130,6 +140,7 @@ def readme_context(
 ) -> ReadmeContext:
     """``spelling`` gives a communication's name and type as the target's tools spell them."""
     robot = supervisor.plant.robot
+    names = PartNames(robot, supervisor.guards)
 
     def interfaces(kind: Kind) -> tuple[InterfaceView, ...]:
         return tuple(
@@ -147,12 +158,13 @@ def readme_context(
         services=interfaces(Kind.SERVICE),
         actions=interfaces(Kind.ACTION),
         parameters=parameters,
-        guards=tuple(_guards(supervisor)),
+        parts=tuple(PartView(part.name, part.text(robot)) for part in names.definitions),
+        guards=tuple(_guards(supervisor, names)),
         diagrams=tuple(_diagrams(robot)),
     )
 
 
-def _guards(supervisor: Supervisor) -> list[GuardView]:
+def _guards(supervisor: Supervisor, names: PartNames) -> list[GuardView]:
     robot = supervisor.plant.robot
     views = []
     for guard in supervisor.guards:
@@ -162,7 +174,8 @@ def _guards(supervisor: Supervisor) -> list[GuardView]:
             f"{robot.requirements[i].text} ({place(robot.requirements[i].span)})"
             for i in event.requirements
         )
-        views.append(GuardView(name, to_dsl(guard.expr, robot), guard.status, texts))
+        text = to_dsl(names.of_guard(guard.expr), robot)
+        views.append(GuardView(name, text, guard.status, texts))
     return views
 
 

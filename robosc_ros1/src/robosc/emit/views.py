@@ -9,8 +9,8 @@ from robosc.emit.python import literal
 
 __all__ = [
     "AttributeView", "CommandView", "ComponentView", "ControllerContext", "CopiedRows",
-    "CopiesView", "CopyView", "EnumView", "InputView", "ProvideView", "ReactionView",
-    "RequirementView", "TauView",
+    "CopiesView", "CopyView", "EnumView", "InputView", "GuardPartView", "ProvideView",
+    "ReactionView", "RequirementView", "TauView",
 ]  # fmt: skip
 
 
@@ -163,6 +163,15 @@ class RequirementView:
 
 
 @dataclass(frozen=True)
+class GuardPartView:
+    """What several guards have in common: a method of its own."""
+
+    method: str
+    comments: tuple[str, ...]
+    condition: str
+
+
+@dataclass(frozen=True)
 class CopyView:
     """What one of several components adds to a controller; or one of several requirements."""
 
@@ -221,6 +230,7 @@ class ControllerContext:
     commands: tuple[CommandView, ...]
     taus: tuple[TauView, ...]
     afters: tuple[AfterView, ...]
+    guard_parts: tuple[GuardPartView, ...] = ()
     parameters: tuple[AttributeView, ...] = ()
     parameter_rows: tuple[str, ...] = ()
     """The entries of the table of parameters, as arguments."""

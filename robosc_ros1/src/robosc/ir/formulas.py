@@ -48,7 +48,7 @@ from robosc.runtime.values import NOW
 
 __all__ = [
     "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "element_name", "evaluate",
-    "exact", "junction", "may_be_huge", "negation", "to_dsl", "to_python",
+    "exact", "junction", "may_be_huge", "negation", "operands", "to_dsl", "to_python",
 ]  # fmt: skip
 
 _BOOLEAN = BooleanType()
@@ -96,6 +96,13 @@ def _joined(operator_: str, parts: Sequence[Expr]) -> Expr:
     for part in parts[1:]:
         result = Binary(operator_, result, part, _BOOLEAN)
     return result
+
+
+def operands(expr: Expr, operator: str) -> list[Expr]:
+    """The operands of a chain of ``and`` or ``or``; the expression alone if it is none."""
+    if isinstance(expr, Binary) and expr.operator == operator:
+        return [*operands(expr.left, operator), *operands(expr.right, operator)]
+    return [expr]
 
 
 class Junction(NamedTuple):
@@ -150,11 +157,16 @@ _UNARY_LEVEL = UNARY["!"].level
 
 
 def to_dsl(
-    expr: Expr, robot: Robot, spelled: Callable[[Leaf], str | None] = lambda leaf: None
+    expr: Expr,
+    robot: Robot,
+    spelled: Callable[[Leaf], str | None] = lambda leaf: None,
+    *,
+    is_part: bool = False,
 ) -> str:
     """The expression in the language's own syntax, as it would stand in a requirement.
 
-    Tests of the plant read as in the model. ``spelled`` may give a leaf another text.
+    Tests of the plant read as in the model. ``spelled`` may give a leaf another text. ``is_part``:
+    it is to stand anywhere in a requirement, not for the whole of it.
     """
     component_names = {component.name for component in robot.components}
 
@@ -207,7 +219,7 @@ def to_dsl(
     def text_of(written: Expr) -> str:
         return fold(written, of_leaf, of_operation, bound=of_aggregate).text
 
-    return text_of(with_presence_written(exact(expr)))
+    return text_of(with_presence_written(exact(expr), not is_part))
 
 
 def _parts(path: tuple[str | int, ...]) -> str:

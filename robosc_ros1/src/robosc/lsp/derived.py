@@ -21,6 +21,7 @@ from robosc.errors import Diagnostic, Note, Severity, StateSpaceError
 from robosc.source import Source, Span, common_ends
 
 if TYPE_CHECKING:
+    from robosc.model.expr import Expr
     from robosc.supervisor import Supervisor
 
 __all__ = [
@@ -33,7 +34,10 @@ _MOST_STATES = 2**24
 
 @dataclass(frozen=True, slots=True)
 class ShownGuard:
-    """When a command (by key) is allowed; ``reasons`` with their remedies, why it is restricted."""
+    """When a command (by key) is allowed; ``reasons`` with their remedies, why it is restricted.
+
+    ``text`` is the guard, below the parts that it reads by their names.
+    """
 
     communication: str
     event: str
@@ -187,12 +191,21 @@ def _document(diagnostic: Diagnostic, source: Source) -> dict[str, Any]:
 
 def _guards(supervisor: Supervisor) -> list[dict[str, Any]]:
     from robosc.ir.formulas import to_dsl
+    from robosc.synthesis.part_names import PartNames
+
+    robot = supervisor.plant.robot
+    names = PartNames(robot, supervisor.guards)
+
+    def text(guard: Expr) -> str:
+        shown = names.of_guard(guard)
+        parts = [f"let {part.name} = {part.text(robot)}" for part in names.used([shown])]
+        return "\n".join([*parts, to_dsl(shown, robot)])
 
     return [
         {
             "communication": guard.event.key,
             "event": guard.event.kind.value,
-            "text": to_dsl(guard.expr, supervisor.plant.robot),
+            "text": text(guard.expr),
             "status": guard.status,
             "reasons": [
                 [e.reason, e.remedy] for e in supervisor.explanations if e.event == guard.event

@@ -33,6 +33,7 @@ __all__ = [
     "Holds",
     "Leaf",
     "Literal",
+    "NamedPart",
     "Operation",
     "ParameterRef",
     "Part",
@@ -237,6 +238,15 @@ class ElementRef:
     path: tuple[str | int, ...]
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class NamedPart(ElementRef):
+    """A condition by the name (``variable``) that texts give it because several guards share it.
+
+    What it stands for is told beside them (:mod:`robosc.synthesis.part_names`). It is never
+    undefined. Neither the model nor the plant has these.
+    """
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from robosc.simulate.faults import InvalidLine, LineFault, Refused
 from robosc.simulate.literals import Raw, literal_text, parse_raw
 from robosc.simulate.machine import Choice, Happening, Machine, brought, find_events, label
 from robosc.synthesis.formatting import listing
+from robosc.synthesis.part_names import PartNames
 
 __all__ = ["WORDS", "Done", "MakeMachine", "Session", "code_of", "read_lines"]
 
@@ -261,9 +262,12 @@ class Session:
         supervisor = self.machine.supervisor
         robot = supervisor.plant.robot
         lines = [f"{label(event)}"]
+        names = PartNames(robot, supervisor.guards)
         for guard in supervisor.guards:
             if guard.event == event:
-                lines.append(f"  allowed where {to_dsl(guard.expr, robot)} ({guard.status})")
+                shown = names.of_guard(guard.expr)
+                lines += [f"  let {p.name} = {p.text(robot)}" for p in names.used([shown])]
+                lines.append(f"  allowed where {to_dsl(shown, robot)} ({guard.status})")
         for index in event.requirements:
             requirement = robot.requirements[index]
             span = requirement.span

@@ -13,6 +13,7 @@ from robosc.ir.step import Values
 from robosc.model.traversal import path_text
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
+from robosc.synthesis.part_names import PartNames
 from robosc.synthesis.system import make_step
 
 __all__ = [
@@ -43,9 +44,13 @@ def step_document(step: Step) -> dict[str, Any]:
 
 
 def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
-    """``synthesize --json``."""
+    """``synthesize --json``.
+
+    What is in ``definitions`` stands in the ``short`` texts of long guards by its name.
+    """
     plant = supervisor.plant
     robot = plant.robot
+    names = PartNames(robot, supervisor.guards)
     return {
         "version": 1,
         "robot": robot.name,
@@ -58,9 +63,13 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
             {
                 "event": _any_value(plant, guard.event),
                 "guard": to_dsl(guard.expr, robot),
+                "short": to_dsl(names.of_guard(guard.expr), robot),
                 "status": guard.status,
             }
             for guard in supervisor.guards
+        ],
+        "definitions": [
+            {"name": part.name, "condition": part.text(robot)} for part in names.definitions
         ],
         "explanations": [
             {

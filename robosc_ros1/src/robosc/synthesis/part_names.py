@@ -1,0 +1,272 @@
+"""Names for what long guards have in common, so that a person can read them.
+
+A guard is a tree of chains of ``and`` and ``or``. Operands that several chains of one kind share
+become a *part* with a name, the one first that saves most text; then the chains read the name, and
+the search goes on, so that parts may be made of parts. This is the extraction of common cubes of
+multi-level logic minimisation (Brayton, Rudell, Sangiovanni-Vincentelli, Wang, "MIS: a
+multiple-level logic optimization system", IEEE Trans. CAD 6(6), 1987), with the length of the text
+as the cost. Nothing but the wording changes: with each name replaced by its part, in brackets, the
+text is the guard again.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import combinations, count, product
+from string import ascii_lowercase
+from typing import NamedTuple
+
+from robosc.ir.formulas import conjunction, disjunction, operands, to_dsl
+from robosc.model.entities import Robot
+from robosc.model.expr import Binary, Expr, NamedPart, Unary
+from robosc.model.traversal import walk
+from robosc.model.types import BooleanType
+from robosc.supervisor import Guard
+
+__all__ = ["LONG", "NamedExpr", "PartNames"]
+
+LONG = 200
+"""Guards of more characters read the names of parts."""
+
+_MOST_PARTS = 26
+_MOST_CHAINS = 40
+_MOST_OPERANDS = 4000
+"""Only the longest chains are compared with each other: so many, with so many operands."""
+_LEAST_SAVED = 40
+"""What is not so many characters shorter is sooner read as it is."""
+_NAME = len("part_a")
+_JOINT = len(" and ")
+_DEFINITION = len("let part_a = ")
+
+
+class NamedExpr(NamedTuple):
+    """A part: its name, and what it stands for, in which earlier parts are read by their names."""
+
+    name: str
+    expr: Expr
+
+    def text(self, robot: Robot) -> str:
+        """What it stands for, in the language."""
+        return to_dsl(self.expr, robot, is_part=True)
+
+
+class _Node(NamedTuple):
+    """An expression by the numbers of its operands; of what has none ``expr`` is the whole."""
+
+    operator: str
+    operands: tuple[int, ...]
+    expr: Expr
+
+
+class _Part(NamedTuple):
+    """What is a name: the number of the node that reads it, and that of the chain behind it."""
+
+    reference: int
+    chain: int
+
+
+class PartNames:
+    """The parts of the long ones among some guards."""
+
+    def __init__(self, robot: Robot, guards: Iterable[Guard]) -> None:
+        self._robot = robot
+        self._nodes: list[_Node] = []
+        self._numbers: dict[object, int] = {}
+        self._by_identity: dict[int, tuple[int, Expr]] = {}
+        self._atoms: dict[int, int] = {}
+        self._chains: dict[int, tuple[int, ...]] = {}
+        self._parts: list[_Part] = []
+        long = [g.expr for g in guards if len(to_dsl(g.expr, robot)) > LONG]
+        numbers = [self._number(expr) for expr in long]
+        self._long = frozenset(numbers)
+        self._find(numbers)
+        self.definitions = tuple(self._definitions())
+
+    def is_long(self, guard: Expr) -> bool:
+        return bool(self._long) and self._number(guard) in self._long
+
+    def of_guard(self, guard: Expr) -> Expr:
+        """The guard, with names of parts if it is a long one."""
+        return self.short(guard) if self.is_long(guard) else guard
+
+    def short(self, expr: Expr) -> Expr:
+        """An expression with the names of all parts that are in it."""
+        return self._expr(self._number(expr))
+
+    def used(self, exprs: Iterable[Expr]) -> tuple[NamedExpr, ...]:
+        """The parts that some expressions read, also through others; in order."""
+        wanted = _names(exprs)
+        for part in reversed(self.definitions):
+            if part.name in wanted:
+                wanted |= _names([part.expr])
+        return tuple(part for part in self.definitions if part.name in wanted)
+
+    # --- expressions as numbers: those of operands are less than that of the whole
+
+    def _number(self, expr: Expr) -> int:
+        found = self._by_identity.get(id(expr))
+        if found is None:
+            # As long as the expression is kept, its identity is its own.
+            found = self._by_identity[id(expr)] = self._new_number(expr), expr
+        return found[0]
+
+    def _new_number(self, expr: Expr) -> int:
+        node = _Node("", (), expr)
+        match expr:
+            case Binary(operator="and" | "or" as operator):
+                own = dict.fromkeys(self._number(part) for part in operands(expr, operator))
+                node = _Node(operator, tuple(own), expr)
+            case Unary(operator="!", operand=operand):
+                node = _Node("!", (self._number(operand),), expr)
+        key = (node.operator, node.operands) if node.operator else expr
+        if key not in self._numbers:
+            self._numbers[key] = self._add(node)
+        return self._numbers[key]
+
+    def _add(self, node: _Node) -> int:
+        self._nodes.append(node)
+        number = len(self._nodes) - 1
+        if node.operator in ("and", "or"):
+            self._chains[number] = node.operands
+            for part in self._parts:
+                self._replace(number, part)
+        return number
+
+    def _replace(self, number: int, part: _Part) -> None:
+        """Have a chain read a part, in the place of the first of its operands."""
+        own, wanted = self._chains[number], self._nodes[part.chain].operands
+        if self._nodes[number].operator == self._nodes[part.chain].operator and (
+            len(wanted) <= len(own) and set(wanted) <= set(own)
+        ):
+            at = min(own.index(operand) for operand in wanted)
+            rest = tuple(operand for operand in own[at:] if operand not in wanted)
+            self._chains[number] = (*own[:at], part.reference, *rest)
+
+    def _operands(self, number: int) -> tuple[int, ...]:
+        """Those that it has by now."""
+        return self._chains.get(number, self._nodes[number].operands)
+
+    def _expr(self, number: int) -> Expr:
+        node = self._nodes[number]
+        parts = [self._expr(operand) for operand in self._operands(number)]
+        match node.operator:
+            case "and":
+                return conjunction(parts)
+            case "or":
+                return disjunction(parts)
+            case "!":
+                return Unary("!", parts[0], BooleanType())
+        return node.expr
+
+    # --- the search
+
+    def _find(self, guards: Sequence[int]) -> None:
+        while len(self._parts) < _MOST_PARTS:
+            found = self._best([*guards, *(part.chain for part in self._parts)])
+            if found is None:
+                return
+            chain = self._add(found)
+            part = _Part(self._add(_Node("", (), found.expr)), chain)
+            self._atoms[part.reference] = _NAME
+            for number in self._chains:
+                if number != chain:
+                    self._replace(number, part)
+            self._parts.append(part)
+
+    def _best(self, roots: Sequence[int]) -> _Node | None:
+        """The operands that are worth a name most."""
+        written = self._written(roots)
+        lengths = self._lengths(written)
+        chains = [n for n in written if n in self._chains and len(self._chains[n]) > 1]
+        chains = list(self._longest(chains, lengths))
+        own = {number: frozenset(self._chains[number]) for number in chains}
+        alike = [(number, number) for number in chains if written[number] > 1]
+        alike += [
+            (a, b)
+            for a, b in combinations(chains, 2)
+            if self._nodes[a].operator == self._nodes[b].operator
+        ]
+        most, best = _LEAST_SAVED - 1, None
+        seen = set()
+        for first, second in alike:
+            common = own[first] & own[second]
+            operator = self._nodes[first].operator
+            if len(common) < 2 or (operator, common) in seen:
+                continue
+            seen.add((operator, common))
+            uses = sum(
+                written[n]
+                for n in chains
+                if common <= own[n] and self._nodes[n].operator == operator
+            )
+            length = sum(lengths[n] + _JOINT for n in common) - _JOINT
+            saved = uses * (length - _NAME) - length - _DEFINITION
+            if saved > most:
+                kept = tuple(n for n in self._chains[first] if n in common)
+                most, best = saved, _Node(operator, kept, self._nodes[first].expr)
+        return best
+
+    def _written(self, roots: Sequence[int]) -> Counter[int]:
+        """How often each expression is written where the roots are written once each."""
+        found = Counter(roots)
+        for number in range(len(self._nodes) - 1, -1, -1):
+            if found[number]:
+                for operand in self._operands(number):
+                    found[operand] += found[number]
+        return found
+
+    def _lengths(self, numbers: Iterable[int]) -> dict[int, int]:
+        """The characters of texts, give or take some brackets."""
+        found = dict(self._atoms)
+        for number in sorted(numbers):
+            node = self._nodes[number]
+            if number in found:
+                continue
+            if not node.operator:
+                found[number] = self._atoms[number] = len(to_dsl(node.expr, self._robot))
+            else:
+                own = self._operands(number)
+                found[number] = 1 + sum(found[n] + _JOINT for n in own) - _JOINT
+        return found
+
+    def _longest(self, chains: Iterable[int], lengths: dict[int, int]) -> Iterator[int]:
+        left = _MOST_OPERANDS
+        for number in sorted(chains, key=lambda n: (-lengths[n], n))[:_MOST_CHAINS]:
+            left -= len(self._chains[number])
+            if left >= 0:
+                yield number
+
+    # --- names
+
+    def _definitions(self) -> Iterator[NamedExpr]:
+        """The parts with their names, each after those that it reads."""
+        names = _free_names(self._robot)
+        chains = {part.reference: part.chain for part in self._parts}
+        done: set[int] = set()
+
+        def visit(number: int) -> Iterator[NamedExpr]:
+            if number in done:
+                return
+            done.add(number)
+            for operand in self._operands(chains.get(number, number)):
+                yield from visit(operand)
+            if number in chains:
+                part = NamedPart(next(names), (), BooleanType())
+                self._nodes[number] = _Node("", (), part)
+                yield NamedExpr(part.variable, self._expr(chains[number]))
+
+        for part in self._parts:
+            yield from visit(part.reference)
+
+
+def _names(exprs: Iterable[Expr]) -> set[str]:
+    return {p.variable for expr in exprs for p in walk(expr) if isinstance(p, NamedPart)}
+
+
+def _free_names(robot: Robot) -> Iterator[str]:
+    """``part_a``, ``part_b``, …: no numbers, which would read as those of copies."""
+    taken = {component.name for component in robot.components}
+    taken |= {parameter.key for parameter in robot.parameters}
+    letters = ("".join(name) for n in count(1) for name in product(ascii_lowercase, repeat=n))
+    return (name for name in (f"part_{end}" for end in letters) if name not in taken)
