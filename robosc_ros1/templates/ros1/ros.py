@@ -6,17 +6,21 @@ queues with threads of their own.
 """
 
 import os
+import sys
 import threading
 import time
 from queue import SimpleQueue
+from xmlrpc.client import MAXINT, MININT, dumps
 
 import rosgraph
 import rospy
+import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from ._runtime.port import BEFORE_TIME, Port
+from ._runtime.settings import ParameterError, excerpt, private
 from ._runtime.telemetry import Outlet
 from .ros_calls import Action, Service
 from .ros_messages import clean, compose
@@ -33,6 +37,28 @@ _LOGGERS = {
 }
 
 
+def carried(argument):
+    """An argument of the command line as rospy can give it to the parameter server: an integer of
+    more than 32 bits is put as text. Only what looks like ``_name:=value`` is looked at.
+
+    Raises:
+        ParameterError: it is a parameter whose value XML-RPC cannot carry.
+    """
+    name, sign, text = argument.partition(rosgraph.names.REMAP)
+    name, text = name.strip(), text.strip()
+    if not sign or not text or name[:1] != "_" or name[1:2] in ("", "_"):
+        return argument
+    try:
+        value = yaml.safe_load(text)
+        if isinstance(value, int) and not MININT <= value <= MAXINT:
+            return '%s%s"%d"' % (name, sign, value)
+        dumps((value,))
+    except (yaml.YAMLError, OverflowError, TypeError, ValueError):
+        told = (private(name[1:]), excerpt(text))
+        raise ParameterError("parameter %s must be what ROS can carry, not %s" % told) from None
+    return argument
+
+
 class NodeLifecycle:
     """The lifecycle of the process: it ends in time, whatever rospy waits for at its shutdown, such
     as a master that stands still or was never there."""
@@ -42,9 +68,16 @@ class NodeLifecycle:
         rospy.on_shutdown(self._limit)
 
     def begin(self, name):
-        """Make the node; False if it was told to end while it still looked for the master."""
+        """Make the node; False if it was told to end while it still looked for the master, or was
+        given parameters that ROS cannot carry."""
         try:
-            rospy.init_node(name)
+            arguments = [carried(argument) for argument in sys.argv]
+        except ParameterError as error:
+            print("%s: %s" % (name, error), file=sys.stderr)
+            self.code = 2
+            return False
+        try:
+            rospy.init_node(name, argv=arguments)
         except rospy.ROSInitException:
             if not rospy.is_shutdown():
                 raise

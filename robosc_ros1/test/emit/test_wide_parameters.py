@@ -54,6 +54,11 @@ def test_the_launch_file_gives_what_may_be_wide_as_text_or_double() -> None:
 
 def test_the_node_reads_an_integer_that_is_text() -> None:
     big = Parameter("big", "integer", 1, "a number")
-    for text, value in (("5000000000", 5000000000), ("-9223372036854775808", -(2**63)), (7, 7)):
+    for text, value in (
+        ("5000000000", 5000000000),
+        ("-9223372036854775808", -(2**63)),
+        ("7", 7),  # as the launch file gives it
+        (7, 7),
+    ):
         settings, _ = read((), {"big": text}, (big,))
         assert settings.more == {"big": value}

@@ -52,6 +52,13 @@ def test_parameters_have_names_types_and_defaults() -> None:
     ]
 
 
+@pytest.mark.parametrize("value", [2**63, -(2**63) - 1])
+def test_an_integer_that_ros_cannot_carry_is_refused(value: int) -> None:
+    assert faults(f"parameter wide: integer = {value}") == [("out-of-range", str(value))]
+    assert ("out-of-range", str(value)) not in faults(f"constant wide: integer = {value}")
+    assert faults(f"parameter wide: integer = {2**63 - 1}") == [("unused-value", "wide")]
+
+
 def test_they_stand_in_conditions_rules_data_and_durations() -> None:
     robot = resolve(
         ROBOT % "requirement go needs Sensor.way = way and Sensor.least > 2 provide go with limit"

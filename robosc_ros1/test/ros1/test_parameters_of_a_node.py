@@ -32,6 +32,8 @@ PROBE = (
         ("_loud:=very", "~loud must be an integer, not 'very'"),
         ("_loud:=10", "~loud must be an integer of at most 9, not 10"),
         ("_loud:=3.0", "~loud must be an integer, not 3.0"),
+        ("_loud:=5000000000", "~loud must be an integer of at most 9, not 5000000000"),
+        ("_order:=2020-01-01", "parameter ~order must be what ROS can carry, not '2020-01-01'"),
         ("_loud:=true", "~loud must be an integer, not True"),
         ("_rate/of_what:=3", "~rate must be a number, not a group with ~rate/of_what"),
     ],

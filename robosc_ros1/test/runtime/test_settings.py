@@ -55,13 +55,29 @@ def test_each_command_may_have_a_rate_of_its_own() -> None:
 
 @pytest.mark.parametrize("name", ["rate", "event_log_files", "rate/go"])
 @pytest.mark.parametrize("value", [10**400, -(10**400), 10**5000], ids=["high", "low", "long"])
-def test_an_integer_beyond_the_doubles_is_refused(name: str, value: int) -> None:
+def test_an_integer_that_ros_cannot_carry_is_refused(name: str, value: int) -> None:
     with pytest.raises(ParameterError) as refused:
         read(COMMUNICATIONS, {name: value})
-    kind = "an integer" if name == "event_log_files" else "a number"
+    number, integer = "a number that a double can hold", "an integer of at most 64 bits"
+    kind = integer if name == "event_log_files" else number
     text = str(refused.value)
-    assert text.startswith(f"parameter ~{name} must be {kind} that a double can hold, not ")
+    assert text.startswith(f"parameter ~{name} must be {kind}, not ")
     assert len(text) < 200
+
+
+def test_an_integer_has_at_most_64_bits() -> None:
+    seed = Parameter("wide", "integer", 1, "parameter wide of the model")
+    for value in (2**63 - 1, -(2**63)):
+        for given in (value, str(value)):
+            assert read(COMMUNICATIONS, {"wide": given}, [seed])[0].more == {"wide": value}
+    for value in (2**63, -(2**63) - 1):
+        for given in (value, str(value)):
+            with pytest.raises(ParameterError, match="~wide must be an integer of at most 64 bits"):
+                read(COMMUNICATIONS, {"wide": given}, [seed])
+
+
+def test_a_wide_integer_that_came_as_text_is_a_number() -> None:
+    assert read(COMMUNICATIONS, {"rate": "5000000000"})[0].rate == 5e9
 
 
 @pytest.mark.parametrize("digits", [400, 401, 5000])

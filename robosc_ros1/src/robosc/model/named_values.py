@@ -19,6 +19,7 @@ from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
 from robosc.model.tables import SymbolTable
 from robosc.model.types import ArrayType, DurationType, EnumType, ObjectType, Type, Value
+from robosc.runtime.settings import LEAST_PARAMETER, MOST_PARAMETER
 from robosc.runtime.values import NOW
 from robosc.source import Span
 from robosc.syntax.nodes import ConditionNode, ConstantNode, DataNode, ParameterNode, ValueNode
@@ -81,9 +82,9 @@ class NamedValueTyper:
         if value is None:
             return None
         literal = Literal(value, type_, node.name.span)
-        if isinstance(node, ParameterNode) and isinstance(type_, DurationType):
+        if isinstance(node, ParameterNode):
             place = (node, self.report) if given is None else (given.node, given.report)
-            if not is_above_zero(literal, what, place[0].value.span, place[1]):
+            if not _can_be_given(literal, what, place[0].value.span, place[1]):
                 return None
         return literal
 
@@ -99,6 +100,22 @@ class NamedValueTyper:
             "use string, boolean, integer, double, duration or an enum",
         )
         return False
+
+
+def _can_be_given(default: Literal, what: str, span: Span, report: Report) -> bool:
+    """Whether ROS can carry a parameter's value, and it makes sense; reported if not."""
+    value = default.value
+    if isinstance(default.type, DurationType):
+        return is_above_zero(default, what, span, report)
+    if type(value) is not int or LEAST_PARAMETER <= value <= MOST_PARAMETER:
+        return True
+    report.add(
+        "out-of-range",
+        span,
+        f"{value} is outside the range of {what}",
+        f"an integer that is a parameter in ROS takes {LEAST_PARAMETER} to {MOST_PARAMETER}",
+    )
+    return False
 
 
 def _constant(

@@ -19,6 +19,8 @@ from .values import widen
 
 __all__ = [
     "GENERAL_RATE",
+    "LEAST_PARAMETER",
+    "MOST_PARAMETER",
     "Parameter",
     "ParameterError",
     "Settings",
@@ -33,6 +35,8 @@ __all__ = [
 
 GENERAL_RATE = "rate/default"
 """``rate`` beside the rates of commands, which are a group of this name."""
+LEAST_PARAMETER, MOST_PARAMETER = -(2**63), 2**63 - 1
+"""ROS 2 has no wider integers as parameters."""
 _DIGITS = re.compile(r"[+-]?\d{1,400}\Z")
 _TOPIC = re.compile(r"(/|~/?)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*\Z", re.ASCII)
 
@@ -233,8 +237,8 @@ def read(
     values: Dict[str, Any] = {}
     for parameter in parameters.values():
         value = given.get(parameter.name, parameter.default)
-        if parameter in more and parameter.type == "integer":
-            value = _long(value)
+        if parameter.type in ("integer", "number"):
+            value = _carried(value, parameter in more)
         fault = _fault(parameter, value)
         if fault:
             shown = spelled(parameter.name)
@@ -261,11 +265,16 @@ def read(
     return _settings(communications, values, names.get(stop, "")), warnings
 
 
-def _long(value: Any) -> Any:
-    """An integer of more than 32 bits that came as text, since XML-RPC, and so ROS 1, has no other
-    way for it; any other value as it is."""
-    if isinstance(value, str) and _DIGITS.match(value) and not -(2**31) <= int(value) < 2**31:
-        return int(value)
+def _carried(value: Any, own: bool) -> Any:
+    """An integer that came as text; any other value as it is.
+
+    XML-RPC, and so ROS 1, has no other way for more than 32 bits; and the launch file gives each
+    integer without bounds of the model's ``own`` parameters so.
+    """
+    if isinstance(value, str) and _DIGITS.match(value):
+        number = int(value)
+        if own or not -(2**31) <= number < 2**31:
+            return number
     return value
 
 
@@ -283,10 +292,12 @@ def _fault(parameter: Parameter, value: Any) -> Optional[str]:
     what = "an integer" if parameter.type == "integer" else "a number"
     if not number or (isinstance(value, float) and not math.isfinite(value)):
         return what
-    if not math.isfinite(widen(value)):
+    if parameter.type == "number" and not math.isfinite(widen(value)):
         return what + " that a double can hold"
     if parameter.type == "integer" and not isinstance(value, int):
         return what
+    if parameter.type == "integer" and not LEAST_PARAMETER <= value <= MOST_PARAMETER:
+        return what + " of at most 64 bits"
     if parameter.minimum is not None and value < parameter.minimum:
         return "%s of at least %s" % (what, shortest(parameter.minimum))
     if parameter.maximum is not None and value > parameter.maximum:
