@@ -6,8 +6,7 @@ The functions below are the whole public interface; each is loaded on first use,
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+TYPE_CHECKING = False  # that of typing takes its time to load
 if TYPE_CHECKING:
     from robosc.pipeline import check, generate, load, synthesize
 

@@ -1,21 +1,47 @@
-"""Entry of the executables: Ctrl-C ends them quietly while their modules are still being loaded."""
+"""Entry of the executables: Ctrl-C ends them quietly, also while their modules are being loaded."""
 
 from __future__ import annotations
 
 import os
-import signal
 import sys
 
+_INTERRUPTED = 130
+
+try:
+    import signal
+except KeyboardInterrupt:  # it takes its time to load what it needs
+    os._exit(_INTERRUPTED)
+
+TYPE_CHECKING = False  # that of typing takes its time, too
+if TYPE_CHECKING:
+    from types import FrameType
+
 __all__ = ["run"]
+
+_IMPORTING = "<frozen importlib._bootstrap>"
 
 
 def run(*verb: str) -> int:
     """Run the command line, its verb given or its first word; the exit code."""
-    loading = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # else it is ignored
-    if loading:
-        signal.signal(signal.SIGINT, lambda *_: os._exit(130))
+    heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # else it is ignored
+    if heeded:
+        signal.signal(signal.SIGINT, _interrupt)
     from robosc.cli import main
 
-    if loading:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    return main([*verb, *sys.argv[1:]])
+    code = main([*verb, *sys.argv[1:]])
+    if heeded:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # Python's own end is no time for exceptions
+    return code
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt, but not within an import.
+
+    Verbs load what they need when they need it, and libraries that are interrupted while they are
+    loaded raise whatever they like: numpy an ImportError.
+    """
+    while frame is not None:
+        if frame.f_code.co_filename == _IMPORTING:
+            os._exit(_INTERRUPTED)
+        frame = frame.f_back
+    raise KeyboardInterrupt

@@ -239,23 +239,42 @@ def test_interrupt_ends_quietly(tmp_path: Path) -> None:
     assert "Traceback" not in errors
 
 
-@pytest.mark.parametrize("module", ["robosc.cli", "argparse", "robosc.errors"])
-def test_interrupt_while_modules_are_loaded_is_quiet(tmp_path: Path, module: str) -> None:
-    """Python runs ``sitecustomize`` before everything else; here it waits for an import."""
+@pytest.mark.parametrize(
+    ("verb", "module"),
+    [
+        *(("check", name) for name in ("robosc.start", "enum", "robosc.cli", "argparse")),
+        ("synthesize", "numpy"),
+        ("generate", "jinja2.environment"),
+        ("simulate", "robosc.simulate.session"),
+    ],
+)
+def test_interrupt_while_modules_are_loaded_is_quiet(
+    tmp_path: Path, model: Callable[[str], str], verb: str, module: str
+) -> None:
+    """Python runs ``sitecustomize`` before everything else; here it waits for an import, and makes
+    of an interrupt what numpy does."""
     (tmp_path / "sitecustomize.py").write_text(
-        "import os, signal, sys\n"
+        "import os, sys\n"
+        f"sys.modules.pop({module!r}, None)\n"
         "class Watch:\n"
         "    def find_spec(self, name, path=None, target=None):\n"
         f"        if name == {module!r}:\n"
-        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "            try:\n"
+        "                os.kill(os.getpid(), 2)\n"
+        "            except KeyboardInterrupt:\n"
+        "                if name != 'numpy':\n"
+        "                    raise\n"
+        "                raise ImportError('multiarray failed to import')\n"
         "sys.meta_path.insert(0, Watch())\n"
     )
     done = subprocess.run(
-        [sys.executable, "-m", "robosc", "check", "model.rscd"],
+        [sys.executable, "-m", "robosc", verb, model(models.GOOD)],
+        cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{SOURCES}"},
         capture_output=True,
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"")
+    assert sorted(path.suffix for path in tmp_path.iterdir() if path.is_file()) == [".py", ".rscd"]
 
 
 def test_reader_that_has_seen_enough_is_no_error(
