@@ -8,11 +8,11 @@ commands of a controller that ignores all requirements.
 
 import json
 
-from guide import play_round
+from contents import attribute_of
 from judge import Judge
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
-from shadow import attribute_of
+from rounds import play_round
 
 
 class GuardJudge(Judge):

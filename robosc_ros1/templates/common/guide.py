@@ -2,19 +2,21 @@
 """The guide of the package's test: it leads the robot to where nothing was checked yet.
 
 Chance alone seldom comes to where one part of a requirement decides. The guide knows the model, so
-it searches for a shortest way to a *case* that was not seen: one part of a requirement alone allows
-or forbids a command, at, just below and just above the number that it is compared with; a component
-alone blocks it; a ``provide`` statement or a transition is chosen because of one part of its
-condition. The criterion is modified condition/decision coverage (Chilenski and Miller, 1994) with
-boundary values.
+it searches for a shortest way to a *case* (``cases.py``) that was not seen: one part of a
+requirement alone allows or forbids a command, at, just below and just above the number that it is
+compared with; a component alone blocks it; a ``provide`` statement or a transition is chosen
+because of one part of its condition.
 """
 
 import contextlib
-import threading
-import time
 from collections import deque
 
-from shadow import Undefined, Wrong, field_of, part_of, plain, reads_value, variables_of
+from cases import Cases
+from contents import part_of
+from decisions import at, holds_in, nearness, paths
+from expressions import reads_value, variables_of
+from operations import Undefined
+from shadow import Wrong
 
 SAMPLES = 64
 """Messages of each sort that ways are made of."""
@@ -26,392 +28,12 @@ EXPANSIONS = 4
 """So many states are looked at anew, or with other messages, for one step."""
 HORIZON = 2000
 """And so many known ones."""
-GUIDED = 0.75
-"""So many rounds go where something new is; the others are left to chance."""
-SILENCES = 0.1
-"""In so many of the others the robot then falls silent until that is noticed."""
-REPEATED = 0.1
-"""Seconds after which messages that are not to fall silent are said again."""
-HOLD = 0.2
-"""Seconds that a server waits for advice before it answers by itself."""
 LONGEST = 5.0
 """Seconds: longer times of the model are not awaited."""
-PERIOD = 0.06
-"""Seconds in which a controller repeats its commands in this test."""
 PATIENCE = 12
 """After so many steps towards one case in vain it is given up."""
-KNOWN = 500
-"""For so many messages it is remembered which places in arrays decide, for so many states which
-numbers."""
 MISSED = 4
 """So many of these counts one that should have led right there."""
-
-_CONNECTIVES = ("and", "or", "=>", "!")
-_WITH_OR_WITHOUT = {"<": "<=", "<=": "<", ">": ">=", ">=": ">"}
-_COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
-
-
-class Decision:
-    """A condition of the model, and the atomic conditions in it."""
-
-    def __init__(self, tree):
-        self.tree = tree
-        self.atoms = [
-            (_at(tree, path), _with(tree, path, True), _with(tree, path, False))
-            for path in _paths(tree)
-        ]
-        self._places = Places(tree)
-
-    def cases(self, shadow, message=None):
-        """Yield each atomic condition that decides by itself: its number, value, and how near the
-        numbers are that it compares."""
-        for number, (atom, if_true, if_false) in enumerate(self.atoms):
-            try:
-                if shadow.evaluate(if_true, message) != shadow.evaluate(if_false, message):
-                    yield number, shadow.evaluate(atom, message), _nearness(atom, shadow, message)
-            except Undefined:
-                pass
-        for number in self._places.deciding(shadow, message):
-            yield "place", number, None
-
-
-class Places:
-    """The constant places in arrays that an expression reads, and what is compared there."""
-
-    def __init__(self, tree):
-        self._tree = tree
-        self._variants = list(_shifted(tree))
-        self._is_of_message = not _reads_state(tree)
-        self._known = {}
-
-    def deciding(self, shadow, message):
-        """The numbers of those where one place further on makes a difference, or where it does
-        whether a comparison holds for equal numbers."""
-        if not self._variants:
-            return ()
-        if not self._is_of_message:
-            return self._found(shadow, message)
-        if id(message) not in self._known:
-            if len(self._known) > KNOWN:
-                self._known.clear()
-            self._known[id(message)] = message, self._found(shadow, message)
-        return self._known[id(message)][1]
-
-    def _found(self, shadow, message):
-        return _differing(shadow, self._tree, self._variants, message)
-
-
-def _differing(shadow, tree, variants, message):
-    """The numbers of those variants of an expression that have another value."""
-    own = _value(shadow, tree, message)
-    values = [_value(shadow, variant, message) for variant in variants]
-    return [number for number, value in enumerate(values) if value != own]
-
-
-def _with_other_numbers(tree):
-    """Yield an expression with each of its numbers changed."""
-    if not isinstance(tree, (list, tuple)):
-        return
-    if list(tree[:1]) == ["literal"]:
-        if isinstance(tree[1], (int, float)) and not isinstance(tree[1], bool):
-            yield ["literal", tree[1] + 1]
-        return
-    for number, part in enumerate(tree):
-        for variant in _with_other_numbers(part):
-            yield [*tree[:number], variant, *tree[number + 1 :]]
-
-
-def _computed_in(data):
-    """Yield the expressions in data that read variables."""
-    if isinstance(data, dict) and "value" in data:
-        if variables_of(data["value"]):
-            yield data["value"]
-    elif isinstance(data, (dict, list)):
-        for part in data.values() if isinstance(data, dict) else data:
-            yield from _computed_in(part)
-
-
-def _shifted(tree):
-    """Yield an expression with each of its constant places in arrays one less, and one more, and
-    with ``<`` and ``<=`` exchanged where it goes through an array."""
-    if not isinstance(tree, (list, tuple)) or not tree:
-        return
-    for number, part in enumerate(tree):
-        before, after = list(tree[:number]), list(tree[number + 1 :])
-        if tree[0] in ("section", "element") and number > 1 and not _reads_state(part):
-            yield from ([*before, [op, part, ["literal", 1]], *after] for op in "-+")
-        elif tree[0] == "value" and number == 1:
-            for place, step in enumerate(part):
-                if isinstance(step, int):
-                    for other in {step + 1, abs(step - 1)}:
-                        yield [*before, [*part[:place], other, *part[place + 1 :]], *after]
-        else:
-            yield from ([*before, variant, *after] for variant in _shifted(part))
-    other = _WITH_OR_WITHOUT.get(tree[0]) if isinstance(tree[0], str) else None
-    if other and any(part[0] == "bound" for part in tree[1:]):
-        yield [other, *tree[1:]]
-
-
-def _reads_state(tree):
-    """Whether an expression reads more than a message."""
-    if not isinstance(tree, (list, tuple)):
-        return False
-    own = bool(tree) and tree[0] in ("variable", "state", "busy", "fresh")
-    return own or any(map(_reads_state, tree))
-
-
-def _value(shadow, tree, message):
-    """The value of an expression as text; None if it has none."""
-    try:
-        return repr(shadow.evaluate(tree, message))
-    except Undefined:
-        return None
-
-
-def _holds(shadow, tree, message=None):
-    try:
-        return shadow.evaluate(tree, message)
-    except Undefined:
-        return False
-
-
-def _paths(tree, path=()):
-    if tree[0] not in _CONNECTIVES:
-        return [path]
-    return [p for n, part in enumerate(tree[1:], 1) for p in _paths(part, (*path, n))]
-
-
-def _at(tree, path):
-    for number in path:
-        tree = tree[number]
-    return tree
-
-
-def _with(tree, path, value):
-    """The tree with a literal in one place."""
-    if not path:
-        return ["literal", value]
-    return [_with(p, path[1:], value) if n == path[0] else p for n, p in enumerate(tree)]
-
-
-def _nearness(atom, shadow, message):
-    if atom[0] not in _COMPARISONS:
-        return None
-    left, right = (shadow.evaluate(part, message) for part in atom[1:])
-    if isinstance(left, (str, bool)) or isinstance(right, (str, bool)):
-        return left
-    distance = left - right
-    near = 1 if isinstance(distance, int) else max(0.0501, 0.01 * abs(right))
-    return (distance > 0) - (distance < 0), abs(distance) <= near
-
-
-class Cases:
-    """The cases of a model: which one a state is, and which ones an event meets."""
-
-    def __init__(self, plant):
-        self._plant = plant
-        self._requirements = [
-            (set(r["communications"]), Decision(r["condition"])) for r in plant["requirements"]
-        ]
-        self._provides = [
-            (p["communication"], None if p["condition"] is None else Decision(p["condition"]))
-            for p in plant["provides"]
-        ]
-        self._rules = {
-            name: [Decision(condition) for condition, _ in enum["rules"]]
-            for name, enum in plant["enums"].items()
-        }
-        self._guards = {}
-        for component in plant["components"]:
-            for sort in ("transitions", "taus", "afters"):
-                for transition in component[sort]:
-                    if transition["guard"] is not None:
-                        self._guards[id(transition)] = Decision(transition["guard"])
-        self._places = {
-            id(tree): Places(tree)
-            for component in plant["components"]
-            for transition in component["transitions"]
-            for _, tree in transition["assign"]
-        }
-        self._data = [
-            (number, tree, list(_with_other_numbers(tree)))
-            for number, provide in enumerate(plant["provides"])
-            for tree in _computed_in(provide["data"])
-        ]
-        self._data_variables = sorted(set(variables_of([tree for _, tree, _ in self._data])))
-        self._known = {}
-        self.commands = [
-            (kind, c["key"])
-            for c in plant["communications"]
-            for kind in ("request", "cancel")
-            if c["kind"] in (("action",) if kind == "cancel" else _COMMANDED)
-        ]
-
-    def wanted(self, shadow):
-        """Yield all that should be seen: a text, and how its cases begin."""
-        names = {c["key"]: c["name"] for c in self._plant["communications"]}
-        for kind, key in self.commands:
-            what = "%s of %s" % (kind, names[key])
-            for number, (keys, decision) in enumerate(self._requirements):
-                if key in keys:
-                    place = "%s: %s" % (what, self._plant["requirements"][number]["text"])
-                    yield from _parts(place, (kind, key, "requirement", number), decision)
-        for number, (key, decision) in enumerate(self._provides):
-            place = "data %d of %s" % (number + 1, names[key])
-            yield place, ("data", number)
-            yield from _parts(place, ("data", number), decision)
-        for (kind, key), components in shadow.mentions.items():
-            for component, transitions in components.items():
-                for number, transition in enumerate(transitions):
-                    place = "%s on %s of %s" % (component, kind, names[key])
-                    states = shadow.components[component]["states"]
-                    for state in states if transition["from"] is None else [transition["from"]]:
-                        name = ("transition", component, kind, key, number, state)
-                        yield "%s in %s" % (place, state), name
-                        guard = self._guards.get(id(transition))
-                        yield from _parts("%s in %s" % (place, state), name, guard)
-
-    def of_state(self, shadow):
-        """Return the cases that a state is."""
-        found = set()
-        for kind, key in self.commands:
-            found |= self.of_command(shadow, kind, key)
-        for component in self._plant["components"]:
-            for tau in component["taus"]:
-                if tau["from"] in (None, shadow.states[component["name"]]):
-                    found |= self.of_step(shadow, component["name"], tau)
-        return found
-
-    def of_command(self, shadow, kind, key):
-        """Return the cases of what speaks for or against a command."""
-        return {(kind, key, *case) for case in self._of(shadow, kind, key)}
-
-    def _of(self, shadow, kind, key):
-        busy = shadow.busy.get(key, False)
-        met = [
-            (number, decision, shadow.is_met(self._plant["requirements"][number]))
-            for number, (keys, decision) in enumerate(self._requirements)
-            if key in keys
-        ]
-        failed = [number for number, _, holds in met if not holds]
-        blocked = []
-        if kind == "request":
-            blocked = [
-                (component, shadow.states[component])
-                for component in shadow.mentions.get((kind, key), ())
-                if not shadow.transitions(component, kind, key, None)
-            ]
-        if (kind == "cancel") == busy and not blocked and len(failed) < 2:
-            yield ("possible", bool(failed))
-            for number, decision, _ in met:
-                if failed in ([], [number]):
-                    for case in decision.cases(shadow):
-                        yield ("requirement", number, *case)
-        if kind == "request" and not failed and len(blocked) + busy == 1:
-            yield ("blocked", blocked[0] if blocked else "busy")
-
-    def of_request(self, shadow, key):
-        """Return the cases of the data that a request carries."""
-        found = set()
-        for number, (of, decision) in enumerate(self._provides):
-            if of == key:
-                cases = () if decision is None else decision.cases(shadow)
-                found |= {("data", number, *case) for case in cases}
-                if decision is None or _holds(shadow, decision.tree):
-                    told = {("data", *of) for of in self.telling_numbers(shadow) if of[0] == number}
-                    return found | told | {("data", number)}
-        return found
-
-    def of_enabled(self, shadow):
-        """Return the cases of the data of the requests that are enabled."""
-        enabled = {key for kind, key in self.commands if kind == "request"}
-        enabled = {key for key in enabled if shadow.is_enabled("request", key)}
-        return {case for key in enabled for case in self.of_request(shadow, key)}
-
-    def telling_numbers(self, shadow):
-        """Return which numbers in data make a difference now: of which ``provide`` statement, in
-        which of its expressions, and which one there."""
-        values = repr([shadow.variables[name] for name in self._data_variables])
-        if values not in self._known:
-            if len(self._known) > KNOWN:
-                self._known.clear()
-            self._known[values] = [
-                (number, place, which)
-                for place, (number, tree, variants) in enumerate(self._data)
-                for which in _differing(shadow, tree, variants, None)
-            ]
-        return self._known[values]
-
-    def of_event(self, shadow, kind, key, content):
-        """Return the cases of the transitions that an event lets components take, and of the rules
-        that convert its value."""
-        found = set()
-        if kind in ("response", "feedback"):
-            found |= set(self._of_value(shadow, shadow.communications[key][kind], content))
-        for component, transitions in shadow.mentions.get((kind, key), {}).items():
-            state = shadow.states[component]
-            taken = shadow.transitions(component, kind, key, content)
-            for number, transition in enumerate(transitions):
-                if transition["from"] not in (None, state):
-                    continue
-                name = (component, kind, key, number, state)
-                decision = self._guards.get(id(transition))
-                cases = () if decision is None else decision.cases(shadow, content)
-                found |= {("transition", *name, *case) for case in cases}
-                if transition in taken:
-                    found.add(("transition", *name))
-                    found |= set(self._changes(shadow, name, transition, content))
-        return found
-
-    def _of_value(self, shadow, type_, content):
-        """Yield the cases of the rules that convert a value, up to the one that holds."""
-        if type_[0] == "object":
-            for name, inner in type_[1]:
-                yield from self._of_value(shadow, inner, field_of(content, name))
-        elif type_[0] == "enum":
-            for number, decision in enumerate(self._rules[type_[1]]):
-                for case in decision.cases(shadow, content):
-                    yield ("rule", type_[1], number, *case)
-                if _holds(shadow, decision.tree, content):
-                    return
-
-    def _of_conversions(self, shadow, tree, content):
-        """Yield the cases of the enums that an expression applies."""
-        if not isinstance(tree, list):
-            return
-        if tree[:1] == ["convert"]:
-            with contextlib.suppress(Undefined):
-                yield from self._of_value(shadow, tree[1], shadow.evaluate(tree[2], content))
-        for part in tree:
-            yield from self._of_conversions(shadow, part, content)
-
-    def _changes(self, shadow, name, transition, content):
-        for variable, tree in transition["assign"]:
-            yield from self._of_conversions(shadow, tree, content)
-            for place in self._places[id(tree)].deciding(shadow, content):
-                yield ("transition", *name, "place", variable, place)
-            try:
-                before = plain(shadow.variables[name[0] + "." + variable])
-                if plain(shadow.evaluate(tree, content)) != before:
-                    yield ("transition", *name, "changes", variable)
-            except Undefined:
-                yield ("transition", *name, "undefined", variable)
-
-    def of_step(self, shadow, component, transition):
-        """Return the cases of a transition that a component takes by itself."""
-        decision = self._guards.get(id(transition))
-        cases = () if decision is None else decision.cases(shadow)
-        return {("step", component, transition["index"], *case) for case in cases}
-
-
-def _parts(place, name, decision):
-    for number in range(0 if decision is None else len(decision.atoms)):
-        for value in (True, False):
-            part = "part %d alone decides, being %s" % (number + 1, str(value).lower())
-            yield "%s, %s" % (place, part), (*name, number, value)
-
-
-_COMMANDED = ("incoming message", "service", "action")
 
 
 class _Node:
@@ -570,7 +192,7 @@ class Guide:
         found = []
         for atom in self._atoms:
             with contextlib.suppress(Undefined):
-                found.append((shadow.evaluate(atom), _nearness(atom, shadow, None)))
+                found.append((shadow.evaluate(atom), nearness(atom, shadow, None)))
         return found
 
     def _edges(self, node):
@@ -650,7 +272,7 @@ class Guide:
         for tau in component["taus"]:
             if tau["from"] in (None, state) and tau["goto"] not in (None, state):
                 cases |= self.cases.of_step(shadow, component["name"], tau)
-                if tau["guard"] is None or _holds(shadow, tau["guard"]):
+                if tau["guard"] is None or holds_in(shadow, tau["guard"]):
                     return tau
         return None
 
@@ -691,78 +313,5 @@ def _abstraction(plant):
         if more <= kept:
             break
         kept |= more
-    atoms = [_at(tree, path) for tree in judged if tree is not None for path in _paths(tree)]
+    atoms = [at(tree, path) for tree in judged if tree is not None for path in paths(tree)]
     return sorted(kept), [atom for atom in atoms if set(variables_of(atom)) - kept]
-
-
-class Advice:
-    """What the robot's servers are to answer next."""
-
-    def __init__(self):
-        self._changed = threading.Condition()
-        self._answers = {}
-
-    def give(self, key, kind, message):
-        with self._changed:
-            self._answers[key] = (kind, message)
-            self._changed.notify_all()
-
-    def take(self, key):
-        """Wait some time for an answer: (kind, message), or None."""
-        with self._changed:
-            self._changed.wait_for(lambda: key in self._answers, HOLD)
-            return self._answers.pop(key, None)
-
-
-def play_round(robot, judge):
-    """Have the robot do what leads to something new, or whatever comes.
-
-    Returns the step that was taken (see :meth:`Guide.next`), or None.
-    """
-    is_guided = not judge.inputs or robot.random.random() < GUIDED
-    step = judge.next_step() if is_guided else None
-    before = judge.inputs
-    if step is None:
-        _play_anything(robot, judge)
-    elif step[0] == "publish":
-        events = robot.publish(step[1], step[2])
-        judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
-    elif step[0] == "answer":
-        robot.advice.give(*step[1:])
-        judge.wait_a_little(lambda: judge.inputs > before, HOLD)
-    elif step[0] == "wait":
-        _let_time_pass(robot, judge, step[1])
-    else:
-        time.sleep(PERIOD)
-    number = judge.number
-    judge.wait_a_little(lambda: judge.compared >= number, HOLD)
-    return step
-
-
-def _let_time_pass(robot, judge, what):
-    """Wait for the timeout of a message or until the time of a component has come; all other
-    messages that are not silent are said again and again."""
-    has_lapsed, text = judge.lapse(what)
-    end = time.monotonic() + 2 * LONGEST
-    while not has_lapsed() and time.monotonic() < end:
-        judge.wait_a_little(has_lapsed, REPEATED)
-        _repeat_all_but(robot, judge, what)
-    judge.wait(has_lapsed, text)
-
-
-def _repeat_all_but(robot, judge, silent):
-    before, events = judge.inputs, 0
-    for keys, message in list(robot.last.values()):
-        if silent not in keys and any(judge.shadow.fresh.get(key) for key in keys):
-            events += robot.publish(keys, message)
-    judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
-
-
-def _play_anything(robot, judge):
-    if robot.publishers:
-        before = judge.inputs
-        events = sum(robot.publish() for _ in range(robot.random.randint(1, 3)))
-        judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
-    if robot.random.random() < SILENCES:
-        judge.await_silence()
-    time.sleep(robot.random.choice([0.0, 0.0, 0.01, 0.1, 0.2]))

@@ -8,14 +8,17 @@ carried the right data.
 
 import functools
 import json
-import math
 import threading
 import time
 from collections import deque
 
+from arrivals import alike, are_told, has_come, holds_piece, is_finite
+from cancel_order import CancelOrder
+from contents import field_of, part_of, told_as
+from operations import Undefined
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
-from shadow import Shadow, Undefined, Wrong, field_of, part_of, same, told_as
+from shadow import Shadow, Wrong
 
 PATIENCE = 60.0
 """Seconds after which something that must come has not come."""
@@ -368,150 +371,3 @@ class Judge:
     def _are_told(self, key, told):
         received = list(self.robot.requests.get(key, ()))
         return are_told(received, told, self._first.get(key, ()))
-
-
-class CancelOrder:
-    """Tells whether the cancel of one action had to come before a request.
-
-    A cancel that becomes possible is due at once, unless it was sent already in the same round of
-    commands. No command is sent twice in a round: where one was, since the cancel, a new round had
-    begun.
-    """
-
-    def __init__(self, key):
-        self.key = key
-        self._was_possible = True  # for what is known of the time before
-        self._is_due = False
-        self._sent = set()  # since the latest cancel
-        self._is_new_round = False
-
-    def is_late(self, command, state):
-        """Whether it had to come before a command (kind, key) that is sent in a state."""
-        possible = state.is_enabled("cancel", self.key)
-        became_due = self._is_new_round and not self._was_possible
-        self._is_due = possible and (self._is_due or became_due)
-        self._was_possible = possible
-        if command == ("cancel", self.key):
-            self._sent.clear()
-            self._is_new_round = False
-        self._is_new_round |= command in self._sent
-        self._sent.add(command)
-        return self._is_due and command[0] == "request"
-
-
-def holds_piece(received, wanted):
-    """Whether messages with the wanted data, and no others between them, were received."""
-    wanted = [data or {} for data in wanted]
-    return any(
-        all(map(carries, received[shift:], wanted))
-        for shift in range(len(received) - len(wanted) + 1)
-    )
-
-
-def are_told(received, told, first):
-    """Whether requests arrived as they are told: each [data, whether it surely arrived], in order.
-
-    ``first`` are the numbers that the first of them may have. One more may not be told yet.
-    """
-    reached = set(first)
-    for data, sure in told:
-        fitting = [n for n in reached if n < len(received) and carries(received[n], data or {})]
-        reached = {n + 1 for n in fitting} | (set() if sure else reached)
-    return any(n >= len(received) - 1 for n in reached)
-
-
-def has_come(value):
-    """Whether the value of an event tells of anything that came."""
-    parts = value.values() if isinstance(value, dict) else [value]
-    return any(part is not None for part in parts)
-
-
-def is_finite(data):
-    """Whether no number in data is infinite or not a number."""
-    if isinstance(data, float):
-        return math.isfinite(data)
-    parts = data.values() if isinstance(data, dict) else data
-    return not isinstance(data, (dict, list, tuple)) or all(map(is_finite, parts))
-
-
-def alike(value, data):
-    """Whether data as the event tells them are those that the model provides."""
-    if isinstance(data, dict) and isinstance(value, dict):
-        return set(data) == set(value) and all(alike(value[k], data[k]) for k in data)
-    if isinstance(data, list) and isinstance(value, list):
-        return len(data) == len(value) and all(map(alike, value, data))
-    return told_as(value, data)
-
-
-def carries(message, data):
-    """Whether a message has these fields, as exactly as its types can."""
-    return all(holds(field_of(message, name), value) for name, value in data.items())
-
-
-def holds(field, value):
-    """Whether a field has this value, as exactly as its type can."""
-    if value == "now()" and not isinstance(field, str):
-        return True  # the time of sending
-    if isinstance(field, bytes) and isinstance(value, int):
-        return list(field) == [value]  # a byte of rclpy
-    if isinstance(value, dict):
-        return carries(field, value)
-    if isinstance(value, list):
-        return len(field) == len(value) and all(map(holds, field, value))
-    if isinstance(value, float) and value == value and abs(value) != float("inf"):
-        return abs(field - value) <= 1e-5 * max(1.0, abs(value))
-    return same(field, value)
-
-
-KINDS = {
-    "incoming message": ["request"],
-    "outgoing message": ["response"],
-    "service": ["request", "response", "error"],
-    "action": ["request", "response", "feedback", "error", "cancel"],
-}
-
-
-def coverage(judge):
-    """What a run reached: rows of what it is, its name, and how often."""
-    for communication in PLANT["communications"]:
-        name = communication["name"]
-        for kind in KINDS[communication["kind"]]:
-            yield "event", "%s %s" % (name, kind), judge.events.get((kind, name, 0), 0)
-        if communication["key"] in judge.shadow.fresh:
-            yield "event", "%s timeout" % name, judge.events.get(("timeout", name, 0), 0)
-    for component in PLANT["components"]:
-        name = component["name"]
-        for index in sorted({tau["index"] for tau in component["taus"]}):
-            yield "event", "%s step %d" % (name, index), judge.events.get(("tau", name, index), 0)
-        for index in sorted({after["index"] for after in component["afters"]}):
-            yield (
-                "event",
-                "%s after %d" % (name, index),
-                judge.events.get(("after", name, index), 0),
-            )
-    for component in PLANT["components"]:
-        for state in component["states"]:
-            name = component["name"]
-            yield "state", "%s.%s" % (name, state), judge.states.get((name, state), 0)
-    for number, requirement in enumerate(PLANT["requirements"]):
-        met, violated = judge.shadow.requirements_seen[number]
-        if requirement["communications"]:
-            yield "allows", requirement["text"], met
-            yield "forbids", requirement["text"], violated
-        else:
-            yield "kept", requirement["text"], met
-
-
-def print_coverage(judge):
-    """What the run reached, as a table: events, and in how many of the states after them each
-    component was where, and each requirement allowed or forbade its commands."""
-    rows = list(coverage(judge))
-    width = max([len(name) for _, name, _ in rows] + [len("reached")])
-    print("%-8s %-*s %s" % ("", width, "reached", "times"))
-    for what, name, count in rows:
-        print("%-8s %-*s %d" % (what, width, name, count))
-    print("%d of %d reached" % (sum(count > 0 for _, _, count in rows), len(rows)))
-    unseen = judge.guide.unseen(judge.shadow)
-    print("cases that were not reached: %d" % len(unseen))
-    for text in unseen:
-        print("    " + text)

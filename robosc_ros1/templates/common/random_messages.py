@@ -4,8 +4,11 @@
 import copy
 import math
 
+from contents import attribute_of
+from expressions import variables_of
+from operations import Undefined
 from plant_data import PLANT
-from shadow import Shadow, Undefined, attribute_of, variables_of
+from shadow import Shadow
 
 PLANT_COMMUNICATIONS = {c["key"]: c for c in PLANT["communications"]}
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from robosc import pipeline
 from robosc.emit import ros1, ros1_supervisor, ros2, ros2_supervisor
-from robosc.emit.common import TESTS
 from robosc.emit.package import File, Package
+from robosc.resources import templates_folder
 
 __all__ = [
     "MODELS", "PACKAGES", "TARGETS", "golden_folder", "kept_files", "model_path", "package_of",
@@ -53,10 +53,11 @@ def golden_folder(model: str, target: str = "ros1", mode: str = "controller") ->
 
 def kept_files(package: Package, target: str = "ros1", mode: str = "controller") -> dict[str, File]:
     """All files but those that are copied as they are, which only would be noise here."""
-    sources = [*TESTS, *(ros1 if target == "ros1" else ros2).WIRING]
+    common = (templates_folder() / "common").glob("*.py")
+    sources = [*map(str, common), *(ros1 if target == "ros1" else ros2).WIRING]
     copied = ["/_runtime/", *(f"/{source.rpartition('/')[2]}" for source in sources)]
     if mode == "supervisor":
-        copied += ["/relay.py", "test/guard_judge.py", "test/action_client.py"]
+        copied += ["/relay.py", "test/action_client.py"]
         # These are the controller's, which a test of its own says.
         copied += ["/controller.py", "/model.py", "test/plant_data.py", "/play_robot.py"]
     # These are the same for all targets, which a test of its own says.

@@ -21,7 +21,7 @@ from typing import Any
 from runtime.lamp_robot import PlayedPort
 
 from robosc.emit.common import plant_module
-from robosc.emit.rendering import verbatim
+from robosc.emit.package import File, own_test_files
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
@@ -30,13 +30,15 @@ from robosc.runtime.settings import read
 from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.supervisor import Supervisor
 
-__all__ = ["Robot", "class_of", "judged", "judging_modules"]
+__all__ = ["Robot", "class_of", "judged", "judging_modules", "message_of"]
 
 SILENCE = 0.3
 """Seconds: the timeout of messages, as in the test of a package."""
 MOMENTS = 50
 """So often the clock is looked at while the robot waits for a time of the model."""
-MODULES = ("judge", "shadow", "guide", "random_messages", "plant_data")
+_PLAYING = File("from guard_judge import GuardJudge\nfrom run_report import coverage\n")
+_FILES = own_test_files({"test/play.py": _PLAYING})
+MODULES = ("plant_data", *(Path(path).stem for path in _FILES))
 
 
 @contextlib.contextmanager
@@ -46,9 +48,8 @@ def judging_modules(folder: Path, supervisor: Supervisor) -> Iterator[Any]:
     Those of another package, whose fixture may be alive still, are put away meanwhile.
     """
     others = {name: sys.modules.pop(name) for name in MODULES if name in sys.modules}
-    for name in MODULES[:-1]:
-        text = verbatim(f"common/{name}.py")
-        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    for path, file in _FILES.items():
+        (folder / Path(path).name).write_text(file.content, encoding="utf-8")
     (folder / "plant_data.py").write_text(
         plant_module(supervisor.plant.robot, "model.rscd", supervisor.guards), encoding="utf-8"
     )

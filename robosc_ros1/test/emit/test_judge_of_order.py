@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import importlib
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,7 +11,6 @@ from emit.generated_code import controller_source, supervisor_of
 from emit.judged_controllers import judged, judging_modules
 from emit.mutants import mutants
 
-from robosc.emit.rendering import verbatim
 from robosc.runtime import scheduler
 
 MODEL = """\
@@ -90,12 +87,9 @@ def test_it_finds_cancels_that_come_too_late(
 
 
 def test_a_supervisor_leaves_preferences_to_the_other_controller(
-    judging: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    judging: Any,
 ) -> None:
-    (tmp_path / "guard_judge.py").write_text(verbatim("common/guard_judge.py"), encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
     guarding = importlib.import_module("guard_judge")
-    monkeypatch.delitem(sys.modules, "guard_judge")
     for make in (judging.Judge, guarding.GuardJudge):
         shadow = make(None, (), None).shadow
         shadow.fresh["Eye.near"] = True

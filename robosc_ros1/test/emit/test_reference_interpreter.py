@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import product
-from types import ModuleType
+from types import SimpleNamespace
+from typing import Any
 
 import numpy
 import pytest
+from emit.generated_code import supervisor_of
+from emit.judged_controllers import judging_modules
 
-from robosc.emit.rendering import verbatim
 from robosc.language.functions import AGGREGATES, CALLS
 from robosc.language.operators import BINARY, UNARY, Operand, Operator
 from robosc.model.evaluation import evaluate
@@ -24,10 +27,14 @@ BOOLEANS = (False, True)
 
 
 @pytest.fixture(scope="module")
-def shadow() -> ModuleType:
-    module = ModuleType("shadow")
-    exec(verbatim("common/shadow.py"), module.__dict__)
-    return module
+def shadow(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]:
+    """What the interpreter's modules define, in one place."""
+    supervisor = supervisor_of("robot R { component A { outgoing message a with type: boolean } }")
+    with judging_modules(tmp_path_factory.mktemp("reference"), supervisor):
+        names: dict[str, Any] = {}
+        for name in ("operations", "contents", "shadow"):
+            names |= vars(importlib.import_module(name))
+        yield SimpleNamespace(**names)
 
 
 def literal(value: float) -> Literal:
@@ -41,7 +48,7 @@ def same(left: object, right: object) -> bool:
 
 
 @pytest.mark.parametrize("operator", BINARY.values(), ids=BINARY)
-def test_binary_operators_mean_the_same(shadow: ModuleType, operator: Operator) -> None:
+def test_binary_operators_mean_the_same(shadow: SimpleNamespace, operator: Operator) -> None:
     interpreter = shadow.Shadow.__new__(shadow.Shadow)
     values = BOOLEANS if operator.operands is Operand.BOOLEAN else NUMBERS
     for left in values:
@@ -53,7 +60,7 @@ def test_binary_operators_mean_the_same(shadow: ModuleType, operator: Operator) 
 
 
 @pytest.mark.parametrize("operator", UNARY.values(), ids=UNARY)
-def test_unary_operators_mean_the_same(shadow: ModuleType, operator: Operator) -> None:
+def test_unary_operators_mean_the_same(shadow: SimpleNamespace, operator: Operator) -> None:
     interpreter = shadow.Shadow.__new__(shadow.Shadow)
     for value in BOOLEANS if operator.operands is Operand.BOOLEAN else NUMBERS:
         expected = evaluate(Unary(operator.spelling, literal(value), BooleanType()), lambda _: None)
@@ -78,7 +85,7 @@ ARGUMENTS = {
 
 
 @pytest.mark.parametrize("function", CALLS.values(), ids=CALLS)
-def test_functions_mean_the_same(shadow: ModuleType, function: Operator) -> None:
+def test_functions_mean_the_same(shadow: SimpleNamespace, function: Operator) -> None:
     interpreter = shadow.Shadow.__new__(shadow.Shadow)
     for values in product(*(ARGUMENTS[kind] for kind in function.arguments)):
         tree = [function.key, *(["literal", value] for value in values)]
@@ -91,14 +98,14 @@ LISTS = ([], [1], [3, -2, 5.5], [0.0, -0.0], [1, math.nan, 0], [10**400, 0.5], [
 
 
 @pytest.mark.parametrize("aggregate", AGGREGATES.values(), ids=AGGREGATES)
-def test_aggregates_mean_the_same(shadow: ModuleType, aggregate: Operator) -> None:
+def test_aggregates_mean_the_same(shadow: SimpleNamespace, aggregate: Operator) -> None:
     for results in RESULTS if aggregate.operands is Operand.BOOLEAN else LISTS:
         expected = outcome(lambda results=results: aggregate.scalar(results))
         found = outcome(lambda results=results: shadow.AGGREGATES[aggregate.spelling](results))
         assert same(found, expected), results
 
 
-def test_the_table_of_the_reference_interpreter_holds_nothing_else(shadow: ModuleType) -> None:
+def test_the_table_of_the_reference_interpreter_holds_nothing_else(shadow: SimpleNamespace) -> None:
     assert set(shadow.FUNCTIONS) == set(CALLS)
     assert set(shadow.AGGREGATES) == set(AGGREGATES)
     assert set(shadow.OPERATORS) == {o.key for o in BINARY.values() if not o.is_lazy}
@@ -108,14 +115,14 @@ def test_the_table_of_the_reference_interpreter_holds_nothing_else(shadow: Modul
     "slots", [("header", "progress"), ("_header", "_progress", "_check_fields")]
 )
 def test_the_only_field_of_a_message_of_either_ros(
-    shadow: ModuleType, slots: tuple[str, ...]
+    shadow: SimpleNamespace, slots: tuple[str, ...]
 ) -> None:
     """As needed where its definition was not installed when the package was generated."""
     message = type("Message", (), {"__slots__": slots})()
     assert shadow.only_field(message) == "progress"
 
 
-def test_arrays_and_numbers_of_numpy_are_plain_ones(shadow: ModuleType) -> None:
+def test_arrays_and_numbers_of_numpy_are_plain_ones(shadow: SimpleNamespace) -> None:
     """In rclpy's messages, arrays of fixed length are such."""
     message = {"three": numpy.array([1, -2, 3], "int8"), "many": array("d", [0.5])}
     found = shadow.plain([message, numpy.uint64(2**64 - 1)])

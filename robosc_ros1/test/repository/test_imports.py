@@ -150,6 +150,14 @@ def test_modules_are_no_longer_than_they_should_be() -> None:
     assert {name for name, lines in lengths.items() if lines > LARGEST} == TABLES
 
 
+def test_modules_of_packages_own_tests_are_no_longer_either() -> None:
+    lengths = {
+        file.name: len(file.read_text().splitlines())
+        for file in (SOURCES.parent / "templates" / "common").glob("*.py")
+    }
+    assert {name for name, lines in lengths.items() if lines > LARGEST} == set()
+
+
 def test_environment_is_read_in_few_places() -> None:
     readers = {
         module_name(file)

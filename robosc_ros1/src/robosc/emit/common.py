@@ -17,12 +17,9 @@ from robosc.model.entities import Communication, Robot
 from robosc.supervisor import Guard, Supervisor
 
 __all__ = [
-    "TESTS", "PackageContext", "TopicView", "copies", "data_module", "escaped",
+    "PackageContext", "TopicView", "copies", "data_module", "escaped",
     "model_module", "plant_module", "topics",
 ]  # fmt: skip
-
-TESTS = ("common/guide.py", "common/judge.py", "common/random_messages.py", "common/shadow.py")
-"""What the tests of all packages have in common, in the folder of templates."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosc.emit.common import (
-    TESTS,
     PackageContext,
     TopicView,
     copies,
@@ -18,7 +17,7 @@ from robosc.emit.common import (
 from robosc.emit.config import DEFAULTS, Config
 from robosc.emit.controller import ControllerContext, controller_context
 from robosc.emit.naming import file_of
-from robosc.emit.package import File, Package, frozen_files, runtime_files
+from robosc.emit.package import File, Package, frozen_files, own_test_files, runtime_files
 from robosc.emit.readme import ParameterView, ReadmeContext, parameter_views, readme_context
 from robosc.emit.rendering import render
 from robosc.model.entities import Communication, Kind, Robot
@@ -65,13 +64,13 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         f"{module}/controller.py": File(render("common/controller.py.jinja", controller)),
         f"{module}/node.py": File(render("ros1/node.py.jinja", context)),
         **copies(module, WIRING),
-        **copies("test", TESTS),
         f"{module}/model.py": File(model_module(supervisor, source)),
         f"test/{rostest_name(package)}.test": File(render("ros1/rostest.jinja", escaped(context))),
         "test/play_robot.py": File(render("ros1/play_robot.py.jinja", context), executable=True),
         "test/plant_data.py": File(plant_module(configured, source, supervisor.guards)),
         "README.md": File(_readme(supervisor, context)),
     }
+    files |= own_test_files(files)
     files |= runtime_files(f"{module}/_runtime", files)
     return Package(package, frozen_files(files), "ros1")
 

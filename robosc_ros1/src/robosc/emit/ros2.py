@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosc.emit.common import (
-    TESTS,
     PackageContext,
     TopicView,
     copies,
@@ -22,7 +21,7 @@ from robosc.emit.common import (
 from robosc.emit.config import DEFAULTS, Config, declared_communications, shared_topics
 from robosc.emit.controller import ControllerContext, controller_context
 from robosc.emit.naming import file_of
-from robosc.emit.package import File, Package, frozen_files, runtime_files
+from robosc.emit.package import File, Package, frozen_files, own_test_files, runtime_files
 from robosc.emit.readme import ParameterView, parameter_views, readme_context
 from robosc.emit.rendering import render, verbatim
 from robosc.errors import UsageError
@@ -84,10 +83,10 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
         "README.md": File(render("ros2/README.md.jinja", readme)),
         "test/plant_data.py": File(plant_module(configured, source, supervisor.guards)),
         **copies(package, WIRING),
-        **copies("test", TESTS),
     }
     if context.lifecycle:
         files[f"{package}/ros_lifecycle.py"] = File(verbatim("ros2/ros_lifecycle.py"))
+    files |= own_test_files(files)
     files |= runtime_files(f"{package}/_runtime", files)
     return Package(package, frozen_files(files), "ros2")
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from robosc.emit.common import TESTS, copies, data_module, escaped, model_module, plant_module
+from robosc.emit.common import copies, data_module, escaped, model_module, plant_module
 from robosc.emit.config import DEFAULTS, Config
 from robosc.emit.controller import controller_context
 from robosc.emit.naming import file_of
-from robosc.emit.package import File, Package, frozen_files, runtime_files
+from robosc.emit.package import File, Package, frozen_files, own_test_files, runtime_files
 from robosc.emit.readme import readme_context
 from robosc.emit.relaying import relay_context
 from robosc.emit.rendering import render, verbatim
@@ -55,8 +55,8 @@ def emit(supervisor: Supervisor, package: str, config: Config = DEFAULTS) -> Pac
     }
     texts = {path: File(text) for path, text in files.items()}
     texts |= copies(package, (*WIRING, "ros2/relay.py"))
-    texts |= copies("test", (*TESTS, "common/guard_judge.py"))
     if context.lifecycle:
         texts[f"{package}/ros_lifecycle.py"] = File(verbatim("ros2/ros_lifecycle.py"))
+    texts |= own_test_files(texts)
     texts |= runtime_files(f"{package}/_runtime", texts)
     return Package(package, frozen_files(texts), "ros2")

@@ -27,9 +27,12 @@ from actionlib_msgs.msg import GoalStatus
 import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
-from guide import SAMPLES, Advice, Guide, play_round
-from judge import PLANT, Judge, print_coverage
+from guide import SAMPLES, Guide
+from judge import Judge
+from plant_data import PLANT
 from random_messages import Values
+from rounds import Advice, play_round
+from run_report import print_coverage
 from std_msgs.msg import String
 
 # (topic, message type, communications)

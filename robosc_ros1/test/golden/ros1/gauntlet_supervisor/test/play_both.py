@@ -20,8 +20,9 @@ import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus
 from guard_judge import GuardJudge, Wishes, content, in_order, play_round_of_both
 from guide import Guide
-from judge import PLANT, print_coverage
+from plant_data import PLANT
 from play_robot import PUBLICATIONS, SUBSCRIPTIONS, RosValues, resolved
+from run_report import print_coverage
 from std_msgs.msg import String
 import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv

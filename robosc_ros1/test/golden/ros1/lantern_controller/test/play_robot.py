@@ -25,9 +25,12 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
 import std_msgs.msg
-from guide import SAMPLES, Advice, Guide, play_round
-from judge import PLANT, Judge, print_coverage
+from guide import SAMPLES, Guide
+from judge import Judge
+from plant_data import PLANT
 from random_messages import Values
+from rounds import Advice, play_round
+from run_report import print_coverage
 from std_msgs.msg import String
 
 # (topic, message type, communications)

@@ -32,9 +32,12 @@ import std_msgs.msg
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from guide import SAMPLES, Advice, Guide, play_round  # noqa: E402
-from judge import PLANT, Judge, print_coverage  # noqa: E402
+from guide import SAMPLES, Guide  # noqa: E402
+from judge import Judge  # noqa: E402
+from plant_data import PLANT  # noqa: E402
 from random_messages import PLANT_COMMUNICATIONS, Values  # noqa: E402
+from rounds import Advice, play_round  # noqa: E402
+from run_report import print_coverage  # noqa: E402
 from gauntlet_controller.ros_messages import (  # noqa: E402
     array_kind,
     fill,

@@ -34,8 +34,9 @@ from guard_judge import (  # noqa: E402
     play_round_of_both,
 )
 from guide import Guide  # noqa: E402
-from judge import PLANT, print_coverage  # noqa: E402
+from plant_data import PLANT  # noqa: E402
 from play_robot import PUBLICATIONS, SUBSCRIPTIONS, RosValues, resolved  # noqa: E402
+from run_report import print_coverage  # noqa: E402
 from gauntlet_supervisor.ros_parameters import qos_profile  # noqa: E402
 
 SUPERVISOR = "gauntlet_supervisor"
