@@ -79,31 +79,30 @@ class Wishes:
     def command(self, type_, keys, key=None):
         """One of the commands on a topic (or the one with this key), and a message that means it.
 
-        A command on a topic of its own has any data. Those that share one have data of their
-        provide statements; (None, None) if these, this time, would mean another command.
+        A command on a topic of its own has any data, and so has one that means the rest on its
+        topic. Others that share one have data of their provide statements, or none; (None, None) if
+        these, this time, would mean another command.
         """
         key = key or self._random.choice(keys)
-        provides = [p for p in PLANT["provides"] if p["communication"] == key]
-        if len(keys) == 1 or not provides:
+        provides = provides_of(key)
+        constants = {other: self._constants(type_, other) for other in keys if other != key}
+        means_rest = not provides and all(constants.values()) and all(map(provides_of, constants))
+        if len(keys) == 1 or means_rest:
             message = self._values.message(type_, key, "request")
         else:
-            data = self._judge.shadow._fields(self._random.choice(provides)["data"])
+            data = self._judge.shadow._fields(self._random.choice(provides)) if provides else {}
             message = self._filled(type_(), data)
-        for other in keys:
-            if other != key and content(message) in self._constants(type_, other):
-                return None, None
+        if any(content(message) in messages for messages in constants.values()):
+            return None, None
         return key, message
 
     def _constants(self, type_, key):
         """The messages that mean a command, if its data are always the same ones."""
-        found = []
-        for provide in PLANT["provides"]:
-            if provide["communication"] == key:
-                if not is_constant(provide["data"]):
-                    return []
-                fields = self._judge.shadow._fields(provide["data"])
-                found.append(content(self._filled(type_(), fields)))
-        return found
+        provided = provides_of(key)
+        if not all(map(is_constant, provided)):
+            return []
+        data = [self._judge.shadow._fields(fields) for fields in provided] or [{}]
+        return [content(self._filled(type_(), fields)) for fields in data]
 
     def _filled(self, message, data):
         for name, value in data.items():
@@ -128,6 +127,11 @@ def play_round_of_both(robot, controller, judge):
         controller.act(step[1])
     elif step[0] == "cancel":
         controller.cancel()
+
+
+def provides_of(key):
+    """The data of the provide statements of a command."""
+    return [p["data"] for p in PLANT["provides"] if p["communication"] == key]
 
 
 def is_constant(tree):

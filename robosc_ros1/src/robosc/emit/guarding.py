@@ -3,8 +3,8 @@
 Where one topic carries several commands, a message has only its data to say which it means. A
 command whose provide statements all give constants (a stop: all speeds 0) means just these
 messages, every other field at its default. Of the other commands on the topic, one may mean all the
-rest; if there are more, they must have a field that each of them gives constant values, no value
-twice.
+rest; if there are more, those without provide statements mean the message with all defaults, and
+the others must have a field that each of them gives constant values, no value twice.
 """
 
 from __future__ import annotations
@@ -92,7 +92,12 @@ def _told_apart(
     messages: Sequence[Communication], robot: Robot, report: Report
 ) -> Iterator[CommandMatch]:
     provided = {m.key: list(_provided(m, robot)) for m in messages}
-    exact = [m for m in messages if provided[m.key] and all(p.complete for p in provided[m.key])]
+    without = [m for m in messages if not provided[m.key]]
+    exact = [m for m in messages if m not in without and all(p.complete for p in provided[m.key])]
+    if len(exact) + 1 < len(messages):
+        # One alone could mean the rest; of several, these carry the defaults, as ``with {}`` does.
+        provided |= {m.key: [_Provided({}, True)] for m in without}
+        exact += without
     others = [m for m in messages if m not in exact]
     seen: dict[tuple[tuple[Path, Value], ...], Communication] = {}
     for message in exact:
