@@ -31,6 +31,7 @@ __all__ = ["WIRING", "emit", "package_context", "spelling"]
 WIRING = (
     "ros1/ros.py",
     "ros1/ros_calls.py",
+    "ros1/ros_connections.py",
     "common/ros_headers.py",
     "ros1/ros_messages.py",
     "ros1/ros_watch.py",
