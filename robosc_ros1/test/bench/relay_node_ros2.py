@@ -1,14 +1,19 @@
-"""The bare relay that a ROS 2 supervisor is compared with: what comes in goes out, read by nobody."""
+"""The bare relays that generated ROS 2 nodes are compared with: what comes in goes out.
+
+A supervisor passes bytes on, and a controller reads what it gets; so do these.
+"""
 
 import contextlib
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
-from std_msgs.msg import Float32
+from std_msgs.msg import Float32, Int16
 
 rclpy.init()
 node = rclpy.create_node("bare_relay")
-publisher = node.create_publisher(Float32, "relay_out", 10)
-node.create_subscription(Float32, "relay_in", publisher.publish, 10, raw=True)
+passing = node.create_publisher(Float32, "relay_out", 10)
+node.create_subscription(Float32, "relay_in", passing.publish, 10, raw=True)
+echoing = node.create_publisher(Int16, "echo_out", 10)
+node.create_subscription(Int16, "echo_in", echoing.publish, 10)
 with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
     rclpy.spin(node)

@@ -1,20 +1,22 @@
-"""Generated nodes on real rclpy: a message that passes a supervisor beside one through a bare relay,
-and a flood of messages for a controller.
+"""Generated nodes on real rclpy: latency of a controller and of a supervisor beside bare relays, and
+a flood of messages for a controller.
 
 ``./dev bench ros2``. Needs the wheels that the tests of ROS 2 use, and generates the packages of
-``ros2/models/guarded_arm.rscd`` first.
+``horn.rscd`` and ``ros2/models/guarded_arm.rscd`` first.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from bench.ros_bench import report_flood, report_guard, resident
+from bench.ros_bench import report_controller, report_flood, report_guard, resident
 from ros2.ros2_support import Graph, Process, Unavailable, free_domain, test_bed
 
 from robosc import pipeline
@@ -22,7 +24,10 @@ from robosc import pipeline
 __all__ = ["main"]
 
 HERE = Path(__file__).resolve().parent
-MODEL = HERE.parent / "ros2" / "models" / "guarded_arm.rscd"
+ARM = HERE.parent / "ros2" / "models" / "guarded_arm.rscd"
+HORN = HERE / "horn.rscd"
+SLOW = ("--ros-args", "-p", "rate:=0.001")
+"""So that repetitions do not come between."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -39,35 +44,45 @@ def main(arguments: list[str] | None = None) -> int:
     with tempfile.TemporaryDirectory(prefix="robosc-bench-") as name, free_domain() as domain:
         folder = Path(name)
         graph = Graph(bed, domain, folder)
-        try:
-            guarded = run_guard(graph, args.samples)
-        finally:
-            graph.close()
-        try:
+        with ended(graph):
+            controlled = run_latency(graph, HORN, "controller", args.samples, *SLOW)
+        with ended(graph):
+            guarded = run_latency(graph, ARM, "supervisor", args.samples)
+        with ended(graph):
             flood, memory = run_flood(graph, args.seconds, args.rate)
-        finally:
-            graph.close()
-    return report_guard(guarded) | report_flood(flood, memory)
+    failed = report_controller(controlled) | report_guard(guarded)
+    return failed | report_flood(flood, memory)
 
 
-def generated(graph: Graph, mode: pipeline.Mode, *arguments: str) -> Process:
-    """The node of the model's package, generated and started."""
+@contextlib.contextmanager
+def ended(graph: Graph) -> Iterator[None]:
+    """All that is started within is ended at the end."""
+    try:
+        yield
+    finally:
+        graph.close()
+
+
+def generated(graph: Graph, model: Path, mode: pipeline.Mode, *arguments: str) -> Process:
+    """The node of a model's package, generated and started."""
     output = pipeline.Output(target="ros2", mode=mode, folder=graph.folder)
-    package = pipeline.generate(MODEL, output=output).files.folder
+    package = pipeline.generate(model, output=output).files.folder
     code = f"from {package.name}.node import main; main()"
     path = f"{package}:{graph.bed.environment['PYTHONPATH']}"
     return graph.start(graph.bed.python, "-c", code, *arguments, PYTHONPATH=path)
 
 
-def run_guard(graph: Graph, samples: int) -> dict[str, Any]:
-    """What guard_node_ros2.py found."""
-    found = graph.folder / "guard.json"
-    generated(graph, "supervisor")
+def run_latency(
+    graph: Graph, model: Path, mode: pipeline.Mode, samples: int, *arguments: str
+) -> dict[str, Any]:
+    """What latency_node_ros2.py found."""
+    found = graph.folder / "latency.json"
+    generated(graph, model, mode, *arguments)
     graph.start(graph.bed.python, HERE / "relay_node_ros2.py")
-    probe = graph.start(graph.bed.python, HERE / "guard_node_ros2.py", str(samples), found)
+    probe = graph.start(graph.bed.python, HERE / "latency_node_ros2.py", mode, str(samples), found)
     assert probe.wait(samples * 0.1 + 60) == 0, probe.output
-    guarded: dict[str, Any] = json.loads(found.read_text(encoding="utf-8"))
-    return guarded
+    taken: dict[str, Any] = json.loads(found.read_text(encoding="utf-8"))
+    return taken
 
 
 def run_flood(graph: Graph, seconds: float, rate: float) -> tuple[dict[str, Any], list[int]]:
@@ -76,7 +91,7 @@ def run_flood(graph: Graph, seconds: float, rate: float) -> tuple[dict[str, Any]
     words = ["--ros-args", "-p", "rate:=0.1"]
     for name in ("zone", "charge"):
         words += ["-p", f"qos.{name}.reliability:=reliable", "-p", f"qos.{name}.depth:=1000"]
-    controller = generated(graph, "controller", *words)
+    controller = generated(graph, ARM, "controller", *words)
     arguments = (str(seconds), str(rate), found)
     probe = graph.start(graph.bed.python, HERE / "flood_node_ros2.py", *arguments)
     memory = []

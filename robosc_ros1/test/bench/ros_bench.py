@@ -113,8 +113,15 @@ def quantiles(samples: list[float | None]) -> dict[str, float]:
 
 
 def report(result: dict[str, Any], memory: list[int]) -> int:
-    """Print the table; 1 if a limit is exceeded."""
-    taken = result["latencies"]
+    """Print what latency_node.py found; 1 if a limit is exceeded."""
+    failed = report_controller(result["latencies"])
+    if "flood" in result:
+        failed |= report_flood(result["flood"], memory)
+    return failed
+
+
+def report_controller(taken: dict[str, Any]) -> int:
+    """Print how long a controller takes to react; 1 if a limit is exceeded."""
     relay, controller = quantiles(taken["relay"]), quantiles(taken["controller"])
     failed = 0
     print(f"latency of {len(taken['relay'])} messages each, in microseconds")
@@ -129,15 +136,13 @@ def report(result: dict[str, Any], memory: list[int]) -> int:
         )
     lost = sum(s is None for s in taken["controller"])
     print(f"  unanswered: {lost}")
-    if "flood" in result:
-        failed |= report_flood(result["flood"], memory)
     return int(failed or lost > 0)
 
 
-def report_flood(flood: dict[str, Any], memory: list[int]) -> bool:
+def report_flood(flood: dict[str, Any], memory: list[int]) -> int:
     """Print what became of it, with the memory that was taken meanwhile.
 
-    True if a message was lost, or memory or the queue grew.
+    1 if a message was lost, or memory or the queue grew.
     """
     answers = quantiles(flood["answers"])
     print(f"flood: {flood['sent']} messages in {flood['seconds']:.1f} s")
@@ -150,7 +155,7 @@ def report_flood(flood: dict[str, Any], memory: list[int]) -> bool:
     if waiting:
         print(f"  inputs waiting: at most {max(waiting)}, at the end {waiting[-1]}")
         grown |= waiting[-1] > flood["sent"] / 100
-    return bool(flood["sent"] != flood["received"] or grown)
+    return int(flood["sent"] != flood["received"] or grown)
 
 
 def report_guard(taken: dict[str, Any]) -> int:

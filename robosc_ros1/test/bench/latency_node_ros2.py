@@ -1,0 +1,79 @@
+"""Sends through a relay and through a generated node in turn, and writes how long it took (JSON).
+
+Arguments: "supervisor" or "controller", samples of each, the file.
+"""
+
+import contextlib
+import json
+import sys
+import threading
+import time
+from pathlib import Path
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from std_msgs.msg import Float32, Int16
+
+WAYS = {
+    "supervisor": {
+        "relay": (Float32, "relay_in", "relay_out"),
+        "guard": (Float32, "supervised/speed", "speed"),
+    },
+    "controller": {
+        "relay": (Int16, "echo_in", "echo_out"),
+        "controller": (Int16, "level", "blow", "halt"),
+    },
+}
+"""The type of the messages, the topic on which they go in, those on which they come out."""
+
+
+class Way:
+    """In at one topic, out at another."""
+
+    def __init__(self, node, message_type, into, *outs):
+        self.type = message_type
+        self.publisher = node.create_publisher(message_type, into, 10)
+        self.arrived = threading.Event()
+        self.arrival = 0.0
+        for out in outs:
+            node.create_subscription(message_type, out, self.hear, 10)
+
+    def hear(self, _):
+        self.arrival = time.perf_counter()
+        self.arrived.set()
+
+    def measure(self, number):
+        """Seconds; None if nothing came out."""
+        # The level changes sides each time, so that each message enables another command.
+        message = self.type(data=self.type().data + (3 if number % 2 else 9))
+        self.arrived.clear()
+        start = time.perf_counter()
+        self.publisher.publish(message)
+        return self.arrival - start if self.arrived.wait(2.0) else None
+
+
+def main():
+    rclpy.init()
+    node = rclpy.create_node("latency")
+    ways = {name: Way(node, *way) for name, way in WAYS[sys.argv[1]].items()}
+    spinning = threading.Thread(target=spin, args=(node,), daemon=True)
+    spinning.start()
+    while any(way.measure(number) is None for way in ways.values() for number in (0, 1)):
+        pass  # not all is connected yet
+    taken = {name: [] for name in ways}
+    for number in range(int(sys.argv[2])):
+        for name, way in ways.items():
+            taken[name].append(way.measure(number))
+            time.sleep(0.002)
+    with Path(sys.argv[3]).open("w", encoding="utf-8") as file:
+        json.dump(taken, file)
+    rclpy.try_shutdown()
+    spinning.join()
+
+
+def spin(node):
+    with contextlib.suppress(ExternalShutdownException):
+        rclpy.spin(node)
+
+
+main()
