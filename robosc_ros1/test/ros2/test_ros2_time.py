@@ -155,6 +155,36 @@ def test_a_sensor_at_the_edge_of_its_timeout(graph: Graph, controller: Start, ea
     told(ear, "timeout", "scan")
 
 
+def test_a_bag_at_double_speed(graph: Graph, controller: Start, ear: Peer) -> None:
+    """Four seconds of a bag in two: the scan comes every 0.1 s of it, and then no more."""
+    controller(NODE, use_sim_time=True, timeout__scan=2.0, **RELIABLE)
+    bag = graph.peer("bag")
+    bag.order("play", **SCAN, start=100.0, until=4.0, speed=2.0, end=6.5)
+    told(ear, "timeout", "scan")
+    ear.expect_state(
+        NODE, lambda s: s["communications"]["scan"] == "silent" and count(s, "drive") > 2
+    )
+    later = [json.loads(e["data"]["data"]) for e in ear.events("message", name=f"{NODE}/events")]
+    assert not [e for e in later if e["event"]["name"] == "scan"]
+
+
+def test_a_topic_of_two_communications_is_one_input(
+    graph: Graph, controller: Start, ear: Peer
+) -> None:
+    """The sign changes 1,000 times; between two of them it is never neither."""
+    controller(NODE, qos__ahead__reliability="reliable", qos__ahead__depth=1000)
+    robot = graph.peer("robot")
+    way = {"name": "/way", "type": "std_msgs/msg/Int16"}
+    robot.publish(**way, data={"data": -1})
+    before = ear.expect_state(NODE, lambda s: s["variables"]["Way.back"])
+    signs = [{"data": 1 - 2 * (number % 2)} for number in range(1000)]
+    robot.order("publish", **way, data=signs, matched=1, qos={}, rate=2000.0)
+    heard = before["counters"]["inputs"] + 2 * len(signs)
+    after = ear.expect_state(NODE, lambda s: s["counters"]["inputs"] >= heard)
+    assert after["counters"]["dropped"] == 0
+    assert count(after, "stay") == count(before, "stay")
+
+
 def test_use_sim_time_may_be_set_while_the_node_runs(
     graph: Graph, controller: Start, ear: Peer
 ) -> None:
