@@ -37,7 +37,7 @@ class Way:
 def main():
     rospy.init_node("guard_latency")
     level = rospy.Publisher("/level", Int16, queue_size=10)
-    ways = {"relay": Way("/relay_in", "/relay_out"), "guard": Way("/supervised/blow", "/blow")}
+    ways = {"relay": Way("/relay_in", "/relay_out"), "supervisor": Way("/supervised/blow", "/blow")}
     while not all(p.get_num_connections() for p in [level, *(w.publisher for w in ways.values())]):
         time.sleep(0.01)
     time.sleep(1.0)

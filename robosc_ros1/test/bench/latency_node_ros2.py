@@ -17,7 +17,7 @@ from std_msgs.msg import Float32, Int16
 WAYS = {
     "supervisor": {
         "relay": (Float32, "relay_in", "relay_out"),
-        "guard": (Float32, "supervised/speed", "speed"),
+        "supervisor": (Float32, "supervised/speed", "speed"),
     },
     "controller": {
         "relay": (Int16, "echo_in", "echo_out"),

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from bench.ros_bench import report_controller, report_flood, report_guard, resident
+from bench.ros_bench import report_flood, report_latency, resident
 from ros2.ros2_support import Graph, Process, Unavailable, free_domain, test_bed
 
 from robosc import pipeline
@@ -50,7 +50,7 @@ def main(arguments: list[str] | None = None) -> int:
             guarded = run_latency(graph, ARM, "supervisor", args.samples)
         with ended(graph):
             flood, memory = run_flood(graph, args.seconds, args.rate)
-    failed = report_controller(controlled) | report_guard(guarded)
+    failed = report_latency(controlled, "controller") | report_latency(guarded, "supervisor")
     return failed | report_flood(flood, memory)
 
 
