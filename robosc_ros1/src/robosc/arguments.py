@@ -209,7 +209,7 @@ def view(parser: argparse.ArgumentParser) -> None:
 def _port(text: str) -> int:
     number = int(text) if text.isdecimal() and text.isascii() and len(text) < 6 else -1
     if not 0 <= number <= 65535:
-        raise argparse.ArgumentTypeError(f"{text!r} is no port: 0 to 65535, 0 for any")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a port: 0 to 65535, 0 for any")
     return number
 
 

@@ -39,7 +39,7 @@ def main(words: Sequence[str] | None = None) -> int:
         print("interrupted", file=sys.stderr)
         return _INTERRUPTED
     except BrokenPipeError:
-        # The reader has seen enough (robosc explore … | head): nothing to tell.
+        # The reader has seen enough (robosc explore … | head): nothing to report.
         _drop_output()
         return 0
     except OSError as error:
@@ -106,7 +106,7 @@ def _stands_somewhere() -> bool:
 def _prepare_streams() -> None:
     """Streams that can be written to, whatever the user did with them.
 
-    A terminal that cannot show a character of the model gets an escape, and a count is told with
+    A terminal that cannot show a character of the model gets an escape, and a count is shown with
     all its digits.
     """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):

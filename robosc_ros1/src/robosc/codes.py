@@ -86,7 +86,7 @@ _ALL = (
         "syntax",
         "The text does not follow the grammar at this place. The message says what could stand"
         " here."
-        " Reading goes on at the next declaration.",
+        " Reading continues at the next declaration.",
         "outgoing message distance with double",
         "Write what is expected, here `type: double`.",
     ),
@@ -109,8 +109,7 @@ _ALL = (
     _error(
         _TEXT,
         "unexpected-brace",
-        "A closing brace has no opening one, or something stands behind the brace that ends its"
-        " block.",
+        "A closing brace has no opening one, or something follows the brace that ends its block.",
         "robot R { } }",
         "Remove the brace that is too many.",
     ),
@@ -183,7 +182,7 @@ _ALL = (
         _TEXT,
         "too-many-errors",
         "There are more errors than anyone would read; the rest is not shown.",
-        "(a file that is no model)",
+        "(a file that is not a model)",
         "Fix the first ones, and check again.",
     ),
     _error(
@@ -258,7 +257,7 @@ _ALL = (
         "Two things of one kind have one name: components, datatypes and interfaces of a file,"
         " communications of all local components, states and variables of a component,"
         " properties of an object. A boolean variable and a state of one component"
-        " cannot share a name either, since nothing could tell them apart.",
+        " cannot share a name either, since nothing could distinguish them.",
         "component Motor {}\ncomponent Motor {}",
         "Give one of them another name.",
     ),
@@ -314,7 +313,7 @@ _ALL = (
     _error(
         _STATEMENTS,
         "not-over-components",
-        "A function that goes through components stands where it cannot be written out: `count` is"
+        "A function over components stands where it cannot be written out: `count` is"
         " compared with a whole number, and `sum`, `min` and `max` have no condition.",
         "requirement go needs count(s.busy for s in Station) < Robot.limit",
         "Compare the count with a number.",
@@ -495,7 +494,7 @@ _ALL = (
     _error(
         _BEHAVIOUR,
         "not-assignable",
-        "What stands left of `:=` is no variable.",
+        "The left side of `:=` is not a variable.",
         "on response from grab do idle := true",
         "Assign a variable, or change the state with `goto`.",
     ),
@@ -886,12 +885,12 @@ _ALL = (
     # --- supervisors
     _supervisor(
         "commands-alike",
-        "Several commands go out on one topic, and their data do not tell which of them a message"
+        "Several commands go out on one topic, and their data do not show which of them a message"
         " of the other controller means. They do where the provide statements of all but one give"
         " constants, or where a field has constant values in each that differ from the others'.",
         "provide drive with { linear: { x: Sensor.wanted } }\n"
         "provide turn with { linear: { x: Sensor.wanted }, angular: { z: 1.0 } }",
-        "Provide constant data for one of them, a field that tells them apart, or give it a topic"
+        "Provide constant data for one of them, a field that distinguishes them, or give it a topic"
         " of its own.",
     ),
     _supervisor(
@@ -912,7 +911,7 @@ def page() -> str:
     lines = [
         "# Diagnostics",
         "",
-        "Every message of robosc about a model carries a code in brackets. This page tells"
+        "Every message of robosc about a model carries a code in brackets. This page says"
         " what each",
         "code means. It is generated from `robosc/codes.py`.",
     ]

@@ -1,4 +1,4 @@
-"""What robosc tells its users: diagnostics of a model, and the ways a command can fail.
+"""What robosc reports to its users: diagnostics of a model, and the ways a command can fail.
 
 A fault in a model is a :class:`Diagnostic`; stages collect them and go on. Everything that ends a
 command is a :class:`RoboscError` with its exit code. Any other exception is a bug in
@@ -46,7 +46,7 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One fault in a model, told in the user's words.
+    """One fault in a model, in the user's words.
 
     ``code`` is stable and documented in ``docs/diagnostics.md``; ``hint`` is the remedy, short
     enough to stand behind the caret.
@@ -83,7 +83,7 @@ class UsageError(RoboscError):
 
 
 class EmptySupervisorError(RoboscError):
-    """No controller can satisfy the requirements; ``diagnostics`` tell why."""
+    """No controller can satisfy the requirements; ``diagnostics`` say why."""
 
     exit_code = 3
 
@@ -119,7 +119,7 @@ def sort_diagnostics(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 _INDEX = re.compile(r"\[-?\d+\]|\([A-Za-z_]\w* = -?\d+(?:, [A-Za-z_]\w* = -?\d+)*\)", re.ASCII)
-"""What tells copies apart: ``Station[3]``, or ``(i = 3)`` behind a statement."""
+"""What distinguishes copies: ``Station[3]``, or ``(i = 3)`` behind a statement."""
 
 
 def _for_all(alike: list[Diagnostic]) -> Diagnostic:

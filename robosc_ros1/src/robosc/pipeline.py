@@ -53,8 +53,8 @@ Mode: TypeAlias = Literal["controller", "supervisor"]
 @dataclass(frozen=True, slots=True)
 class Options:
     """How a model is read: further folders with libraries, and whether a message definition that is
-    not installed is an error. ``progress`` is told what synthesis does, how far it is, and the most
-    it can be."""
+    not installed is an error. ``progress`` is called with what synthesis does, how far
+    it is, and the most it can be."""
 
     library_path: tuple[Path, ...] = ()
     strict: bool = False
@@ -310,9 +310,9 @@ def generate(
     if output.package is not None:
         name = output.package
     if fault := package_name_fault(name):
-        raise UsageError(f"{name!r} is no name for a package: {fault}")
+        raise UsageError(f"{name!r} is not a valid name for a package: {fault}")
     if other := namesake(name):
-        raise UsageError(f"{name!r} is no name for a package: it would hide {other}")
+        raise UsageError(f"{name!r} is not a valid name for a package: it would hide {other}")
     supervisor = synthesize(loaded.robot, progress=options.progress)
     _existing(supervisor, loaded.diagnostics)
     _bounded(supervisor)
@@ -355,7 +355,7 @@ def _existing(supervisor: Supervisor, warnings: tuple[Diagnostic, ...] = ()) -> 
     """The same supervisor, if a controller may be made of it.
 
     Raises:
-        EmptySupervisorError: nothing is left; the diagnostics tell why.
+        EmptySupervisorError: nothing is left; the diagnostics say why.
         ModelError: the state space shows an error of the model, such as overlapping guards.
     """
     if supervisor.empty:

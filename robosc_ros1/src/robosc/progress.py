@@ -1,4 +1,4 @@
-"""A line on the terminal that tells how far long work is."""
+"""A line on the terminal that shows the progress of long work."""
 
 from __future__ import annotations
 

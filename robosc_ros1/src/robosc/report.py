@@ -106,7 +106,7 @@ def generated_text(result: Generated) -> str:
         lines.append("changed by hand, and so kept as it is (--force replaces it):")
         lines += [f"    {path}" for path in files.edited]
     if files.kept:
-        lines.append("no part of the package any more, but changed by hand, and so kept:")
+        lines.append("no longer part of the package, but changed by hand, and so kept:")
         lines += [f"    {path}" for path in files.kept]
     lines.append(f"done in {result.seconds:.2f} s; next:")
     lines += (f"    {command}" for command in _next_commands(result))
@@ -133,7 +133,7 @@ def verify_text(found: VerifyReport) -> str:
     """Each property with ``yes`` or ``no`` and, where it fails, how."""
     lines = [f"{found.robot}: {found.states:,} states, {found.transitions:,} transitions"]
     if found.method == "symbolic":
-        lines.append("too many to visit each: taken in sets, by other diagrams than synthesis uses")
+        lines.append("too many states to visit each: verified by sets, with diagrams of its own")
     for check in found.checks:
         lines.append(f"{check.name}: {'yes' if check.holds else 'no'}")
         if check.detail:

@@ -82,7 +82,7 @@ def _synthesize(args: Arguments) -> int:
 
     loaded = pipeline.load(args.model, _options(args))
     supervisor = pipeline.synthesize(loaded.robot, args.engine, args.max_states, args.progress)
-    # The explanations are part of the result; they are not told twice.
+    # The explanations are part of the result; they are not printed twice.
     explained = {explanation.diagnostic for explanation in supervisor.explanations}
     tell([*loaded.diagnostics, *(d for d in supervisor.diagnostics if d not in explained)])
     if args.json:
@@ -189,7 +189,7 @@ def _simulate(args: Arguments) -> int:
     from robosc.simulate.terminal import line_reader
 
     if args.junit is not None and args.script is None:
-        raise UsageError("--junit tells what came of a script: give it with --script FILE")
+        raise UsageError("--junit reports the outcome of a script: give it with --script FILE")
     loaded = pipeline.load(args.model, _options(args))
     tell(loaded.diagnostics)
     supervisor = pipeline.supervise(loaded.robot, args.progress)
@@ -254,7 +254,7 @@ def _view(args: Arguments) -> int:
         raise UsageError("--export writes a recording: give its log with --log FILE")
     if args.ros is not None:
         if args.model is not None:
-            raise UsageError("a running node tells its model itself: leave MODEL out")
+            raise UsageError("a running node publishes its model itself: leave MODEL out")
         from robosc.view.node import view_node
 
         view_node(args.ros, where, os.environ)

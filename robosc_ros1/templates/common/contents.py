@@ -41,7 +41,7 @@ def plain(value):
 
 
 def told_as(told, value):
-    """Whether JSON that tells of a value tells this one; it has strings for NaN and infinities."""
+    """Whether the JSON of a value stands for this one; it has strings for NaN and infinities."""
     value = plain(value)
     if isinstance(value, dict):
         return (

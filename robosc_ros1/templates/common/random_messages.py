@@ -20,7 +20,7 @@ _NOT_FINITE = [value for values in _ASKED_FOR.values() for value in values]
 class Values:
     """Random messages: numbers around those that the model compares with, and ordinary ones.
 
-    What differs between the versions of ROS is told by ``as_it_arrives``, ``put`` and ``array_of``.
+    What differs between versions of ROS is given by ``as_it_arrives``, ``put`` and ``array_of``.
     """
 
     def __init__(self, chance):

@@ -195,7 +195,7 @@ class Shadow(Expressions):
     def wrong_clocks(self, document):
         """How the clocks of a state that the controller published differ from what they should be.
 
-        It tells of a clock what is left of the time for which it runs.
+        Of a clock it shows what is left of the time for which it runs.
         """
         found = []
         for component, entered in self.entered.items():

@@ -158,7 +158,7 @@ class ActionRelay:
         self._goal_id = None
         self._accepted = False
         self._cancelled = False
-        self._ended = None  # when its status told that it ended
+        self._ended = None  # when its status showed that it ended
         self._heard = time.monotonic()
         self._send_goal = self._publisher(self._robot + "/goal", self._goal_type)
         self._send_cancel = self._publisher(self._robot + "/cancel", GoalID)
@@ -292,7 +292,7 @@ class ActionRelay:
     def _refuse(self, goal, kind, payload):
         """Tell the controller, in the robot's stead, that its goal came to nothing."""
         if kind == "error" and payload in FAILURES.values():
-            return  # the robot has told it itself
+            return  # the robot has reported it itself
         result = self._result_type()
         result.header.stamp = rospy.Time.now()
         result.status.goal_id = goal.goal_id

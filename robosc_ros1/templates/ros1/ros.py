@@ -69,7 +69,7 @@ class NodeLifecycle:
         rospy.on_shutdown(self._limit)
 
     def begin(self, name):
-        """Make the node; False if it was told to end while it still looked for the master, or was
+        """Make the node; False if it was stopped while it still looked for the master, or was
         given parameters that ROS cannot carry."""
         send_promptly()
         try:

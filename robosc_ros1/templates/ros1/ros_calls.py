@@ -3,8 +3,8 @@
 
 Each service call runs in a thread, because rospy's calls have no deadline; when the engine loses
 interest its connection is closed. Goals go through actionlib's ActionClient, whose callbacks only
-enqueue; what it cannot know, that a server has died, is told by the age of its last status (wall
-time).
+enqueue; what it cannot know, that a server has died, is inferred from the age of its last status
+(wall time).
 """
 
 import threading
@@ -22,9 +22,9 @@ from .ros_messages import clean, compose
 from .ros_watch import Refused, ask
 
 RESULT_TIMEOUT = 2.0
-"""Seconds from a goal's end, as its status tells it, until its result counts as lost."""
+"""Seconds from a goal's end, as its status shows it, until its result counts as lost."""
 SETTLED = 2.0
-"""Seconds after which a new connection is used although the other end does not tell of it."""
+"""Seconds after which a new connection is used although the other end does not list it."""
 HUNG_CALLS = 8
 """While so many calls of one service have not returned, further requests end at once as errors."""
 

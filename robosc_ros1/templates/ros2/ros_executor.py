@@ -58,7 +58,7 @@ class ExecutorThread:
     def end(self, timeout):
         self._ending = True
         self._guard.trigger()
-        if self._thread.is_alive():  # it may be told to end before it began
+        if self._thread.is_alive():  # it may be stopped before it started
             self._thread.join(timeout)
 
     def _spin(self):

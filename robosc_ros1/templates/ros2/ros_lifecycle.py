@@ -30,7 +30,7 @@ class ManagedNode(LifecycleNode):
         try:
             self.work = self._make_work()
             self.work.start()
-        except Exception as error:  # rclpy would tell nobody
+        except Exception as error:  # rclpy would report it nowhere
             told = isinstance(error, ParameterError)
             self.get_logger().error(str(error) if told else traceback.format_exc())
             self._destroy_others()

@@ -22,7 +22,7 @@ def _writers(message_type):
 
 
 def _writer(kind, name):
-    """What checks a value: rclpy does not unless told to, and its C code then ends the process, or
+    """What checks a value: rclpy does not unless asked to, and its C code then ends the process, or
     sends what nobody may send."""
     if kind in _SIMPLE:
         return _SIMPLE[kind]

@@ -31,7 +31,7 @@ def configured(node, controller, topics, defaults):
     ``topics`` are their names with the keys of the messages on them, ``defaults`` what holds where
     the node is given nothing else. The node takes parameters at
     its start and not later; it was made to declare whatever is given, so that a wrong type can be
-    told in the same words as everything else.
+    reported in the same words as everything else.
     """
     communications = controller.COMMUNICATIONS
     more = [*controller.PARAMETERS, *qos_parameters(communications)]

@@ -71,7 +71,7 @@ def test_what_cannot_be_a_package(
 ) -> None:
     done = robosc("generate", model(models.GOOD), "--package", name)
     assert code(done) == 2
-    assert f"{name!r} is no name for a package" in done.stderr
+    assert f"{name!r} is not a valid name for a package" in done.stderr
     assert [p.name for p in tmp_path.iterdir()] == ["model.rscd"]
 
 

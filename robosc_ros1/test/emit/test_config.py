@@ -82,7 +82,7 @@ def test_a_faulty_file_further_down_is_a_warning(tmp_path: Path) -> None:
     file.parent.mkdir()
     file.write_text('{"output": ')
     config = load_config(tmp_path / "model.rscd")
-    assert config.warnings == (f"{file}:1:12: Expecting value; this file is passed over",)
+    assert config.warnings == (f"{file}:1:12: Expecting value; this file is ignored",)
     assert (config.parameters, config.locations) == ({}, {})
 
 
@@ -95,7 +95,7 @@ def test_what_the_original_does_not_know_is_a_warning(tmp_path: Path) -> None:
     config = load_config(tmp_path / "model.rscd")
     assert config.warnings == (
         f"{file}: unknown key 'writeEvents'; did you mean writeEventsToLog?",
-        f"{file}: unknown key 'zzz'; there are: publishStateInformation, writeEventsToLog, output,"
+        f"{file}: unknown key 'zzz'; known keys: publishStateInformation, writeEventsToLog, output,"
         " supervisor",
         f"{file}: unknown key 'ros1ControllerLocation' in output;"
         " did you mean ros1ControllerNodeLocation?",
@@ -119,7 +119,7 @@ def limited_digits() -> Iterator[None]:
     ("name", "text", "complaint"),
     [
         ("robosc.yaml", "pakage: x", "unknown key 'pakage'; did you mean package?"),
-        ("robosc.yaml", "zzz: x", "unknown key 'zzz'; there are: package, output"),
+        ("robosc.yaml", "zzz: x", "unknown key 'zzz'; known keys: package, output"),
         ("robosc.yaml", "version: 1", "version must be a text like 1.2.3, not 1"),
         ("robosc.yaml", "email: me", "email must be an address with a dotted domain, not 'me'"),
         ("robosc.yaml", "output: {ros3: x}", "output must be a folder, or folders for ros1"),
@@ -146,7 +146,7 @@ def limited_digits() -> Iterator[None]:
         ("robosc.yaml", "version: 0x" + "f" * 5000, "not an integer of too many digits"),
         ("robosc.yaml", "version: 2026-02-30", "day is out of range"),
         ("robosc.yaml", "parameters: [rate]", "parameters must be names of parameters"),
-        ("robosc.yaml", "1: x", "unknown key 1; there are"),
+        ("robosc.yaml", "1: x", "unknown key 1; known keys"),
         (
             "robosc.yaml",
             "version: 1.2.3\nversion: 1.2.4",

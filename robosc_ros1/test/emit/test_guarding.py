@@ -108,12 +108,15 @@ def test_commands_without_data_are_played_as_they_are_known(tmp_path: Path) -> N
     [
         (
             [DRIVE, STOP, TURN.replace("1.0", "Sensor.wanted")],
-            "cannot tell 'turn' from 'drive' on the topic '/vel': no field has",
+            "cannot distinguish 'turn' from 'drive' on the topic '/vel': no field has",
         ),
-        ([DRIVE, STOP], "cannot tell 'turn' from 'stop' on the topic '/vel': they can carry the"),
+        (
+            [DRIVE, STOP],
+            "cannot distinguish 'turn' from 'stop' on the topic '/vel': they can carry the",
+        ),
         (
             [DRIVE, "provide turn with { linear: { x: 0 } }", STOP],
-            "cannot tell 'stop' from 'turn' on the topic '/vel': they can carry the same data",
+            "cannot distinguish 'stop' from 'turn' on the topic '/vel': they can carry the same data",
         ),
     ],
 )
@@ -169,7 +172,9 @@ def test_a_launch_file_may_start_what_is_guarded(target: str) -> None:
 
 def test_a_key_of_the_section_that_is_not_known_is_refused() -> None:
     config = Config(supervisor={"node": "wild"})
-    with pytest.raises(UsageError, match="has texts for package, executable, name, namespace, arg"):
+    with pytest.raises(
+        UsageError, match="must give texts for package, executable, name, namespace, arg"
+    ):
         ros1_supervisor.emit(supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}"), "c", config)
 
 

@@ -69,7 +69,7 @@ def test_where_errors_bring_a_value() -> None:
     service = "service navigate with request: none, response: Result links nav"
     assert faults(
         "action navigate with request: none, response: Result, feedback: none links nav", service
-    )[0] == "'on error' brings no value"  # fmt: skip
+    )[0] == "'on error' carries no value"  # fmt: skip
 
 
 def test_the_remedy_is_for_when_no_result_comes() -> None:

@@ -81,7 +81,7 @@ def test_what_robosc_did_not_write_stops_it(tmp_path: Path, make: str) -> None:
     else:
         (target / "src").write_text("a file where a folder shall be")
     with pytest.raises(
-        UsageError, match="demo/src: no plain folder" if make == "parent" else "src/b"
+        UsageError, match="demo/src: not a plain folder" if make == "parent" else "src/b"
     ):
         write(package(a="1", src__b="2"), tmp_path)
     assert not (target / "a").exists(), "nothing was written"
@@ -116,7 +116,7 @@ def test_force_replaces_it(tmp_path: Path, make: str) -> None:
 def test_a_folder_is_not_lost_even_with_force(tmp_path: Path) -> None:
     (tmp_path / "demo" / "a" / "b").mkdir(parents=True)
     (tmp_path / "demo" / "a" / "b" / "mine").write_text("by hand")
-    with pytest.raises(UsageError, match="demo/a: a folder where a file shall go"):
+    with pytest.raises(UsageError, match="demo/a: a folder where a file must go"):
         write(package(a="1"), tmp_path, force=True)
     assert content(tmp_path) == {"demo/a/b/mine": "by hand"}
 

@@ -133,7 +133,7 @@ def test_a_second_publisher_of_a_command_is_told(stage: Stage, puppet: Puppet, e
         with stage.puppet() as stranger:
             stranger.publish("/blow", INT, 1, connected=False)
             (fault,) = node.shows(lambda s: s["faults"])["faults"]
-            assert "publishes /blow, too" in fault
+            assert "also publishes /blow" in fault
             ear.hears("/diagnostics", lambda m: m["status"][0]["message"] == fault)
             await_condition(lambda: fault in node.log, "the warning")
             mark = ear.mark

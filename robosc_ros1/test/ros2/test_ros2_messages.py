@@ -139,7 +139,7 @@ def test_who_else_is_on_its_topics_is_told(graph: Graph, controller: Start) -> N
     for peer in (teleop, stranger):
         peer.order("repeat", name="beacon", type="std_msgs/msg/Empty", data={}, qos={})
     (fault,) = robot.expect_state("guarded_arm", lambda s: s["faults"])["faults"]
-    assert fault.startswith("/stranger publishes /beacon, too")
+    assert fault.startswith("/stranger also publishes /beacon")
     told = lambda data: data["status"][0]["message"] == fault  # noqa: E731
     robot.expect("message", name="/diagnostics", where=told)
     await_condition(lambda: fault in node.output, "the warning")

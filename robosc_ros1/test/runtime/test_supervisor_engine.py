@@ -139,7 +139,7 @@ def test_a_message_that_means_nothing_is_blocked() -> None:
     bench = Bench()
     bench.sense(50)
     assert bench.offer(7, (CommandPattern(GO, lambda message: message == 1),)) == []
-    assert bench.port.blocks == [("", "request", ["its data are those of none of go"])]
+    assert bench.port.blocks == [("", "request", ["its data match none of go"])]
 
 
 class Speed:

@@ -10,7 +10,7 @@ CONTROLLER = Traffic("/c", heard=("/scan",), commanded=("/vel", "/horn"))
 def test_a_second_publisher_of_a_command_is_named() -> None:
     publishers = {"/vel": ["/c", "/teleop"], "/horn": ["/c"], "/scan": ["/laser", "/fake"]}
     (fault,) = CONTROLLER.second_publishers(publishers)
-    assert fault.startswith("/teleop publishes /vel, too, which this node commands")
+    assert fault.startswith("/teleop also publishes /vel, on which this node commands")
     allowed = CONTROLLER._replace(allowed=("teleop",))
     assert list(allowed.second_publishers(publishers)) == []
 

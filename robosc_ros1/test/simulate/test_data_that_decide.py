@@ -102,7 +102,9 @@ def test_goto_leads_to_what_the_model_asks_of_data(supervisor: Supervisor) -> No
 @pytest.mark.parametrize("condition", ["Battery.charge > 0.5", "Base.n < Battery.charge"])
 def test_goto_knows_nothing_else_of_data(supervisor: Supervisor, condition: str) -> None:
     player = session(supervisor)
-    with pytest.raises(InvalidLine, match="a way can be found only to what decides on commands"):
+    with pytest.raises(
+        InvalidLine, match="a path can be found only to what decides about commands"
+    ):
         player.do(f"goto {condition}")
 
 

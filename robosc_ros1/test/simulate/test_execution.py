@@ -80,7 +80,7 @@ def test_a_goal_is_cancelled_when_its_requirement_is_violated(player: Session) -
 
 
 def test_commands_are_not_typed(player: Session) -> None:
-    with pytest.raises(InvalidLine, match="controller's own"):
+    with pytest.raises(InvalidLine, match="sent by the controller itself"):
         player.do("move")
     with pytest.raises(InvalidLine, match="goto is for single events"):
         player.do("goto Motor.moving")

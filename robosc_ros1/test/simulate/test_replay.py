@@ -194,11 +194,11 @@ def test_events_that_are_missing(robosc: Robosc, tmp_path: Path, log: list[str])
         (b"", "holds no events"),
         pytest.param(b" " * (2**24 + 1), "no event has more than 16 MB", id="no lines"),
         (b"\n\n", "holds no events"),
-        (b"no json", "events.log:1: this is no event of a log"),
-        (b'{"version": 1}', "this is no event of a log"),
-        (b"[" * 100000, "this is no event of a log"),
-        (b'{"version": 2, "number": 1}', "this is no event of a log"),
-        (b"\xff\xfe", "this is no event of a log"),
+        (b"no json", "events.log:1: this is not an event of a log"),
+        (b'{"version": 1}', "this is not an event of a log"),
+        (b"[" * 100000, "this is not an event of a log"),
+        (b'{"version": 2, "number": 1}', "this is not an event of a log"),
+        (b"\xff\xfe", "this is not an event of a log"),
     ],
 )
 def test_what_is_no_log(content: bytes, message: str, robosc: Robosc, tmp_path: Path) -> None:

@@ -123,12 +123,12 @@ def test_no_way_is_shorter(seed: int) -> None:
             if there:
                 assert len(player.do(f"goto {variable.name}.{name}").happenings) == min(there)
             else:
-                with pytest.raises(Refused, match="no way leads"):
+                with pytest.raises(Refused, match="no path leads"):
                     player.do(f"goto {variable.name}.{name}")
 
 
 def test_goto_where_no_way_leads(player: Session) -> None:
-    with pytest.raises(Refused, match="no way leads"):
+    with pytest.raises(Refused, match="no path leads"):
         player.do("goto Motor.moving and ObstacleGrabber.grabbing and Motor.stopped")
     with pytest.raises(InvalidLine, match="not to data"):
         player.do("goto LineDetector.current_correction > 3")
@@ -173,8 +173,8 @@ def test_a_whole_run_is_saved_and_played_again(player: Session, tmp_path, superv
         ("goto moving", "did you mean 'Motor.moving'"),
         ("goto Motor.moving and 3", "'and' needs a boolean"),
         ("goto 3", "needs a boolean"),
-        ("goto (Motor.moving", "is no condition"),
-        ("goto Motor.moving } component x {", "is no condition"),
+        ("goto (Motor.moving", "is not a condition"),
+        ("goto Motor.moving } component x {", "is not a condition"),
         ("goto DistanceSensor.current = close", "has no value 'close'"),
         ("goto DistanceSensor.current = 3", "the other side of '=' needs a number"),
         ("random", "how many steps"),
@@ -189,7 +189,7 @@ def test_a_whole_run_is_saved_and_played_again(player: Session, tmp_path, superv
         ("save a\0b", "cannot write"),
         ("play /nowhere/at/all", "cannot read"),
         ("expect enabled", "write an event"),
-        ("expect sent distance", "nothing that a controller sends"),
+        ("expect sent distance", "is not sent by a controller"),
         ("expect data move", "write what is sent"),
         ("expect data grab.cancel x: 1", "was not sent"),
         ("grab.cancel x: 1, x: 2", "given twice"),

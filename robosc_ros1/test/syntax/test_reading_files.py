@@ -47,7 +47,7 @@ def test_marks_and_line_ends_make_no_difference(path: Path, data: bytes) -> None
 
 def test_bytes_that_are_no_text_are_shown(path: Path) -> None:
     assert messages(path, b"robot R {\r\n    // caf\xe9\r\n}") == (
-        "m.rscd:2:11: error[invalid-utf8]: the byte 0xE9 is no UTF-8 text\n"
+        "m.rscd:2:11: error[invalid-utf8]: the byte 0xE9 is not UTF-8 text\n"
         "    2 |     // caf�\n"
         "      |           ^ save the file as UTF-8\n"
     )

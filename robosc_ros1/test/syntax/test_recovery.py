@@ -101,7 +101,7 @@ model.rscd:28:21: error[syntax]: expected '->'
 model.rscd:29:17: error[syntax]: expected a value after '>'
    29 |         value > -> foo
       |                 ^^
-model.rscd:30:15: error[syntax]: '==' is no operator
+model.rscd:30:15: error[syntax]: '==' is not an operator
    30 |         value == 3 -> bar
       |               ^^ write '='
 model.rscd:32:9: error[syntax]: expected the name of the value after '->'
@@ -179,7 +179,7 @@ robot R {
         """\
 model.rscd:5:13: error[unexpected-brace]: 'state' cannot stand here
     5 |             state t { }
-      |             ^^^^^ is there a '}' too many above?
+      |             ^^^^^ is there an extra '}' above?
 """,
     ),
     "a brace too many behind a component": (
@@ -193,7 +193,7 @@ robot R {
         """\
 model.rscd:3:5: error[unexpected-brace]: the robot has ended before this
     3 |     component B { }
-      |     ^^^^^^^^^ is there a '}' too many above?
+      |     ^^^^^^^^^ is there an extra '}' above?
 """,
     ),
     "the opening brace of a state is missing": (
@@ -444,16 +444,16 @@ robot R {
 }
 """,
         """\
-model.rscd:2:27: error[syntax]: '==' is no operator
+model.rscd:2:27: error[syntax]: '==' is not an operator
     2 |     requirement a needs b == c
       |                           ^^ write '='
-model.rscd:3:27: error[syntax]: '<>' is no operator
+model.rscd:3:27: error[syntax]: '<>' is not an operator
     3 |     requirement a needs b <> c
       |                           ^^ write '!='
 model.rscd:4:25: error[syntax]: expected a condition after 'needs'
     4 |     requirement a needs not b
       |                         ^^^ write '!' for 'not'
-model.rscd:5:27: error[syntax]: '=<' is no operator
+model.rscd:5:27: error[syntax]: '=<' is not an operator
     5 |     requirement a needs b =< c
       |                           ^^ write '<='
 model.rscd:6:31: error[syntax]: expected an operator, or ')' to close the '(' of 6:25

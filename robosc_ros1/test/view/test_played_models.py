@@ -156,7 +156,7 @@ def test_the_command_prints_its_address_and_ends_when_interrupted(
         (["--log", "nowhere.jsonl"], "Give a MODEL"),
         ([str(MODEL), "--log", "nowhere.jsonl"], "nowhere.jsonl"),
         ([str(MODEL), "--parameter", "rate=5"], "--execute"),
-        ([str(MODEL), "--port", "80000"], "no port"),
+        ([str(MODEL), "--port", "80000"], "not a port"),
         ([str(MODEL), "--host", "203.0.113.7"], "203.0.113.7"),
     ],
 )

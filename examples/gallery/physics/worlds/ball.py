@@ -1,4 +1,4 @@
-"""A ball that lies somewhere before a goal; a detector tells where the camera sees the two."""
+"""A ball that lies somewhere before a goal; a detector reports where the camera sees the two."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A person walks through an open hall; the laser's tracker tells where the person is, until the
+"""A person walks through an open hall; the laser's tracker reports where the person is, until the
 rover's battery is empty."""
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ SENSOR_AHEAD = 0.3
 BUMPER = 0.15
 """From the axle to the front of the robot, where the distance sensor sits."""
 FAR = 3.0
-"""What the distance sensor tells if there is nothing in front of it."""
+"""What the distance sensor reports if there is nothing in front of it."""
 BEAM = math.radians(40.0)
 """Half the opening angle of the distance sensor."""
 OBSTACLE_RADIUS = 0.05

@@ -25,7 +25,7 @@ class Base:
 
 
 class Drive:
-    """One goal; every drive of which ``fails`` is told gets stuck halfway."""
+    """One goal; every drive of which ``fails`` is called gets stuck halfway."""
 
     def __init__(self, base, x, y, fails):
         self._base = base

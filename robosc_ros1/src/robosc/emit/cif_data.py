@@ -1,7 +1,7 @@
 """The plant with its classes of data as enumerations, for tools without reals and strings.
 
 A number or a string that decides becomes a variable of an enumeration with one value for each class
-that the model's comparisons tell apart; a test of data becomes a variable of the component whose
+that the model's comparisons distinguish; a test of data becomes a variable of the component whose
 data it reads. So the exported plant has the same states and transitions as the one here.
 """
 

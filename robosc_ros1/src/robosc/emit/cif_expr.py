@@ -118,7 +118,7 @@ class _Sum:
         return _Sum(kept, self.constant + factor * other.constant)
 
     def shifted(self) -> _Sum:
-        """The same number, told by the variables as CIF keeps them."""
+        """The same number in terms of the variables as CIF keeps them."""
         moved = sum(count * offset(variable.type) for variable, count in self.terms.items())
         return _Sum(self.terms, self.constant - moved)
 

@@ -64,7 +64,9 @@ class PackageContext:
         """Raises UsageError if the package would stand in the way of one that it needs."""
         if self.package in self.dependencies:
             name = repr(self.package)
-            raise UsageError(f"{name} is no name for a package: it needs the package of that name")
+            raise UsageError(
+                f"{name} is not a valid name for a package: it needs the package of that name"
+            )
 
 
 def topics(

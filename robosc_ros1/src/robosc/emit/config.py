@@ -48,7 +48,7 @@ class Config:
 
     ``output`` are the folders that get packages, by target; ``locations`` those that become the
     package themselves, by target and mode. ``parameters`` are defaults of the node's parameters by
-    their full names. ``supervisor`` tells the node that a supervisor guards, as it stands in the
+    their full names. ``supervisor`` names the node that a supervisor guards, as it stands in the
     file; ``lifecycle`` makes a managed node of one of ROS 2. ``warnings`` are what somebody should
     know who wrote the files.
     """
@@ -169,7 +169,7 @@ def read_text(file: Path) -> str:
     except OSError as error:
         raise UsageError(f"cannot read {file}: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise UsageError(f"cannot read {file}: it is no UTF-8 text") from error
+        raise UsageError(f"cannot read {file}: it is not UTF-8 text") from error
 
 
 def read_own(file: Path, config: Config) -> Config:
@@ -220,7 +220,7 @@ def _apply(file: Path, document: Any, config: Config) -> Config:
     for key, value in document.items():
         if key not in _KEYS:
             near = difflib.get_close_matches(str(key), _KEYS, 1)
-            hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(_KEYS)}"
+            hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(_KEYS)}"
             raise UsageError(f"{file}: unknown key {key!r}; {hint}")
         try:
             config = _KEYS[key](config, value, file)

@@ -141,8 +141,8 @@ def _refuse(
     report.add(
         "commands-alike",
         message.span,
-        f"a supervisor cannot tell '{names[message.key]}' from '{names[other.key]}' on the topic"
-        f" '{message.identifier}': {reason}",
+        f"a supervisor cannot distinguish '{names[message.key]}' from '{names[other.key]}'"
+        f" on the topic '{message.identifier}': {reason}",
         "provide constant data for one of them, or give it a topic of its own",
         [Note("the other message is here", other.span)],
     )

@@ -74,7 +74,7 @@ def _read_found(file: Path, base: Path) -> Config:
     except UsageError as error:
         if file.parent == base:
             raise
-        return Config(warnings=(f"{error}; this file is passed over",))
+        return Config(warnings=(f"{error}; this file is ignored",))
 
 
 def _read_original(file: Path, config: Config, base: Path | None = None) -> Config:
@@ -126,7 +126,7 @@ class _Reader:
         for key in value:
             if key not in known:
                 near = difflib.get_close_matches(key, known, 1)
-                hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(known)}"
+                hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(known)}"
                 inside = f" in {name}" if name else ""
                 self.warnings.append(f"{self._file}: unknown key {key!r}{inside}; {hint}")
         return {key: part for key, part in value.items() if key in known}

@@ -219,7 +219,7 @@ def defined_access(root: str, path: Path) -> str:
 def converted(type_: Type, text: str, attributes: Attributes, *, in_rule: bool = False) -> str:
     """What came in as a value of the language: enums applied, ranges checked.
 
-    The function of an enum gets all that it needs as arguments; ``in_rule`` tells that it is called
+    The function of an enum gets all that it needs as arguments; ``in_rule`` says that it is called
     in another one.
     """
     match type_:

@@ -1,7 +1,7 @@
 """What robosc wrote into a package, so that it knows later what is still as it left it.
 
 The record is a file of the package. It has the layout of ``sha256sum``, so that
-``sha256sum --check`` tells a person, too, which files were changed by hand.
+``sha256sum --check`` shows a person, too, which files were changed by hand.
 """
 
 from __future__ import annotations

@@ -140,8 +140,8 @@ def _controller(config: Config) -> ControllerNode:
     for name, value in config.supervisor.items():
         if name not in known or not isinstance(value, str):
             raise UsageError(
-                f"the section 'supervisor' of the configuration has texts for {', '.join(known)};"
-                f" not {name}: {value!r}"
+                f"the section 'supervisor' of the configuration must give texts for"
+                f" {', '.join(known)}; not {name}: {value!r}"
             )
     node = ControllerNode(**config.supervisor)
     file = node.launch_file

@@ -94,7 +94,7 @@ class CommandView:
     place: str
     description: str
     permission: str
-    """What the guard tells, such as "drive may be requested"."""
+    """What the guard decides, such as "drive may be requested"."""
     guard: str
     guard_notes: tuple[str, ...]
     guard_text: str

@@ -105,7 +105,7 @@ class _Change:
 
 def _write(package: Package, target: Path, force: bool) -> Written:
     if target.is_symlink() and not target.exists():
-        raise UsageError(f"{target} is a link to nothing")
+        raise UsageError(f"{target} is a dangling link")
     folder = target.resolve()
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _alone(folder.parent):
@@ -189,7 +189,7 @@ def _make_way(
     return list(found)
 
 
-_FOLDER = "a folder where a file shall go"
+_FOLDER = "a folder where a file must go"
 
 
 def _remedy(refused: Mapping[str, str]) -> str:
@@ -202,7 +202,7 @@ def _in_the_way(folder: Path, name: str, record: Mapping[str, str]) -> Iterator[
     """What has to go for the file ``name``, with what speaks against it; empty if nothing does."""
     for parent in reversed(Path(name).parents):
         if os.path.lexists(folder / parent) and not _is_plain_folder(folder / parent):
-            yield parent.as_posix(), "no plain folder, and files shall go below it"
+            yield parent.as_posix(), "not a plain folder, but files must go below it"
             return
     place = folder / name
     if _is_plain_folder(place):
@@ -249,7 +249,7 @@ def _take_place(new: Path, change: _Change) -> bool:
             _remove_empty(new, change)
         exchange(new, folder)
     except OSError:
-        return False  # a mount point, files of somebody else: the other way tells what is wrong
+        return False  # a mount point, files of somebody else: the other way reports what is wrong
     return True
 
 

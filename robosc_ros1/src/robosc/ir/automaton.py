@@ -7,7 +7,7 @@ phases of its communications.
 
 An event changes the state through its *phase* (a service goes from idle to busy or back) and
 through its *automata*, those of the components that synchronise on it. What an event does in a
-state is told by :func:`robosc.ir.step.outcome`; engines compile the same facts into faster forms.
+state is defined by :func:`robosc.ir.step.outcome`; engines compile the same into faster forms.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class EventParameter:
     then leave their variable, and guards that read it do not hold (docs/semantics.md, "What is not
     there"). ``labels`` are what users see where values only represent a class. ``test`` is what a
     test reads.
-    ``optional`` tells that there may be no value at all; then, too, ``None`` stands last.
+    ``optional`` says that there may be no value at all; then, too, ``None`` stands last.
     """
 
     path: tuple[str | int, ...]
@@ -108,8 +108,8 @@ class Edge:
 
     ``updates`` assign state variables: (index, right-hand side over the state before the event).
     ``assignments`` are those of the model, for the controller at run time: data-only variables
-    among them, and data exactly. ``target`` is a location; ``enters`` tells whether it is entered
-    (by ``goto``), be it from itself. ``level`` tells whether it is a transition of the state, of
+    among them, and data exactly. ``target`` is a location; ``enters`` says whether it is entered
+    (by ``goto``), be it from itself. ``level`` says whether it is a transition of the state, of
     the whole automaton, or two of them taken together.
     """
 
@@ -172,7 +172,7 @@ class Event:
 
     @property
     def identity(self) -> tuple[EventKind, str, int]:
-        """What tells the events of a plant apart."""
+        """What identifies an event of a plant."""
         return self.kind, self.key, self.index
 
 

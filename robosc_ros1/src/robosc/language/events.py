@@ -77,7 +77,7 @@ class EventSort:
 
     ``sources`` are the phases in which it is possible, ``target`` the one it leads into; they count
     where the communication has phases. ``brings`` names the type of the value that comes with it;
-    ``optional`` tells that it may come without. ``with_timeout`` marks an event that only a
+    ``optional`` says that it may come without. ``with_timeout`` marks an event that only a
     communication with a timeout has.
     """
 
@@ -102,7 +102,7 @@ class CommunicationSort:
     phases_with_timeout: bool = False
 
     def events_of(self, timeout: bool) -> Iterator[EventSort]:
-        """The events in model order; ``timeout`` tells whether the communication has one."""
+        """The events in model order; ``timeout`` says whether the communication has one."""
         return (e for e in self.events if timeout or not e.with_timeout)
 
     def phases_of(self, timeout: bool) -> Phases | None:

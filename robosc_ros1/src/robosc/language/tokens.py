@@ -146,9 +146,9 @@ class Comment:
 class Tokens:
     """The tokens of one source: their kinds, and where each begins and ends.
 
-    ``faults`` are the places of all lexical faults in order; ``diagnostics`` tell of the first.
-    ``open_end`` tells that an unterminated comment has swallowed the rest of the file. ``binary``
-    tells that the file is no text at all.
+    ``faults`` are the places of all lexical faults in order; ``diagnostics`` describe the first.
+    ``open_end`` says that an unterminated comment has swallowed the rest of the file. ``binary``
+    says that the file is no text at all.
     """
 
     source: Source

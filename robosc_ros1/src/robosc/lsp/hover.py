@@ -106,7 +106,7 @@ def _ros(definitions: MessageDefinitions, symbol: Symbol) -> Iterator[str]:
 
 
 def _definition(definitions: MessageDefinitions, package: str, type_: str) -> Iterator[str]:
-    """The file as it is, or what Python bindings tell."""
+    """The file as it is, or what Python bindings contain."""
     file = definition_file(definitions, package, type_)
     if file is not None:
         try:

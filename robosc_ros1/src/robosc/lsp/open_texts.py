@@ -1,4 +1,4 @@
-"""Texts that a client has open: read after a pause, and their diagnostics told.
+"""Texts that a client has open: read after a pause, and their diagnostics published.
 
 Reading a model takes some ten milliseconds, a long one up to a second. So a text is read when no
 key comes for a moment, the longer it is the longer, a long one in a thread of its own. Synthesis is

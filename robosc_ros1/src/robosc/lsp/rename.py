@@ -52,7 +52,7 @@ def rename(desk: Desk, path: str, symbol: Symbol, name: str) -> Mapping[str, lis
     """
     name = name.removeprefix("^")
     if not re.fullmatch(IDENTIFIER, name, re.ASCII):
-        raise RenameError(f"'{name}' is no name: letters, digits and '_', no digit first")
+        raise RenameError(f"'{name}' is not a name: letters, digits and '_', no digit first")
     if not may_be_renamed(symbol):
         raise RenameError("this name is not given by a model")
     found = references(desk, path, symbol)

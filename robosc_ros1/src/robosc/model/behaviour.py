@@ -193,13 +193,13 @@ class BehaviourResolver:
 
     def _tau(self, node: TauNode) -> Tau:
         self._taus += 1
-        incoming = no_value("nothing comes in when a component moves by itself")
+        incoming = no_value("an internal transition carries no value")
         guard = self._guard(node.guard, incoming)
         return Tau(self._taus, guard, self._goto(node.goto), span=node.span)
 
     def _after(self, node: AfterNode) -> After | None:
         self._afters += 1
-        incoming = no_value("nothing comes in when time passes")
+        incoming = no_value("'after' carries no value")
         delay = self._typer(incoming).check(node.duration, DURATION, "'after'")
         if delay and not is_above_zero(delay, "'after'", node.duration.span, self._report):
             delay = None
@@ -335,6 +335,6 @@ class BehaviourResolver:
 def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:
     found = info.sort.event(event)
     if found is None or found.brings is None:
-        return no_value(f"'on {event.value}' brings no value")
+        return no_value(f"'on {event.value}' carries no value")
     type_ = info.brought(event)
     return Incoming(type_, known=type_ is not None, optional=found.optional)

@@ -28,7 +28,7 @@ def resolve_communication(
     report.add(
         "unknown-communication",
         access.span,
-        "this is no communication",
+        "this is not a communication",
         "write its name, or Component.name",
     )
     return None

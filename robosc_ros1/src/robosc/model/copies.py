@@ -114,7 +114,7 @@ class _Writer:
 
     def _indexes(self, node: RangeNode) -> range:
         if node.first > node.last:
-            message = f"{node.first} lies behind {node.last}"
+            message = f"{node.first} is greater than {node.last}"
             self._report.add("empty-range", node.span, message, "write the smaller one first")
         elif node.last - node.first >= MOST_COPIES:
             message = f"these are more than {MOST_COPIES:,} indexes"
@@ -269,7 +269,7 @@ class _Writer:
             self._report.add(
                 "bad-index",
                 node.span,
-                "the index of a component must be a whole number that is known beforehand",
+                "the index of a component must be a whole number known when the model is read",
                 f"it can be computed from {names}",
             )
         return value

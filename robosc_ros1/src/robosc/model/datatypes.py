@@ -186,7 +186,7 @@ class TypeTable(KnownTypes):
             self._report.add(
                 "interface-not-found",
                 node.written.span,
-                f"this is no {kind}",
+                f"this is not {'an' if kind == 'action' else 'a'} {kind}",
                 f"write {package.text}/{name.text} or {package.text}/{node.folder}/{name.text}",
             )
             return None

@@ -38,7 +38,7 @@ class Binding:
     ``request_field``, ``response_field``, ``feedback_field`` name the one data field through which
     a basic type, or an enum from one, travels; None for objects, ``none`` and where the definition
     is not installed. A message has its field in ``request_field`` (incoming) or ``response_field``
-    (outgoing). ``found`` tells whether the real definition was there to check against.
+    (outgoing). ``found`` says whether the real definition was there to check against.
     """
 
     package: str

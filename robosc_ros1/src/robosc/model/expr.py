@@ -143,7 +143,7 @@ class PhaseRef:
 class ValueRef:
     """What came in (``value``), or a part of it: member names and array indexes after ``value``.
 
-    ``optional`` tells that there may be no value at all, as of an action that failed.
+    ``optional`` says that there may be no value at all, as of an action that failed.
     """
 
     path: tuple[str | int, ...]

@@ -348,7 +348,7 @@ class Typer:
         if operation is None:
             hint = self._report.suggest(name, AGGREGATES)
             self._report.add(
-                "unknown-name", node.function.span, f"'{name}' goes through no array", hint
+                "unknown-name", node.function.span, f"'{name}' does not range over an array", hint
             )
             return None
         if variable in self._bound or variable == "value":

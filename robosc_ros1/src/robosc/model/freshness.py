@@ -1,9 +1,9 @@
 """Commands that would go on with what a message said last, though it has fallen silent.
 
 Only data count: a message that makes states change is an event, and an event does not grow old. A
-command that uses up what it was told (the variable's component enables it only when the message has
-come, and its request leads to a state in which it is disabled) is sent once for each message, so
-that it does not go on either.
+command that uses up what the message said (the variable's component enables it only when the
+message has come, and its request leads to a state in which it is disabled) is sent once for each
+message, so that it does not go on either.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ class Incoming:
     """What ``value`` means at a place: a type, or None with the reason why it means nothing.
 
     ``known`` is False where its type has an error: then whatever reads it is silent. ``optional``
-    tells that it may not have come.
+    says that it may not have come.
     """
 
     type: Type | None

@@ -1,9 +1,9 @@
-"""Guards that do not exclude each other, as far as the text tells.
+"""Guards that do not exclude each other, as far as the text shows.
 
-Whether two guards can hold together depends on the states that the robot can be in, so it is told
-from its state space. A model with errors has none, and a library neither; for these the guards are
-compared over all values of what they read. In a library that is told only of guards that read
-nothing but what comes in, because a robot may never bring its variables to those values.
+Whether two guards can hold together depends on the states that the robot can be in: its state space
+decides. A model with errors has none, and a library neither; for these the guards are compared over
+all values of what they read. In a library it is reported only for guards that read nothing but what
+comes in, because a robot may never bring its variables to those values.
 """
 
 from __future__ import annotations

@@ -41,7 +41,10 @@ class StatementResolver:
         self._binder = binder
         self._report = report
         self._typer = Typer(
-            report, types, symbols, no_value("nothing comes in where a command is decided on")
+            report,
+            types,
+            symbols,
+            no_value("a decision on a command has no incoming value"),
         )
         self._data = DataTyper(self._typer, types, report)
 

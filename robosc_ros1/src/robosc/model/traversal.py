@@ -148,7 +148,7 @@ def may_be_undefined(expr: Expr) -> bool:
 
 
 def all_names(path: tuple[str | int, ...]) -> bool:
-    """Whether a path goes through no array."""
+    """Whether a path leads through no array."""
     return all(isinstance(part, str) for part in path)
 
 

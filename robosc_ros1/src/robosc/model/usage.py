@@ -88,7 +88,7 @@ def _kept(type_: Type, used: Set[Path]) -> Type:
 
 
 def _read(expr: Expr, elements: Mapping[str, tuple[Path, ...]] = NO_ELEMENTS) -> Iterator[Path]:
-    """What an expression reads; ``elements`` tells from which arrays bound variables come."""
+    """What an expression reads; ``elements`` are the arrays that bound variables range over."""
     stack = [expr]
     while stack:
         match stack.pop():

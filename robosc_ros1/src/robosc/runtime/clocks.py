@@ -101,7 +101,7 @@ class Clocks:
         time = now()
         self._notice_jump(time)
         if not self._since <= arrival <= time:
-            arrival = time  # it was told by another clock: before a jump, or before time began
+            arrival = time  # it was read from another clock: before a jump, or before time began
         for key in keys:
             watch = self._watches.get(key)
             if watch is not None:

@@ -20,8 +20,8 @@ LIMIT = 1000
 
 class Inbox:
     """``submit`` takes a message to the engine, as ``(entries, message, inbox)``, and may handle it
-    before it returns; ``put`` leaves it in the queue in any case. ``now`` tells the time (None: it
-    does not matter)."""
+    before it returns; ``put`` leaves it in the queue in any case. ``now`` returns the time
+    (None: it does not matter)."""
 
     __slots__ = (
         "_arrivals",

@@ -52,7 +52,7 @@ its topic; or something to do between two events."""
 
 
 class Intake:
-    """The parts of an engine, what any thread may tell it, and what reporters see of it."""
+    """The parts of an engine, what any thread may pass to it, and what reporters see of it."""
 
     def __init__(
         self,

@@ -16,7 +16,7 @@ Row = Tuple[str, Tuple[Dict[str, Any], ...], Optional[Tuple[Path, Tuple[Any, ...
 class CommandPattern(NamedTuple):
     """The pattern of a command that messages of a topic may mean.
 
-    ``fits`` tells whether a message means it (None: any message does that means no other).
+    ``fits`` says whether a message means it (None: any message does that means no other).
     """
 
     key: str
@@ -77,7 +77,7 @@ def _fields(message: Any) -> Sequence[str]:
 
 
 def _content(message: Any) -> Any:
-    """A message as plain data without its headers: when it was sent tells nothing."""
+    """A message as plain data without its headers: when it was sent does not matter."""
     if isinstance(message, (list, tuple)):
         return [_content(part) for part in message]
     if not hasattr(message, "__slots__"):

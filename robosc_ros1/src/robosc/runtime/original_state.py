@@ -19,7 +19,7 @@ _EVENTS = {
 class OriginalState:
     """Makes the documents from those of ``~model``, ``~state`` and ``~events``.
 
-    A document tells the transitions that were taken since the one before it.
+    A document lists the transitions that were taken since the one before it.
     """
 
     def __init__(self, model: Mapping[str, Any]) -> None:
@@ -108,7 +108,7 @@ def _may_be_hidden(transition: Mapping[str, Any]) -> bool:
 
 
 def _text(value: Any) -> str:
-    """A value as a text; of objects and arrays nothing is told."""
+    """A value as a text; objects and arrays have none."""
     if isinstance(value, (dict, list)) or value is None:
         return "unknown"
     if isinstance(value, bool):

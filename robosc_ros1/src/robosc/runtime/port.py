@@ -17,7 +17,7 @@ Data = Optional[Dict[str, Any]]
 
 
 BEFORE_TIME = -1.0
-"""What the clock shows while ROS time is simulated and nobody has told it yet."""
+"""What the clock shows while ROS time is simulated and nobody has published it yet."""
 
 
 class Port:

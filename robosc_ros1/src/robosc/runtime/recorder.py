@@ -55,7 +55,7 @@ class EventRecorder:
         )
 
     def take(self) -> List[Entry]:
-        """All entries since the last call; gaps in their numbers tell what had to be dropped."""
+        """All entries since the last call; gaps in their numbers show what had to be dropped."""
         taken = []
         while True:
             try:

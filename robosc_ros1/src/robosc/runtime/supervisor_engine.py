@@ -138,7 +138,7 @@ class SupervisorEngine(Engine):
         key = matching_command(patterns, message)
         if key is None:
             names = ", ".join(self._names[pattern.key] for pattern in patterns)
-            reason = {"kind": "unknown", "text": "its data are those of none of " + names}
+            reason = {"kind": "unknown", "text": "its data match none of " + names}
             self._block("", topic, "request", [reason])
             return
         reasons = self._unfit(message)

@@ -30,15 +30,16 @@ class Traffic(NamedTuple):
         for topic in self.commanded:
             for name in self._others(topic, publishers):
                 yield (
-                    "%s publishes %s, too, which this node commands the robot on: stop one of the"
+                    "%s also publishes %s, on which this node commands the robot: stop one of the"
                     " two, or name it in the parameter allowed_publishers" % (name, topic)
                 )
         for topic in self.guarded:
             others = self._others(topic, publishers)
             if len(others) > 1:
                 yield (
-                    "%s all publish %s: one controller is to be guarded; stop the others, or name"
-                    " them in the parameter allowed_publishers" % (" and ".join(others), topic)
+                    "%s all publish %s, but only one controller can be guarded: stop the others,"
+                    " or name them in the parameter allowed_publishers"
+                    % (" and ".join(others), topic)
                 )
 
     def unconnected(self, publishers: _Nodes, subscribers: _Nodes) -> Iterator[str]:

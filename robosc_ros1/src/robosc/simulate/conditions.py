@@ -39,10 +39,10 @@ def _parsed(text: str) -> ExprNode:
     errors = [d for d in diagnostics if d.severity is Severity.ERROR]
     if errors:
         column = max(1, min(errors[0].span.start - len(_BEFORE), len(text)) + 1)
-        raise InvalidLine(f"'{text}' is no condition: {_in_words(errors[0])} at column {column}")
+        raise InvalidLine(f"'{text}' is not a condition: {_in_words(errors[0])} at column {column}")
     found = tree.declarations if tree is not None else ()
     if len(found) != 1 or not isinstance(found[0], RequirementNode):
-        raise InvalidLine(f"'{text}' is no condition")
+        raise InvalidLine(f"'{text}' is not a condition")
     return found[0].condition
 
 

@@ -30,7 +30,7 @@ def do_document(session: Session, text: str) -> tuple[Done, Any]:
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InvalidLine(f"this is no JSON: {error}") from None
+        raise InvalidLine(f"this is not JSON: {error}") from None
     if isinstance(document, str):
         document = {"line": document}
     if not isinstance(document, dict):

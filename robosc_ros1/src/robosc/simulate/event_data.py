@@ -168,7 +168,7 @@ def _by_path(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw]
     for text, value in raw.items():
         path = path_in(text) if text else ()
         if path is None:
-            raise InvalidLine(f"'{text}' is no part of a value: write pose.x or ranges[0]")
+            raise InvalidLine(f"'{text}' is not part of a value: write pose.x or ranges[0]")
         inner: Type | None = type_
         for step in path:
             if isinstance(inner, ObjectType) and isinstance(step, str):

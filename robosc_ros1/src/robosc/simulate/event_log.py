@@ -42,7 +42,7 @@ def read_log(log: str) -> Iterator[LogEntry]:
     """All events of a log and its older parts, oldest first.
 
     A line that is no JSON, after others that are, was cut off when its node was killed, and is left
-    out; if others of that run follow, their numbers tell that it is missing.
+    out; if others of that run follow, their numbers show that it is missing.
 
     Raises:
         UsageError: a file cannot be read, or is no event log.
@@ -110,4 +110,4 @@ def _entry(file: str, line: int, document: Any) -> LogEntry:
             if isinstance(index, int) and isinstance(document.get("parameters", {}), dict):
                 value = event.get("value")
                 return LogEntry(document, file, line, number, kind, name, index, value, outcome)
-    raise UsageError(f"{file}:{line}: this is no event of a log, version 1")
+    raise UsageError(f"{file}:{line}: this is not an event of a log, version 1")

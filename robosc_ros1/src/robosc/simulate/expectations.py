@@ -117,7 +117,7 @@ def _sent(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
                 raise InvalidLine("write commands in order: expect sent stop, move * 3; or nothing")
             event = _any_event(match[1], machine)
             if event.kind.value not in ("request", "cancel"):
-                raise InvalidLine(f"{label(event)} is nothing that a controller sends")
+                raise InvalidLine(f"{label(event)} is not sent by a controller")
             wanted += [label(event)] * int(match[2] or 1)
     sent = [
         f"{h.name}.{h.kind}" for h in latest

@@ -211,13 +211,13 @@ def _unknown(machine: Machine, text: str) -> str:
     mine = set(map(id, machine.typeable))
     for event in machine.plant.events:
         if id(event) not in mine and text in (label(event), _key_label(event), event.name):
-            return f"{label(event)} is the controller's own to do: wait, or let something happen"
+            return f"{label(event)} is sent by the controller itself: wait, or let something happen"
     labels = [label(e) for e in machine.typeable]
     near = get_close_matches(text, [*labels, *(e.name for e in machine.typeable)], 1)
     if near:
         return f"there is no event '{text}'; did you mean '{near[0]}'?"
     few = f"; there are {listing(labels)}" if len(labels) <= 8 else ""
-    return f"there is no event or command '{text}'{few} (help tells more)"
+    return f"there is no event or command '{text}'{few} (see help)"
 
 
 def _key_label(event: Event) -> str:

@@ -63,7 +63,7 @@ def _session_lines(session: Session, style: Style) -> Iterator[str]:
 
 
 _LONGEST = 60
-"""Characters of an object or an array in a line that tells the state."""
+"""Characters of an object or an array in a line that shows the state."""
 
 
 def _short(value: Value | None) -> str:

@@ -54,7 +54,7 @@ class Departure:
 
 @dataclass(frozen=True)
 class Replayed:
-    """What a log holds. ``missing`` tells of events that the log lost, so that the rest of that run
+    """What a log holds. ``missing`` counts events that the log lost, so that the rest of that run
     could not be followed."""
 
     robot: str
@@ -166,7 +166,7 @@ class Follower:
         try:
             return f"{entry.text}({value_with_classes(event, _restored(entry.value, parts))})"
         except ValueError:
-            return entry.text  # the reason tells of it
+            return entry.text  # the reason says it
 
     def _leaves(self, controller: Controller, entry: LogEntry) -> str | None:
         """Apply an event; why it cannot be, if so."""
@@ -244,7 +244,7 @@ def _perform(controller: Controller, command: Command, value: Any, stopping: boo
         except Undefined:
             return "some of its data has not arrived yet"
         provided = json.loads(json.dumps(jsonable(data)))
-        # A node that guards another controller passes that one's data, and does not tell them.
+        # A node that guards another controller passes that one's data, and does not log them.
         if value is not None and provided != value:
             return f"the model sends {json.dumps(provided)}, the log has {json.dumps(value)}"
     if command.apply is not None and (not reasons or _synchronises(controller, command)):

@@ -139,7 +139,7 @@ class Session:
     def _by_name(self, text: str) -> Done:
         match = _FIRE.fullmatch(text)
         if match is None:
-            raise InvalidLine(f"cannot read '{text}' (help tells what can be written)")
+            raise InvalidLine(f"cannot read '{text}' (help shows what can be written)")
         try:
             event = self.event(match[1])
         except InvalidLine as fault:
@@ -188,7 +188,7 @@ class Session:
         wanted = condition(rest, self.machine.plant.robot)
         path = self.machine.path(wanted)
         if path is None:
-            raise Refused(f"from here no way leads to where {rest} holds")
+            raise Refused(f"no path leads from here to where {rest} holds")
         happenings: list[Happening] = []
         for event, given in path:
             happenings += self._fire(event, given)
@@ -334,7 +334,7 @@ def read_lines(path: str) -> list[str]:
     try:
         return Path(path).expanduser().read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:
-        raise InvalidLine(f"{path} is no UTF-8 text") from None
+        raise InvalidLine(f"{path} is not UTF-8 text") from None
     except (OSError, ValueError, RuntimeError) as error:
         raise InvalidLine(f"cannot read {path}: {_reason(error)}") from None
 
@@ -351,7 +351,7 @@ def _without_comment(line: str) -> str:
 
 def _nothing(rest: str, word: str) -> None:
     if rest:
-        raise InvalidLine(f"'{word}' stands alone")
+        raise InvalidLine(f"'{word}' takes no arguments")
 
 
 def _number(text: str, example: str) -> float:

@@ -276,14 +276,14 @@ class SingleEvents:
                         return self._trace(came, target)
                     queue.append(target)
             if len(came) > MOST_STATES:
-                raise Refused(f"no way was found within {MOST_STATES:,} states")
+                raise Refused(f"no path was found within {MOST_STATES:,} states")
         return None
 
     def _of_the_plant(self, condition: Expr) -> Expr:
         """The condition over states of the plant, which knows data by what the model asks of them.
 
         Raises:
-            InvalidLine: the plant cannot tell where it holds.
+            InvalidLine: the plant does not determine where it holds.
         """
         found = self.plant.view.expression(condition_on_data(condition))
         for part in walk(found):
@@ -298,8 +298,8 @@ class SingleEvents:
             if not known:
                 text = to_dsl(part, self.plant.robot)
                 raise InvalidLine(
-                    "a way can be found only to what decides on commands, not to data:"
-                    f" '{text}' does not"
+                    "a path can be found only to what decides about commands, not to data:"
+                    f" '{text}' does not decide"
                 )
         return found
 

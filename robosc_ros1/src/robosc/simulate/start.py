@@ -59,9 +59,9 @@ def parameters(texts: Iterable[str]) -> dict[str, Any]:
     for text in texts:
         name, sign, value = text.partition("=")
         if not name or not sign:
-            raise InvalidLine(f"'{text}' is no parameter: write NAME=VALUE")
+            raise InvalidLine(f"'{text}' is not a parameter: write NAME=VALUE")
         raw = parse_raw(value)
         if raw is None or isinstance(raw, dict):
-            raise InvalidLine(f"'{value}' is no value of the parameter {name}")
+            raise InvalidLine(f"'{value}' is not a value of the parameter {name}")
         found[name] = raw
     return found

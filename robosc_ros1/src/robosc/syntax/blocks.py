@@ -37,8 +37,8 @@ _FAR = 50
 class Rule:
     """One kind of declaration: its grammar behind the first keyword, and its node.
 
-    ``block`` tells from the parts which block follows, if any; its declarations become the last
-    part. ``opening`` says what was expected where it does not begin. ``tail`` names what could
+    ``block`` returns, given the parts, which block follows, if any; its declarations become the
+    last part. ``opening`` says what was expected where it does not begin. ``tail`` names what could
     still follow at the end of a node, for messages. ``refusal`` says why the declaration, though
     well formed, may not stand here; it is then reported and left out.
     """
@@ -315,7 +315,7 @@ class Block:
         assert self.child is not None
         if reading.reported_at != at:
             reading.reported_at = at
-            hint = "is there a '}' too many above?"
+            hint = "is there an extra '}' above?"
             reading.report("unexpected-brace", f"'{word}' cannot stand here", at, hint=hint)
         reading.reopened = True
         late: list[Any] = []

@@ -189,7 +189,7 @@ class _Scanner:
         if kind in _FOREIGN:
             found = _FOREIGN[kind]
             hint = f"write '{FOREIGN[found]}'"
-            raise Stop(self.kinds, at, f"'{found}' is no operator", hint=hint)
+            raise Stop(self.kinds, at, f"'{found}' is not an operator", hint=hint)
         if kind == ".":
             raise Stop(self.kinds, at + 1, "expected a name after '.'")
         if self.brackets:

@@ -481,7 +481,7 @@ class ImportNode:
 class RequirementNode:
     """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications).
 
-    ``place`` tells the indexes that a copy from a ``for`` is for.
+    ``place`` are the indexes of a copy that a ``for`` makes.
     """
 
     kind: Literal["needs", "disables", "never", "always"]

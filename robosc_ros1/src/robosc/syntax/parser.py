@@ -25,7 +25,7 @@ _LARGEST = 2**26
 
 
 def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
-    """The model file at ``path``; None and the reason if it is no UTF-8 text.
+    """The model file at ``path``; None and the reason if it is not UTF-8 text.
 
     Raises UsageError if the file cannot be read at all.
     """
@@ -49,7 +49,7 @@ def read_bytes(path: str) -> bytes:
 
 
 def source_of(path: str, data: bytes) -> tuple[Source | None, tuple[Diagnostic, ...]]:
-    """The text of a model file; None and the reason if it is no UTF-8 text.
+    """The text of a model file; None and the reason if it is not UTF-8 text.
 
     A byte order mark is dropped, and line ends become ``\\n``.
     """
@@ -82,7 +82,7 @@ def _invalid_utf8(path: str, data: bytes, error: UnicodeDecodeError) -> Diagnost
     before = data[: error.start].decode("utf-8-sig", "replace")
     source = Source(path, data.decode("utf-8-sig", "replace").replace("\r\n", "\n"))
     start = len(before.replace("\r\n", "\n"))
-    message = f"the byte 0x{data[error.start]:02X} is no UTF-8 text"
+    message = f"the byte 0x{data[error.start]:02X} is not UTF-8 text"
     utf16 = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     hint = "this looks like UTF-16: save the file as UTF-8" if utf16 else "save the file as UTF-8"
     span = Span(source, start, start + 1)
@@ -168,7 +168,7 @@ def _rest(reading: Reading, end: int, block: Block, kind: str, declarations: lis
 def _trailing(reading: Reading, at: int, kind: str, block: Block) -> None:
     if block.belongs(reading, at):
         if reading.reported_at != at:
-            hint = "is there a '}' too many above?"
+            hint = "is there an extra '}' above?"
             reading.report("unexpected-brace", f"the {kind} has ended before this", at, hint)
     elif reading.kind(at) == "}":
         reading.report("unexpected-brace", "this '}' closes nothing", at)

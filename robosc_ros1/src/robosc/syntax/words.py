@@ -17,7 +17,7 @@ __all__ = ["Words"]
 class _Gap:
     """What stands between two words: comments behind the first, comments before the second.
 
-    ``blank`` tells of an empty line before each of the latter, and before the second word.
+    ``blank`` asks for an empty line before each of the latter, and before the second word.
     """
 
     behind: tuple[Remark, ...]

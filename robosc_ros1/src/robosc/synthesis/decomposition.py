@@ -27,7 +27,7 @@ _SMALL = 2**12
 """Combinations of values of a part that need not stand by itself."""
 
 _Identity: TypeAlias = tuple[EventKind, str, int]
-"""What tells the events of a plant apart: their kind, key and index."""
+"""What identifies an event of a plant: its kind, key and index."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What tells two sets apart: greedy elimination and greedy selection, in few attempts."""
+"""What distinguishes two sets: greedy elimination and greedy selection, in few attempts."""
 
 from __future__ import annotations
 

@@ -4,10 +4,10 @@ Synthesis gives each controllable event a set of states; users want a condition.
 requirements alone give the same set, their own wording is the guard. Otherwise an expression is
 made that is right in every state of the controlled system in which the plant can do the event, and
 means nothing elsewhere: the state variables that do not matter are dropped one after another, and
-what the rest tells apart is covered by few and wide boxes (:mod:`robosc.synthesis.minimise`). If
+what the rest distinguishes is covered by few and wide boxes (:mod:`robosc.synthesis.minimise`). If
 that is long, two other ways are tried, and the shortest result is taken: what the state
 requirements demand of the state after the event, where that happens to be the guard, and state
-variables selected one after another by how much they tell apart.
+variables selected one after another by how much they distinguish.
 
 Engines hand in their sets as a :class:`CareSet`; nothing here depends on their representation.
 """
@@ -41,7 +41,7 @@ _LONG = 40
 class CareSet(Protocol):
     """States in which an event is allowed, and states in which it is refused.
 
-    ``parts`` are the groups of state variables that still tell states apart, each to be kept or
+    ``parts`` are the groups of state variables that still distinguish states, each to be kept or
     forgotten as a whole.
     """
 
@@ -52,7 +52,7 @@ class CareSet(Protocol):
         """The same with some parts forgotten; None if the two sets would then overlap."""
 
     def selected(self) -> CareSet | None:
-        """The same with parts selected by how much they tell apart; None if that is too costly."""
+        """The same with parts selected by how much they distinguish; None if that is too costly."""
 
     def separates(self, condition: Expr) -> bool:
         """Whether a condition holds where the event is allowed and fails where it is refused."""

@@ -292,7 +292,7 @@ def _member(needed: Bools, free: Bools, is_value: Callable[[int], Expr]) -> Expr
 
 
 def _interval(index: StateVariable, variable: _Reference, needed: Bools, free: Bools) -> Expr:
-    """Runs of values, each told by its bounds; they stretch over free values where that helps."""
+    """Runs of values, each given by its bounds; they stretch over free values where that helps."""
     runs: list[Expr] = []
     last = len(needed) - 1
     place = 0

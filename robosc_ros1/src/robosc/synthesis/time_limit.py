@@ -24,7 +24,7 @@ _AGAIN = 0.5
 def processor_time(seconds: float, progress: Progress | None) -> Iterator[Progress]:
     """The same progress, whose caller is stopped when the processor time is used up.
 
-    In the main thread a timer stops also what tells no progress; a timer that somebody else uses
+    In the main thread a timer also stops what reports no progress; a timer that somebody else uses
     (a profiler) is left alone.
 
     Raises:

@@ -55,7 +55,7 @@ class Hub:
                 self._changed.notify_all()
 
     def clear(self) -> None:
-        """Forget all events: another run begins, and followers are told ("run")."""
+        """Forget all events: another run begins, and followers are notified ("run")."""
         with self._changed:
             self._events.clear()
             self._length = 0

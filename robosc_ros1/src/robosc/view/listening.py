@@ -1,4 +1,4 @@
-"""A running controller as a source: what it tells on ``~model``, ``~state`` and ``~events``.
+"""A running controller as a source: what it publishes on ``~model``, ``~state`` and ``~events``.
 
 How it is listened to depends on the ROS (:mod:`~robosc.view.ros1`, :mod:`~robosc.view.ros2`); what
 is heard, and whether it still comes, is the same.
@@ -48,7 +48,7 @@ class Heard:
         self._tell()
 
     def waits(self, topics: Iterable[str]) -> None:
-        """There is nothing to say but which other controllers tell something on these topics."""
+        """There is nothing to say but which other controllers publish on these topics."""
         there = set(topics)
         names = sorted(topic.removesuffix("/model") for topic in there if topic.endswith("/model"))
         others = [n for n in names if {f"{n}/state", f"{n}/events"} <= there and n != self.node]
@@ -56,7 +56,7 @@ class Heard:
         self.otherwise = f"waiting for {self.node}{hint}"
 
     def watch(self) -> None:
-        """Begin to tell how things stand, whatever else in this process hangs."""
+        """Begin to report how things stand, whatever else in this process hangs."""
         threading.Thread(target=self._run, name="watch", daemon=True).start()
 
     def model(self, text: str) -> None:

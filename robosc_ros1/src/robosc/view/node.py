@@ -40,7 +40,7 @@ def view_node(node: str, where: Where, environment: Mapping[str, str]) -> None:
 def which_ros(environment: Mapping[str, str]) -> str:
     """``"1"`` or ``"2"``: the one whose setup was sourced, else the one that this Python has.
 
-    Where it has both, a master that is named tells that it is the first.
+    Where it has both, a master that is named decides for the first.
 
     Raises:
         UsageError: it is not there.

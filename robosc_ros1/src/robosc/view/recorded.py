@@ -140,7 +140,7 @@ class Recording:
 
     def overview(self, _: Any) -> Json:
         """Of each event when it was, in seconds since 1970, its sort as a letter, and the place of
-        its name in ``names``. ``series`` are how states and numbers went. ``departures`` tell where
+        its name in ``names``. ``series`` are how states and numbers went. ``departures`` say where
         the log leaves the model: ``at`` an event, and the state is not known ``until`` another.
         """
         names: dict[str, int] = {}
@@ -220,7 +220,7 @@ class Recording:
                 (c.key, c.kind): moment.counts[names[c.key], c.kind] for c in controller.COMMANDS
             },
             "number": last.number,
-            "clocks": {},  # a log does not tell when they are due
+            "clocks": {},  # a log does not say when they are due
             "stopped": moment.stopped,
             "counters": {name: moment.counters[name] for name in _COUNTERS},
         }

@@ -57,7 +57,7 @@ class Where:
 
 
 class PageServer(ThreadingHTTPServer):
-    """Serves until it is told to end. Raises UsageError if it cannot listen there."""
+    """Serves until it is stopped. Raises UsageError if it cannot listen there."""
 
     daemon_threads = True
     # A browser that reloads often must not find the door closed.
@@ -116,7 +116,7 @@ class PageServer(ThreadingHTTPServer):
         )
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that goes away is no fault; there is nobody to tell of others."""
+        """A browser that goes away is no fault; there is nobody to report others to."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -159,7 +159,7 @@ class _Handler(BaseHTTPRequestHandler):
                 raise ValueError("too long")
             document = json.loads(self.rfile.read(length))
         except (ValueError, RecursionError) as error:
-            self._reply(400, {"message": f"this is no JSON: {error}"})
+            self._reply(400, {"message": f"this is not JSON: {error}"})
             return
         try:
             self._reply(200, answer(document))

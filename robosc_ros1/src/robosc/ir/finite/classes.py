@@ -1,4 +1,4 @@
-"""What a number or a string can be, as far as comparisons with constants tell."""
+"""What a number or a string can be, as far as comparisons with constants show."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ class Missing:
     """Why a definition is not to be had.
 
     ``reason`` is ``package`` (there is none of that name), ``file`` (it has no such file; ``names``
-    are those that it has), ``faulty`` (the file cannot be read; ``detail`` tells why) or ``genmsg``
+    are those that it has), ``faulty`` (the file cannot be read; ``detail`` says why) or ``genmsg``
     (this Python cannot read definitions).
     """
 

@@ -23,7 +23,7 @@ def misfit(type_: Type, field: FieldType, sending: bool) -> tuple[str, str] | No
         return misfit(type_.source, field, sending)
     if isinstance(type_, ArrayType):
         if not field.is_array:
-            return "field-kind", f"it is no array, {type_} does not fit"
+            return "field-kind", f"it is not an array, {type_} does not fit"
         return misfit(type_.element, field.element, sending)
     if field.is_array:
         return "field-kind", f"it is an array, {type_} does not fit; write array({type_})"
@@ -56,7 +56,7 @@ def _kind_words(type_: Type, field: FieldType, sending: bool) -> str:
     if isinstance(type_, DoubleType) and field.base in INTEGERS:
         return "a double cannot be sent through it; use integer"
     if isinstance(type_, IntegerType) and field.base in ("float32", "float64"):
-        return "what comes in is no integer; use double"
+        return "what comes in is not an integer; use double"
     if field.is_message:
         return f"it is a message itself, {type_} does not fit; use an object"
     if isinstance(type_, ObjectType):

@@ -89,7 +89,7 @@ def _part(lines: list[tuple[int, str]], package: str) -> MessageFields:
             continue
         match = _LINE.fullmatch(code)
         if match is None:
-            raise ValueError(f"line {number}: {code!r} is no field and no constant")
+            raise ValueError(f"line {number}: {code!r} is neither a field nor a constant")
         if match["rest"].startswith("="):
             text = match["rest"][1:].strip()
             constants.append((match["name"], _constant(match["base"], text, number)))

@@ -58,7 +58,7 @@ def number_of(manager: Manager, expr: Expr, leaf: Callable[[Leaf], Number | None
 
 
 def is_linear(expr: Expr) -> bool:
-    """Whether :func:`number_of` can tell an expression over ranged integers."""
+    """Whether :func:`number_of` can represent an expression over ranged integers."""
     if not isinstance(expr.type, IntegerType):
         return False
     match expr:

@@ -251,7 +251,7 @@ class Encoding:
         """The values of an expression."""
 
         def known(node: Expr) -> Partition | None:
-            """Its values, if that is sooner told than put together."""
+            """Its values, if looking them up is cheaper than combining operands."""
             if _is_costly(node) and (node, event) in self._known:
                 return self._known[node, event]
             sources = self._sources(node, event, 2)

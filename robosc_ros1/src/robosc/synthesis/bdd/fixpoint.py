@@ -47,7 +47,7 @@ class _OverBudgetError(Exception):
 
 
 class Fixpoint:
-    """Fixpoints of one plant; ``places`` tells where each event stands in the variable order."""
+    """Fixpoints of one plant; ``places`` says where each event stands in the variable order."""
 
     def __init__(
         self, manager: Manager, places: Sequence[int], progress: Progress | None = None

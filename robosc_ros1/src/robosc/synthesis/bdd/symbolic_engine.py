@@ -31,7 +31,7 @@ _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
 class SymbolicSolution:
     """The controlled system: the ``states`` reached under control; ``good`` are all worth keeping.
 
-    ``plant_reach`` is what the plant reaches, requirements apart. ``restricted`` tells whether
+    ``plant_reach`` is what the plant reaches, requirements apart. ``restricted`` says whether
     something is forbidden beyond the requirements. Without a single state to keep, ``good`` means
     something only of states that the uncontrollable loss of the initial one passes through.
     """
@@ -232,7 +232,7 @@ class SymbolicEngine:
         return disjuncts, related_events(self.events, reads)
 
     def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
-        """A condition that tells two sets apart, and the few state variables that it reads."""
+        """A condition that distinguishes two sets, and the few state variables that it reads."""
         self.manager.collect_garbage()
 
         def without(left: _Narrowed, variables: Sequence[int]) -> _Narrowed | None:

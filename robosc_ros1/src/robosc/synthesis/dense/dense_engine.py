@@ -71,7 +71,7 @@ class DenseSolution:
     """The controlled system, in the engine's layout.
 
     ``states`` are those reached under control, ``good`` those that need not be avoided.
-    ``restricted`` tells whether synthesis forbids anything that the requirements allow, ``empty``
+    ``restricted`` says whether synthesis forbids anything that the requirements allow, ``empty``
     whether one of the initial states cannot be kept (then ``states`` mean nothing).
     """
 

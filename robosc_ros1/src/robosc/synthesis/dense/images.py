@@ -97,7 +97,7 @@ def origins(op: Operation, source: SourceSlice, states: Bitset, within: Bitset |
 
 
 def measure(op: Operation, states: Bitset, within: Bitset | None = None) -> int:
-    """How many states :func:`origins` tells, of all sources."""
+    """How many states :func:`origins` returns, of all sources."""
     return sum(count(origins(op, source, states, within)) for source in op.sources)
 
 

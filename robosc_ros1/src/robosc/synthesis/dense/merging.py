@@ -73,7 +73,7 @@ class TransitionRule:
 class EventRules:
     """One event of the plant.
 
-    ``range_violations`` tells where an update would leave its range, for some parameter values.
+    ``range_violations`` says where an update would leave its range, for some parameter values.
     ``required`` are conditions that exclude each other; the requirement is their disjunction.
     ``weight`` is the number of combinations of parameter values.
     """

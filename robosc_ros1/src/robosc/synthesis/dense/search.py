@@ -162,7 +162,7 @@ class DenseSystem:
         return found
 
     def _after(self, batch: _Batch) -> Indexes:
-        """The places of the states that the columns of a batch tell."""
+        """The places of the states after the steps of a batch."""
         after = batch.places
         for number in {self.layout.home[variable][0] for variable in batch.written}:
             dim, stride = self.layout.dims[number], self.layout.strides[number]

@@ -1,4 +1,4 @@
-"""A bound on completions that the components' automata alone tell."""
+"""A bound on completions from the components' automata alone."""
 
 from __future__ import annotations
 

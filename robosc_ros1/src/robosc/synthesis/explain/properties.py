@@ -16,7 +16,7 @@ preferences, all three properties follow from synthesis. With them the controlle
 walked state by state, or, if it is too large for that, set by set (:meth:`System.runs`). Where that
 is too much work, bounded response is proved from the components' automata alone or by a greatest
 fixpoint (:meth:`System.longest_completion`), and refuted where a completion near the initial state
-goes round; a diagnostic tells what was left out.
+runs in a circle; a diagnostic says what was left out.
 """
 
 from __future__ import annotations

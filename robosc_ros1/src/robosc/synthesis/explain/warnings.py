@@ -1,4 +1,4 @@
-"""What only the state space tells about a model (docs/diagnostics.md).
+"""What only the state space shows about a model (docs/diagnostics.md).
 
 Each question is a condition; if a state of the controlled system meets it, the shortest way there
 goes into the message.

@@ -48,7 +48,7 @@ class ExplicitVerifier:
         guards = {guard.event.identity: guard.expr for guard in supervisor.guards}
         self._guards = [guards.get(event.identity) for event in plant.events]
         self._invariants = [(condition(plant, expr), index) for expr, index in plant.invariants]
-        # Uncontrollable events have the first labels, so that one comparison tells them.
+        # Uncontrollable events have the first labels, so that one comparison recognises them.
         self._order = sorted(range(len(plant.events)), key=lambda i: plant.events[i].controllable)
         self._labels: dict[int, int] = {}
         self._labelled: list[tuple[int, int]] = []
@@ -73,7 +73,7 @@ class ExplicitVerifier:
         ]
 
         def work_out(event: int, state: PlantState) -> _Work | None:
-            # Those that leave a range last, so that one look tells.
+            # Those that leave a range last, so that one look suffices.
             moves = tuple(sorted(self._moves[event](state), key=lambda move: move[1] is None))
             if not moves:
                 return None

@@ -48,7 +48,7 @@ class VerifyReport:
 class Findings:
     """What a search found under the guards of a supervisor.
 
-    ``others`` are the checks of a supervisor that is safe. ``keeps_initial`` tells whether the
+    ``others`` are the checks of a supervisor that is safe. ``keeps_initial`` says whether the
     initial states can be kept safe and nonblocking.
     """
 

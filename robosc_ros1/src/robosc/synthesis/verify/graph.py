@@ -15,7 +15,7 @@ class CodedGraph:
 
     States are numbered as they are found, the ``starts`` initial ones first; ``codes`` and
     ``number`` lead from number to state and back. The steps of state ``i`` are those from
-    ``first[i]`` to ``first[i + 1]``: ``targets``, and ``labels`` that tell event and value,
+    ``first[i]`` to ``first[i + 1]``: ``targets``, and ``labels`` of event and value,
     complemented where the guard forbids the step. An allowed step that changes nothing is only
     counted, in ``allowed``. Of a command that may come to several states, ``outcomes`` are the
     labels of all, by each of them.

@@ -207,7 +207,7 @@ class StateSets:
         """What the event does, by the values that it reads.
 
         A state variable that is not read either stays or gets the same value whatever it was; two
-        states that differ in it tell which.
+        states that differ in it show which.
         """
         escapes: list[_Row] = []
         effects: dict[_Effect, list[_Row]] = {}

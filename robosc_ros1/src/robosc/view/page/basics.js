@@ -32,7 +32,7 @@ function toggle(element, name, on) {
   if (element.classList.contains(name) !== on) element.classList.toggle(name, on);
 }
 
-/** JSON, with integers beyond the doubles as they were written, where the browser can tell. */
+/** JSON, with integers beyond the doubles as they were written, where the browser keeps the text. */
 function read(text) {
   return JSON.parse(text, (_, value, context) =>
     Number.isInteger(value) && !Number.isSafeInteger(value) ? (context?.source ?? value) : value);

@@ -195,7 +195,7 @@ class Diagram {
 
   /**
    * The parts of the transition that an event took in a state, and where it led. Where guards
-   * decide, the state that is known to follow tells; `after` is that state, if known.
+   * decide, the state that is known to follow decides; `after` is that state, if known.
    */
   taken(event, state, after) {
     const all = this.parts.get(eventName(event)) ?? [];

@@ -17,7 +17,7 @@ const page = {
   ahead: null, // seconds by which this machine's clock is ahead of the node's
   heard: performance.now(), // when the server said something
   shown: null, // the state that the page shows
-  unlisted: [], listed: 0, // events that the list does not have yet, and when it was told last
+  unlisted: [], listed: 0, // events that the list does not have yet, and when it was last updated
   listing: null, // what the list shows where it is not the last events: hits of a search
   held: false, waiting: false, redrawList: true,
   choices: [],
@@ -94,7 +94,7 @@ function place(document) {
 function note(document) {
   if (!Number.isFinite(document.time) || !Number.isInteger(document.number)) throw new TypeError("no time or number");
   if (document.number <= page.number) {
-    if (document.time <= page.time) return; // told twice: by itself and with the state
+    if (document.time <= page.time) return; // sent twice: by itself and with the state
     forget(); // the node has begun again
   }
   page.number = document.number;
@@ -109,7 +109,7 @@ function note(document) {
 }
 
 /**
- * A state repeats the last events, for where they are not told by themselves. Where they are, they
+ * A state repeats the last events, for where they are not sent by themselves. Where they are, they
  * may come after it: wait a little, and take from the state only what did not come.
  */
 function noteLater(latest) {

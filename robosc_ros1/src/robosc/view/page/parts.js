@@ -115,7 +115,7 @@ function eventRow(document) {
   const more = [outcome === "applied" ? null : outcome, detail].filter(Boolean).join(": ");
   if (more) text.append(` · ${more}`);
   if (document.missed) {
-    text.append(make("div", { className: "gap" }, `${document.missed} before it were not told`));
+    text.append(make("div", { className: "gap" }, `${document.missed} before it were not received`));
   }
   const row = make("li", { className: sortOf(document) }, make("time", {}, clock(time)), text);
   if (place) row.dataset.place = place;

@@ -50,7 +50,7 @@ ACTIONS = (
 ROUNDS = 50
 """The least number of times that the robot does something, however slow the machine is."""
 STUCK = 5.0
-"""Seconds after which a topic that is not connected is told to this node once more."""
+"""Seconds after which a topic that is not connected is announced to this node once more."""
 
 
 def resolved(name):

@@ -50,7 +50,7 @@ DEFAULTS = {}
 
 
 def main(args=None):
-    """Run the controller until it is told to end; the exit code."""
+    """Run the controller until it is stopped; the exit code."""
     # rclpy's own handlers would close the graph before goals are cancelled and the robot stopped.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     ended = threading.Event()
