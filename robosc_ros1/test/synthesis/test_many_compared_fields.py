@@ -8,18 +8,22 @@ from itertools import combinations
 
 import pytest
 from random_models import random_model
+from simulate.players import play, session
 from synthesis.differential import ENGINES, differences
 from synthesis.oracle import Oracle
 from synthesis.plants import plant_of
 from synthesis.subject import robot_of
 
 from robosc import pipeline
+from robosc.emit.cif import cif_plant
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.partial_evaluation import holds
 from robosc.ir.step import valuations
 from robosc.model.expr import Expr, Operation
 from robosc.model.traversal import walk
+from robosc.simulate import single
+from robosc.simulate.faults import Refused
 from robosc.synthesis import event_parameters, synthesize
 from robosc.synthesis.bdd.manager import available
 from robosc.synthesis.event_parameters import choices, for_some, weight
@@ -93,6 +97,21 @@ def test_very_many_are_solved(guards: bool) -> None:
 def test_the_dense_engine_refuses_before_it_enumerates() -> None:
     with pytest.raises(StateSpaceError, match="of told that are compared have"):
         synthesize(plant_of(many(21, guards=True)), "dense", max_states=2**40)
+
+
+def test_cif_is_refused_before_an_event_is_made_of_each_value() -> None:
+    with pytest.raises(StateSpaceError, match=r"told\.response has more than 16,384"):
+        cif_plant(plant_of(many(25)))
+
+
+@needs_library
+def test_the_simulator_finds_a_path_by_some_of_the_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    player = session(pipeline.synthesize(robot_of(many(25, guards=True))))
+    play(player, "goto Arm.busy")
+    assert player.machine.state.components == {"Sensor": "full", "Arm": "busy"}
+    monkeypatch.setattr(single, "MOST_TRIED", 1000)
+    with pytest.raises(Refused, match="no path was found by trying 1,000 events"):
+        play(player, "goto Sensor.empty and Arm.busy")
 
 
 def data_events(seeds: range) -> Iterator[Event]:

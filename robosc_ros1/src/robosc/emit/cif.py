@@ -23,6 +23,7 @@ from dataclasses import dataclass, field, replace
 from robosc.emit.cif_data import discrete_plant
 from robosc.emit.cif_expr import condition, in_range, update
 from robosc.emit.cif_names import CifNames, CifScope, initial, offset
+from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
 from robosc.ir.step import valuations
@@ -31,8 +32,12 @@ from robosc.model.expr import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.model.types import Type, Value
 from robosc.names import without_index
 from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.event_parameters import weight
 
 __all__ = ["cif_plant", "cif_supervised"]
+
+_MOST_VALUES = 2**14
+"""Of one event; they make a text of 40 MB and take some 15 s."""
 
 
 def cif_plant(plant: Plant) -> str:
@@ -108,7 +113,18 @@ class _Writer:
                 self.lines += [f"{word} {name};" for name in names]
 
     def _occurrences(self) -> Iterator[_Occurrence]:
+        """Each event with each of its values.
+
+        Raises:
+            StateSpaceError: they are too many to be written down.
+        """
         for event in self.plant.events:
+            if weight(event) > _MOST_VALUES:
+                name = f"{event.name}.{event.kind.value}"
+                raise StateSpaceError(
+                    f"CIF needs an event for each value, and {name} has more than"
+                    f" {_MOST_VALUES:,}: convert what comes in by an enum, or export as JSON"
+                )
             for values in valuations(event):
                 words = [_event_name(event), *(_value_name(value) for value in values)]
                 name = self.names.fresh("_".join(words))

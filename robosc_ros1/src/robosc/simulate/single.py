@@ -53,6 +53,7 @@ from robosc.synthesis.system import tau_values
 __all__ = ["SingleEvents"]
 
 MOST_STATES = 1_000_000
+MOST_TRIED = 4_000_000
 """How many states ``goto`` looks at before it gives up."""
 
 _Moment = tuple[PlantState, Mapping[str, Value | None]]
@@ -122,7 +123,10 @@ class SingleEvents:
         if given is not None:
             values = self._values(event, given)
             return _known(event, values) and self._target(event, values, self._now[0]) is not None
-        return any(self._target(event, v, self._now[0]) is not None for v in valuations(event))
+        state = self._now[0]
+        if event.phase is not None and state[event.phase.variable] not in event.phase.sources:
+            return False  # whatever its value, and these may be very many
+        return any(self._target(event, v, state) is not None for v in valuations(event))
 
     def choices(self) -> list[Choice]:
         found = []
@@ -265,18 +269,25 @@ class SingleEvents:
         ]
         came: dict[PlantState, tuple[PlantState, int, Values] | None] = {start: None}
         queue = deque([start])
+        tried = 0
         while queue:
             state = queue.popleft()
             for way in ways:
-                for values, target in way.targets(state):
+                for values, target in way.some_targets(state):
+                    tried += 1
+                    if tried > MOST_TRIED:
+                        raise Refused(f"no path was found by trying {MOST_TRIED:,} events")
                     if target in came:
                         continue
                     came[target] = state, way.number, values
                     if test(target):
                         return self._trace(came, target)
                     queue.append(target)
-            if len(came) > MOST_STATES:
-                raise Refused(f"no path was found within {MOST_STATES:,} states")
+                    if len(came) > MOST_STATES:
+                        raise Refused(f"no path was found within {MOST_STATES:,} states")
+        if sampled := [self.plant.events[way.number] for way in ways if way.is_sampled]:
+            names = ", ".join(map(label, sampled))
+            raise Refused(f"no path was found; not all values of {names} were tried")
         return None
 
     def _of_the_plant(self, condition: Expr) -> Expr:

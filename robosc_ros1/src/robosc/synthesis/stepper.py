@@ -53,9 +53,18 @@ class CompiledEvent:
 
     def targets(self, state: PlantState) -> Iterator[tuple[Values, PlantState]]:
         """Where the event leads from a state, for each of its values."""
+        return self._targets(state, self.values)
+
+    def some_targets(self, state: PlantState) -> Iterator[tuple[Values, PlantState]]:
+        """The same, for some of its values if they are too many."""
+        return self._targets(state, self.some_values)
+
+    def _targets(
+        self, state: PlantState, tried: Iterable[Values]
+    ) -> Iterator[tuple[Values, PlantState]]:
         if self.test is not None and not self.test(state):
             return
-        for values in self.values:
+        for values in tried:
             after = self.step(state, values)
             if not isinstance(after, Verdict):
                 yield values, after
