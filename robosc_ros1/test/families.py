@@ -6,8 +6,8 @@ Sizes are known in closed form where the functions beside the texts say so.
 from __future__ import annotations
 
 __all__ = [
-    "action_robot", "hands", "hands_states", "line_states", "philosophers", "services_hands",
-    "switches", "transfer_line",
+    "action_robot", "hands", "hands_states", "line_states", "philosophers", "robot_text",
+    "services_hands", "switches", "transfer_line",
 ]  # fmt: skip
 
 
@@ -34,7 +34,7 @@ def hands(n: int) -> str:
         f"  requirement start{i} needs Sensor{i}.open and Hand{(i + 1) % n}.idle\n"
         for i in range(n)
     )
-    return _robot("Hands", parts)
+    return robot_text("Hands", parts)
 
 
 def hands_states(n: int) -> int:
@@ -63,7 +63,7 @@ def services_hands(n: int) -> str:
     parts.extend(
         f"  requirement act{i} needs Sensor{i}.open and Hand{(i + 1) % n}.idle\n" for i in range(n)
     )
-    return _robot("ServicesHands", parts)
+    return robot_text("ServicesHands", parts)
 
 
 def transfer_line(n: int, k: int) -> str:
@@ -91,7 +91,7 @@ def transfer_line(n: int, k: int) -> str:
                 "  }\n"
             )
     parts.extend(f"  requirement work{i + 1} needs Buffer{i}.level > 0\n" for i in range(n - 1))
-    return _robot("TransferLine", parts)
+    return robot_text("TransferLine", parts)
 
 
 def line_states(n: int, k: int) -> int:
@@ -144,7 +144,7 @@ def action_robot(n: int) -> str:
                 f"  requirement {neighbour}.moving and {neighbour}.place != near"
                 f" disables reach{i}\n"
             )
-    return _robot("ActionRobot", parts)
+    return robot_text("ActionRobot", parts)
 
 
 def philosophers(n: int) -> str:
@@ -170,7 +170,7 @@ def philosophers(n: int) -> str:
         left, right = f"Phil{(i - 1) % n}", f"Phil{(i + 1) % n}"
         parts.append(f"  requirement first{i} needs !{left}.eating\n")
         parts.append(f"  requirement second{i} needs {right}.thinking\n")
-    return _robot("Philosophers", parts)
+    return robot_text("Philosophers", parts)
 
 
 def switches(n: int) -> str:
@@ -196,5 +196,6 @@ def _sensor(i: int) -> str:
     )
 
 
-def _robot(name: str, parts: list[str]) -> str:
+def robot_text(name: str, parts: list[str]) -> str:
+    """A robot of these declarations."""
     return f"robot {name} {{\n" + "".join(parts) + "}\n"

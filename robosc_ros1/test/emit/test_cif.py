@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 from data_models import data_model
-from emit.cif_reader import Specification, State, read_cif
+from emit.cif_reader import read_cif
+from emit.cif_system import Specification, State
 from random_models import random_model
 from synthesis.oracle import Occurrence, Oracle, OracleState
 from synthesis.subject import robot_of

@@ -1,0 +1,323 @@
+"""States and events of a robot as the oracle reads them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+from synthesis.oracle_values import Path, Samples, UndefinedValue, evaluate, values_of
+
+from robosc.model.entities import (
+    Communication,
+    Component,
+    EventKind,
+    Kind,
+    ResultTransition,
+    Robot,
+    State,
+    Variable,
+)
+from robosc.model.expr import (
+    Expr,
+    ParameterRef,
+    PhaseRef,
+    StateRef,
+    ValueRef,
+    VariableRef,
+)
+from robosc.model.traversal import walk
+
+OracleState = tuple[Any, ...]
+
+KINDS = {
+    Kind.OUTGOING: (EventKind.RESPONSE,),
+    Kind.INCOMING: (EventKind.REQUEST,),
+    Kind.SERVICE: (EventKind.REQUEST, EventKind.RESPONSE, EventKind.ERROR),
+    Kind.ACTION: (
+        EventKind.REQUEST,
+        EventKind.RESPONSE,
+        EventKind.FEEDBACK,
+        EventKind.ERROR,
+        EventKind.CANCEL,
+    ),
+}
+CONTROLLABLE = (EventKind.REQUEST, EventKind.CANCEL, EventKind.TAU)
+
+
+@dataclass(frozen=True)
+class Event:
+    """``key`` is the communication's, or the component of a tau (``index`` counts from 1)."""
+
+    kind: EventKind
+    key: str
+    index: int = 0
+
+    @property
+    def controllable(self) -> bool:
+        return self.kind in CONTROLLABLE
+
+
+@dataclass(frozen=True)
+class Occurrence:
+    """One event with one value: ``values`` are the taken parts of it, in order."""
+
+    event: Event
+    values: tuple[tuple[Path, Any], ...] = ()
+
+
+def is_for(transition: ResultTransition, event: Event) -> bool:
+    return transition.event is event.kind and transition.communication == event.key
+
+
+def first_phase(communication: Communication) -> str | None:
+    """The phase in which a communication begins; None: it has no phases."""
+    if communication.kind in (Kind.SERVICE, Kind.ACTION):
+        return "idle"
+    if communication.kind is Kind.OUTGOING and communication.timeout is not None:
+        return "silent"
+    return None
+
+
+class OracleEvents:
+    """The states of a robot, its events, and what conditions mean in a state."""
+
+    def __init__(self, robot: Robot, samples: Samples | None = None) -> None:
+        """``samples`` are the numbers and strings that stand for all, by type."""
+        self.robot = robot
+        self.samples: Samples = samples or {}
+        self.automata: list[Component] = [c for c in robot.components if c.behaviour is not None]
+        self.synthesis_variables = self._synthesis_variables()
+        self.slots: list[tuple[str, str]] = []
+        for component in robot.components:
+            if component.behaviour is not None:
+                self.slots.append(("at", component.name))
+                for variable in component.behaviour.variables:
+                    if variable.key in self.synthesis_variables:
+                        self.slots.append(("var", variable.key))
+            for communication in component.communications:
+                if first_phase(communication) is not None:
+                    self.slots.append(("phase", communication.key))
+        self._found: dict[OracleState, list[tuple[Occurrence, OracleState]]] = {}
+        self.slots += [("parameter", parameter.key) for parameter in robot.parameters]
+        self.where = {slot: i for i, slot in enumerate(self.slots)}
+
+    # --- what takes part ---------------------------------------------------------------------
+
+    @cached_property
+    def variables(self) -> dict[str, Variable]:
+        return {v.key: v for c in self.automata for v in c.behaviour.variables}  # type: ignore[union-attr]
+
+    @cached_property
+    def all_transitions(self) -> list[tuple[str, ResultTransition]]:
+        """Every result transition with its component, as written."""
+        found = []
+        for component in self.automata:
+            behaviour = component.behaviour
+            assert behaviour is not None
+            written = list(behaviour.transitions)
+            for state in behaviour.states:
+                written.extend(state.transitions)
+                written.extend(waiting.transition for waiting in state.afters)
+            found.extend((component.name, transition) for transition in written)
+        return found
+
+    def _synthesis_variables(self) -> set[str]:
+        """Read by a guard, a requirement or a provide condition, or on the way to such a one."""
+        robot = self.robot
+        conditions: list[Expr] = [r.condition for r in robot.requirements]
+        conditions += [p.condition for p in robot.provides if p.condition is not None]
+        conditions += [t.guard for _, t in self.all_transitions if t.guard is not None]
+        for component in self.automata:
+            behaviour = component.behaviour
+            assert behaviour is not None
+            taus = list(behaviour.taus)
+            for state in behaviour.states:
+                taus.extend(state.taus)
+            conditions += [tau.guard for tau in taus if tau.guard is not None]
+        found = {read for condition in conditions for read in _variables_in(condition)}
+        while True:
+            more = set(found)
+            for name, transition in self.all_transitions:
+                for assignment in transition.assignments:
+                    if f"{name}.{assignment.variable}" in found:
+                        more |= _variables_in(assignment.value)
+            if more == found:
+                return found
+            found = more
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """In model order: each component's communications, then its taus."""
+        events = []
+        for component in self.robot.components:
+            for communication in component.communications:
+                events += [Event(kind, communication.key) for kind in KINDS[communication.kind]]
+                if first_phase(communication) == "silent":
+                    events.append(Event(EventKind.TIMEOUT, communication.key))
+            if component.behaviour is not None:
+                taus = list(component.behaviour.taus)
+                for state in component.behaviour.states:
+                    taus.extend(state.taus)
+                for tau in sorted(taus, key=lambda tau: tau.index):
+                    events.append(Event(EventKind.TAU, component.name, tau.index))
+                waiting = [a for state in component.behaviour.states for a in state.afters]
+                for after in sorted(waiting, key=lambda after: after.index):
+                    events.append(Event(EventKind.AFTER, component.name, after.index))
+        return events
+
+    def occurrences(self, event: Event) -> list[Occurrence]:
+        """The event once per value that some synthesis variable or guard takes."""
+        paths: list[Path] = []
+        for component in self.automata:
+            for transition, written in self._effective(component, event):
+                read: list[Expr] = [] if transition.guard is None else [transition.guard]
+                read += [
+                    assignment.value
+                    for assignment in transition.assignments
+                    if f"{component.name}.{assignment.variable}" in self.synthesis_variables
+                    and assignment.variable not in written
+                ]
+                for expr in read:
+                    for part in walk(expr):
+                        if isinstance(part, ValueRef) and part.path not in paths:
+                            paths.append(part.path)
+        if not paths:
+            return [Occurrence(event)]
+        type_ = self.robot.communications[event.key].value_type(event.kind)
+        choices = [
+            [(path, value) for value in values_of(type_, path, self.samples)] for path in paths
+        ]
+        nothing = [Occurrence(event, tuple((path, None) for path in paths))]
+        found = [Occurrence(event, values) for values in product(*choices) if _possible(values)]
+        return found + (nothing if event.kind is EventKind.ERROR else [])
+
+    def _effective(
+        self, component: Component, event: Event
+    ) -> list[tuple[ResultTransition, set[str]]]:
+        """What of the transitions counts in at least one state, in the order of the states.
+
+        With each, the variables on which one of the state decides.
+        """
+        assert component.behaviour is not None
+        found: list[tuple[ResultTransition, set[str]]] = []
+        for state in component.behaviour.states:
+            own = [t for t in state.transitions if is_for(t, event)]
+            common = [t for t in component.behaviour.transitions if is_for(t, event)]
+            found += [(t, set()) for t in own]
+            if not own or (
+                event.kind is not EventKind.REQUEST and all(t.guard is not None for t in own)
+            ):
+                found += [(t, set()) for t in common]
+            elif event.kind is not EventKind.REQUEST:
+                # One of the state is taken for sure, and only what goes nowhere goes with it.
+                for first in own:
+                    decided = {a.variable for a in first.assignments}
+                    found += [(t, decided) for t in common if t.goto is None]
+        return found
+
+    def _taken(
+        self, component: Component, present: State, state: OracleState, occurrence: Occurrence
+    ) -> list[ResultTransition]:
+        """The transitions that a component takes, the one that decides on a variable last."""
+
+        def holding(transitions: tuple[ResultTransition, ...]) -> list[ResultTransition]:
+            return [
+                t
+                for t in transitions
+                if is_for(t, occurrence.event)
+                and (t.guard is None or self.holds(t.guard, state, occurrence))
+            ]
+
+        assert component.behaviour is not None
+        own, common = holding(present.transitions), holding(component.behaviour.transitions)
+        if occurrence.event.kind is EventKind.REQUEST:
+            mentioned = any(is_for(t, occurrence.event) for t in present.transitions)
+            return own if mentioned else common
+        return [*(t for t in common if t.goto is None), *own] if own else common
+
+    # --- the plant ---------------------------------------------------------------------------
+
+    @cached_property
+    def initials(self) -> list[OracleState]:
+        """One for each combination of values of the parameters, which never change."""
+        types = {parameter.key: parameter.type for parameter in self.robot.parameters}
+        values: list[list[Any]] = []
+        for what, name in self.slots:
+            if what == "at":
+                behaviour = self.robot.component(name).behaviour
+                assert behaviour is not None
+                values.append([next(s.name for s in behaviour.states if s.initial)])
+            elif what == "var":
+                values.append([self.variables[name].initial])
+            elif what == "phase":
+                values.append([first_phase(self.robot.communications[name])])
+            else:
+                found = values_of(types[name], (), self.samples)
+                values.append([v for v in found if not isinstance(v, float) or math.isfinite(v)])
+        return list(product(*values))
+
+    @property
+    def initial(self) -> OracleState:
+        """The initial state of a robot without parameters."""
+        (state,) = self.initials
+        return state
+
+    def get(self, state: OracleState, what: str, name: str) -> Any:
+        return state[self.where[what, name]]
+
+    def holds(self, expr: Expr, state: OracleState, occurrence: Occurrence | None = None) -> bool:
+        """Whether a condition holds; an undefined one does not."""
+        try:
+            return bool(self.value(expr, state, occurrence))
+        except UndefinedValue:
+            return False
+
+    def value(self, expr: Expr, state: OracleState, occurrence: Occurrence | None = None) -> Any:
+        def read(part: Expr) -> Any:
+            match part:
+                case VariableRef(component=component, variable=variable):
+                    return self.get(state, "var", f"{component}.{variable}")
+                case StateRef(component=component, state=name):
+                    return self.get(state, "at", component) == name
+                case PhaseRef(communication=key):
+                    return self.get(state, "phase", key) in ("busy", "fresh")
+                case ParameterRef(parameter=parameter):
+                    return self.get(state, "parameter", parameter.key)
+                case ValueRef(path=path):
+                    assert occurrence is not None
+                    found = dict(occurrence.values)[path]
+                    if found is None:
+                        raise UndefinedValue
+                    return found
+            raise TypeError(part)
+
+        return evaluate(expr, read)
+
+
+def _variables_in(expr: Expr) -> set[str]:
+    return {f"{p.component}.{p.variable}" for p in walk(expr) if isinstance(p, VariableRef)}
+
+
+def _possible(values: tuple[tuple[Path, Any], ...]) -> bool:
+    """Whether the missing parts fit together: what lies behind a missing index is missing, too.
+
+    Where ``a[1]`` is there, so is ``a[0]``; ``a[0].x`` and ``a[0].y`` are there both or not at all.
+    """
+    for path, value in values:
+        for other_path, other in values:
+            if value is None and other is not None and _needs(other_path, path):
+                return False
+    return True
+
+
+def _needs(there: Path, missing: Path) -> bool:
+    """Whether a part at ``there`` can only be there if the one at ``missing`` is, too."""
+    for depth, step in enumerate(missing):
+        later = missing[depth + 1 :]
+        if isinstance(step, int) and not any(isinstance(s, int) for s in later):
+            same_array = len(there) > depth and there[:depth] == missing[:depth]
+            return same_array and isinstance(there[depth], int) and there[depth] >= step
+    return False

@@ -1,0 +1,183 @@
+"""The plant as the oracle reads it: what an event does in a state, and all that can be reached."""
+
+from __future__ import annotations
+
+from collections import deque
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from synthesis.oracle_events import Event, Occurrence, OracleEvents, OracleState, first_phase
+from synthesis.oracle_values import Impossible, OutOfRange, UndefinedValue
+
+from robosc.model.entities import (
+    Component,
+    EventKind,
+    ResultTransition,
+)
+from robosc.model.types import IntegerType
+
+
+@dataclass(frozen=True)
+class Transition:
+    source: OracleState
+    occurrence: Occurrence
+    target: OracleState
+
+
+class OraclePlant(OracleEvents):
+    """The plant of a robot, by exhaustive search."""
+
+    def step(self, state: OracleState, occurrence: Occurrence) -> OracleState:
+        """The state after an occurrence; raises Impossible or OutOfRange."""
+        after = dict(zip(self.slots, state, strict=True))
+        event = occurrence.event
+        if event.kind is EventKind.TAU:
+            self._step_tau(state, event, after)
+        elif event.kind is EventKind.AFTER:
+            self._step_after(state, occurrence, after)
+        else:
+            self._step_phase(state, event, after)
+            for component in self.automata:
+                self._step_component(component, state, occurrence, after)
+        return tuple(after[slot] for slot in self.slots)
+
+    def _step_tau(self, state: OracleState, event: Event, after: dict[Any, Any]) -> None:
+        behaviour = self.robot.component(event.key).behaviour
+        assert behaviour is not None
+        here = self.get(state, "at", event.key)
+        present = next(s for s in behaviour.states if s.name == here)
+        for tau in (*behaviour.taus, *present.taus):
+            if tau.index == event.index and (tau.guard is None or self.holds(tau.guard, state)):
+                if tau.goto is not None:
+                    after["at", event.key] = tau.goto
+                return
+        raise Impossible
+
+    def _step_after(
+        self, state: OracleState, occurrence: Occurrence, after: dict[Any, Any]
+    ) -> None:
+        """Time passes whenever it is waited for: the component must be there, the guard hold."""
+        component = self.robot.component(occurrence.event.key)
+        assert component.behaviour is not None
+        here = self.get(state, "at", component.name)
+        present = next(s for s in component.behaviour.states if s.name == here)
+        for waiting in present.afters:
+            transition = waiting.transition
+            if waiting.index != occurrence.event.index:
+                continue
+            if transition.guard is None or self.holds(transition.guard, state):
+                self._assign(component, [transition], state, occurrence, after)
+                return
+        raise Impossible
+
+    def _step_phase(self, state: OracleState, event: Event, after: dict[Any, Any]) -> None:
+        first = first_phase(self.robot.communications[event.key])
+        if first is None:
+            return
+        phase = self.get(state, "phase", event.key)
+        if first == "silent":
+            if event.kind is EventKind.TIMEOUT and phase == "silent":
+                raise Impossible
+            after["phase", event.key] = "fresh" if event.kind is EventKind.RESPONSE else "silent"
+            return
+        if phase != ("idle" if event.kind is EventKind.REQUEST else "busy"):
+            raise Impossible
+        busy = event.kind in (EventKind.REQUEST, EventKind.FEEDBACK)
+        after["phase", event.key] = "busy" if busy else "idle"
+
+    def _step_component(
+        self,
+        component: Component,
+        state: OracleState,
+        occurrence: Occurrence,
+        after: dict[Any, Any],
+    ) -> None:
+        behaviour = component.behaviour
+        assert behaviour is not None
+        event = occurrence.event
+        here = self.get(state, "at", component.name)
+        present = next(s for s in behaviour.states if s.name == here)
+        taken = self._taken(component, present, state, occurrence)
+        if not taken:
+            mentions = any(
+                name == component.name
+                and transition.event is EventKind.REQUEST
+                and transition.communication == event.key
+                for name, transition in self.all_transitions
+            )
+            if event.kind is EventKind.REQUEST and mentions:
+                raise Impossible
+            return
+        assert len(taken) <= 2  # guards on one level exclude each other
+        self._assign(component, taken, state, occurrence, after)
+
+    def _assign(
+        self,
+        component: Component,
+        taken: list[ResultTransition],
+        state: OracleState,
+        occurrence: Occurrence,
+        after: dict[Any, Any],
+    ) -> None:
+        if taken[-1].goto is not None:
+            after["at", component.name] = taken[-1].goto
+        deciding = {a.variable: a for transition in taken for a in transition.assignments}
+        for assignment in deciding.values():
+            key = f"{component.name}.{assignment.variable}"
+            if key not in self.synthesis_variables:
+                continue
+            try:
+                value = self.value(assignment.value, state, occurrence)
+            except UndefinedValue:
+                continue
+            match self.variables[key].type:
+                case IntegerType(bounds=(low, high)):
+                    if not low <= value <= high:
+                        raise OutOfRange
+            after["var", key] = value
+
+    def marked(self, state: OracleState) -> bool:
+        for (what, name), value in zip(self.slots, state, strict=True):
+            if what == "phase" and value == "busy":
+                return False
+            if what == "at":
+                behaviour = self.robot.component(name).behaviour
+                assert behaviour is not None
+                if not next(s for s in behaviour.states if s.name == value).marked:
+                    return False
+        return True
+
+    @cached_property
+    def plant(self) -> tuple[list[OracleState], list[Transition]]:
+        """Everything that can be reached without any requirement."""
+        return self._explore(lambda state, event: True)
+
+    def _explore(self, allowed: Any) -> tuple[list[OracleState], list[Transition]]:
+        states = dict.fromkeys(self.initials)
+        transitions = []
+        queue = deque(self.initials)
+        while queue:
+            state = queue.popleft()
+            for occurrence, target in self.successors(state):
+                if not allowed(state, occurrence.event):
+                    continue
+                transitions.append(Transition(state, occurrence, target))
+                if target not in states:
+                    states[target] = None
+                    queue.append(target)
+        return list(states), transitions
+
+    @cached_property
+    def _all_occurrences(self) -> list[Occurrence]:
+        return [o for event in self.events for o in self.occurrences(event)]
+
+    def successors(self, state: OracleState) -> list[tuple[Occurrence, OracleState]]:
+        if state in self._found:
+            return self._found[state]
+        found = self._found[state] = []
+        for occurrence in self._all_occurrences:
+            with suppress(Impossible, OutOfRange):
+                found.append((occurrence, self.step(state, occurrence)))
+        return found
