@@ -70,6 +70,8 @@ class Clocks:
         for timer in self._timers:
             for name in {timer.row.entries, *timer.row.reads}:
                 self._touched.setdefault(name, []).append(timer)
+        self.concerned = frozenset(self._touched)
+        """The attributes that :meth:`follow` wants to know of when they were written."""
         self._heap: List[Tuple[float, int, _Clock]] = []
         self._number = 0
         self._now = self._since = 0.0
@@ -85,13 +87,11 @@ class Clocks:
         if not heap:
             return False
         time = now()
-        self._notice_jump(time)
+        if time < self._now or self._now == BEFORE_TIME:
+            self._notice_jump(time)
+        else:
+            self._now = time
         return heap[0][0] <= time
-
-    @property
-    def have_timers(self) -> bool:
-        """Whether there are transitions after a delay."""
-        return bool(self._touched)
 
     def is_watched(self, key: str) -> bool:
         return key in self._watches

@@ -266,7 +266,7 @@ class Engine(Intake):
                     "undefined",
                     "undefined value: an array was too short, or no result came",
                 )
-        if self._clocks.have_timers:
+        if not self._clocks.concerned.isdisjoint(writes):
             self._clocks.follow(writes, self._port.now())
         self._schedule(writes, ended)
 
