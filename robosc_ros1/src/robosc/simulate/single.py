@@ -259,6 +259,8 @@ class SingleEvents:
     # --- where to --------------------------------------------------------------------------------
 
     def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
+        # The graph is made while it is searched, and the search ends at the first hit: networkx
+        # would have to be given all of it before.
         test = self._stepper.test(self._of_the_plant(condition))
         start = self._now[0]
         if test(start):

@@ -1,4 +1,9 @@
-"""The graph that the independent checker walks: states by number, steps forward and backward."""
+"""The graph that the independent checker walks: states by number, steps forward and backward.
+
+Searched by hand, not by networkx, which costs too much here: for 261,632 states and 3.8 million
+steps, to build its graph and search it once in each direction takes 10.4 s and 750 MB, where all
+searches of a verification take 3.6 s (of 6.0 s in all); for 65,536 states 3.2 s instead of 0.9 s.
+"""
 
 from __future__ import annotations
 
