@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 import steep_families
-from emit.generated_code import controller_class, supervisor_of
+from emit.generated_code import controller_class, controller_source, supervisor_of
 from quick import quick_first
 from random_models import random_model
 from runtime.lamp_robot import PlayedPort
@@ -180,6 +180,29 @@ def test_guards_that_call_methods_of_parts(
     walk_through(twin, random.Random(1))
     for one, other in zip(plain.controller.COMMANDS, twin.controller.COMMANDS, strict=True):
         assert set(one.reads) == set(other.reads), one.key
+
+
+COUNTED = """
+robot Counted {
+    component Lamp[1..4] {
+        incoming message light with identifier: "/l{index}/light", type: none
+        outgoing message out with identifier: "/l{index}/out", type: none
+        behaviour {
+            initial marked state dark { on request to light goto lit }
+            state lit { on response from out goto dark }
+        }
+    }
+    for i in 1..2 { requirement Lamp[i].light needs count(l.lit for l in Lamp) < 2 }
+    requirement never count(l.lit for l in Lamp) > 2
+}
+"""
+
+
+def test_guards_that_count() -> None:
+    twin = Twin(COUNTED)
+    source = "".join(controller_source(twin.supervisor).split())
+    assert source.count("sum((") >= 4
+    walk_through(twin, random.Random(1))
 
 
 @pytest.mark.parametrize("seed", quick_first(range(30), 8))

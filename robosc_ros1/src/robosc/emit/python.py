@@ -8,9 +8,18 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from robosc.emit.naming import field_attribute
-from robosc.ir.formulas import element_name, exact, to_python
+from robosc.ir.counting import with_counts
+from robosc.ir.formulas import (
+    conjunction,
+    disjunction,
+    element_name,
+    exact,
+    negation,
+    to_python,
+)
 from robosc.model.expr import (
     Binary,
+    Count,
     ElementRef,
     Expr,
     Leaf,
@@ -134,6 +143,9 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
                 return f"self.{attributes.phases[key]}"
             case ParameterRef(parameter=parameter):
                 return f"self.{attributes.parameters[parameter.key]}"
+            case Count(conditions=conditions, least=least, negated=negated):
+                texts = ", ".join(in_controller(condition, attributes) for condition in conditions)
+                return f"sum(({texts})) {'<' if negated else '>='} {least}"
             case NamedPart(variable=name):
                 return f"self.{attributes.parts[name]}()"
             case ValueRef(path=(), type=type_, optional=optional):
@@ -152,13 +164,17 @@ def in_controller(expr: Expr, attributes: Attributes) -> str:
     def part(node: Part, whole: str) -> str:
         return converted(node.type, defined_access(whole, node.path), attributes)
 
-    return to_python(_spread(exact(expr)), leaf, _literal, convert, part)
+    return to_python(_spread(exact(with_counts(expr, chains=False))), leaf, _literal, convert, part)
 
 
 def _spread(expr: Expr) -> Expr:
     """State tests as comparisons of the component's state, which need fewer parentheses."""
 
     def leaf(node: Literal | Leaf) -> Expr:
+        if isinstance(node, Count) and node.least in (1, len(node.conditions)):
+            chain = disjunction if node.least == 1 else conjunction
+            whole = chain(node.conditions)
+            return _spread(negation(whole) if node.negated else whole)
         return _state_test("=", node) if isinstance(node, StateRef) else node
 
     def negated(node: Expr) -> Expr | None:

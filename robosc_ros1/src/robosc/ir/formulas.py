@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any, NamedTuple
 
+from robosc.ir.counting import copy_of, with_counts
 from robosc.language.keywords import escape
-from robosc.language.operators import PYTHON_ATOM, UNARY, Spelled
+from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY, Spelled
 from robosc.model.entities import Robot
 from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import (
@@ -17,6 +19,7 @@ from robosc.model.expr import (
     Binary,
     ChoiceRef,
     Convert,
+    Count,
     ElementRef,
     Expr,
     Holds,
@@ -193,6 +196,8 @@ def to_dsl(
                 return escape(name) + _parts(path)
 
     def of_leaf(node: Literal | Leaf) -> Spelled:
+        if isinstance(node, Count):
+            return _count_text(node, to_dsl(node.conditions[0], robot, spelled), component_names)
         if not isinstance(node, Literal):
             return Spelled(leaf(node), _ATOM)
         negative = not isinstance(node.value, bool | str) and str(node.value)[0] == "-"
@@ -219,7 +224,25 @@ def to_dsl(
     def text_of(written: Expr) -> str:
         return fold(written, of_leaf, of_operation, bound=of_aggregate).text
 
-    return text_of(with_presence_written(exact(expr), not is_part))
+    return text_of(with_presence_written(exact(with_counts(expr)), not is_part))
+
+
+def _count_text(count: Count, first: str, components: Collection[str]) -> Spelled:
+    """``count(s.served for s in Station[1..3]) < 2``; ``first`` is what it says of the first."""
+    kind, low = copy_of(count.conditions[0])
+    high = low + len(count.conditions) - 1
+    words = {*re.findall(r"\w+", first), *components}
+    name = next(n for n in (kind[0].lower() * length for length in range(1, 99)) if n not in words)
+    is_whole = not {f"{kind}[{low - 1}]", f"{kind}[{high + 1}]"} & {*components}
+    array = escape(kind) if is_whole else f"{escape(kind)}[{low}..{high}]"
+    # An index that stands behind a name is nowhere else.
+    element = first.replace(f"{kind}[{low}].", f"{name}.")
+    inner = f"({element} for {name} in {array})"
+    if count.least in (1, len(count.conditions)):
+        function = "any" if count.least == 1 else "all"
+        return Spelled("!" * count.negated + function + inner, _UNARY_LEVEL)
+    sign = "<" if count.negated else ">="
+    return Spelled(f"count{inner} {sign} {count.least}", BINARY[sign].level)
 
 
 def _parts(path: tuple[str | int, ...]) -> str:

@@ -28,6 +28,7 @@ __all__ = [
     "Call",
     "ChoiceRef",
     "Convert",
+    "Count",
     "ElementRef",
     "Expr",
     "Holds",
@@ -247,6 +248,20 @@ class NamedPart(ElementRef):
     What it stands for is told beside them (:mod:`robosc.synthesis.part_names`). It is never
     undefined. Neither the model nor the plant has these.
     """
+
+
+@dataclass(frozen=True, slots=True)
+class Count(ElementRef):
+    """Whether at least ``least`` of some conditions hold, or (``negated``) fewer.
+
+    Texts say so instead of all cases (:mod:`robosc.ir.counting`), which the model and the plant
+    have. Each condition says the same of another component of one kind, in the order of their
+    indexes, with none left out.
+    """
+
+    conditions: tuple[Expr, ...] = ()
+    least: int = 0
+    negated: bool = False
 
 
 @dataclass(frozen=True, slots=True)

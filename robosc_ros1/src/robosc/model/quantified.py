@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Generic, TypeAlias, TypeVar
 
 from robosc.source import Span
 from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode, UnaryNode
 
-__all__ = ["Chains", "at_least", "joined"]
+__all__ = ["MOST_NODES", "Cases", "Chains", "at_least", "halves", "joined"]
 
-_MOST_NODES = 20_000
+_Node = TypeVar("_Node")
+
+MOST_NODES = 20_000
+"""A count that needs more is not written out."""
 
 _CHAIN = 64
 """Chains up to this length are left-associative; longer ones would be too deep."""
@@ -18,6 +21,14 @@ _CHAIN = 64
 
 Chains: TypeAlias = dict[tuple[str, int, int, int], ExprNode]
 """Chains over runs of the same parts, by operator, identities of the first and last, and length."""
+
+
+def halves(parts: Sequence[_Node]) -> tuple[Sequence[_Node], Sequence[_Node]]:
+    """The two sides of a chain."""
+    cut = len(parts) - 1
+    if cut >= _CHAIN:
+        cut = 1 << (cut.bit_length() - 1)  # not in halves, which no two runs have in common
+    return parts[:cut], parts[cut:]
 
 
 def joined(
@@ -37,11 +48,7 @@ def joined(
     key = operator, id(parts[0]), id(parts[-1]), len(parts)
     if known is not None and key in known:
         return known[key]
-    cut = len(parts) - 1
-    if cut >= _CHAIN:
-        cut = 1 << (cut.bit_length() - 1)  # not in halves, which no two runs have in common
-    left = joined(operator, parts[:cut], span, empty, known)
-    right = joined(operator, parts[cut:], span, empty, known)
+    left, right = (joined(operator, side, span, empty, known) for side in halves(parts))
     found = BinaryNode(operator, left, right, operator_span=span, span=span)
     if known is not None:
         known[key] = found
@@ -53,59 +60,68 @@ def at_least(operator: str, parts: Sequence[ExprNode], number: int, span: Span) 
 
     None if that needs too large an expression.
     """
-    cases = _Cases(span)
+
+    def negated(node: ExprNode) -> ExprNode:
+        if isinstance(node, LiteralNode):
+            return LiteralNode(not node.value, span=span)
+        return UnaryNode("!", node, span=span)
+
+    cases = Cases[ExprNode](
+        lambda operator, parts: joined(operator, parts, span, empty=operator == "and"),
+        (LiteralNode(False, span=span), LiteralNode(True, span=span)),
+    )
     match operator:
         case ">=":
             found = cases.least(parts, number)
         case ">":
             found = cases.least(parts, number + 1)
         case "<":
-            found = cases.negated(cases.least(parts, number))
+            found = negated(cases.least(parts, number))
         case "<=":
-            found = cases.negated(cases.least(parts, number + 1))
+            found = negated(cases.least(parts, number + 1))
         case _:
             least, more = cases.least(parts, number), cases.least(parts, number + 1)
-            found = cases.both(least, cases.negated(more))
+            found = cases.both(least, negated(more))
             if operator == "!=":
-                found = cases.negated(found)
-    return None if cases.nodes > _MOST_NODES else found
+                found = negated(found)
+    return None if cases.nodes > MOST_NODES else found
 
 
-class _Cases:
-    """Splits the conditions in two halves, and the number in all ways; counts the nodes made."""
+class Cases(Generic[_Node]):
+    """Splits the conditions in two halves, and the number in all ways; counts the nodes made.
 
-    def __init__(self, span: Span) -> None:
-        self._span = span
+    ``chain`` joins conditions by an operator; ``constants`` are what is false and what is true.
+    """
+
+    def __init__(
+        self, chain: Callable[[str, Sequence[_Node]], _Node], constants: tuple[_Node, _Node]
+    ) -> None:
+        self._chain = chain
+        self._false, self._true = constants
         self.nodes = 0
 
-    def least(self, parts: Sequence[ExprNode], number: int) -> ExprNode:
+    def least(self, parts: Sequence[_Node], number: int) -> _Node:
         """Whether at least ``number`` of the conditions hold."""
         if number <= 0:
-            return LiteralNode(True, span=self._span)
-        if number > len(parts) or self.nodes > _MOST_NODES:
-            return LiteralNode(False, span=self._span)
-        if number == 1:
+            return self._true
+        if number > len(parts) or self.nodes > MOST_NODES:
+            return self._false
+        if number in (1, len(parts)):
             self.nodes += len(parts)
-            return joined("or", parts, self._span, empty=False)
-        if number == len(parts):
-            self.nodes += len(parts)
-            return joined("and", parts, self._span, empty=True)
+            return self._chain("or" if number == 1 else "and", parts)
         half = len(parts) // 2
         left, right = parts[:half], parts[half:]
         ways = [
             self.both(self.least(left, first), self.least(right, number - first))
             for first in range(max(0, number - len(right)), min(number, len(left)) + 1)
         ]
-        return joined("or", ways, self._span, empty=False)
+        return self._chain("or", ways)
 
-    def both(self, left: ExprNode, right: ExprNode) -> ExprNode:
+    def both(self, left: _Node, right: _Node) -> _Node:
         for one, other in ((left, right), (right, left)):
-            if isinstance(one, LiteralNode):
-                return other if one.value else one
+            if one == self._true:
+                return other
+            if one == self._false:
+                return one
         self.nodes += 1
-        return BinaryNode("and", left, right, operator_span=self._span, span=self._span)
-
-    def negated(self, node: ExprNode) -> ExprNode:
-        if isinstance(node, LiteralNode):
-            return LiteralNode(not node.value, span=self._span)
-        return UnaryNode("!", node, span=self._span)
+        return self._chain("and", (left, right))

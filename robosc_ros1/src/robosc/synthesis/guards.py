@@ -14,13 +14,14 @@ Engines hand in their sets as a :class:`CareSet`; nothing here depends on their 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from robosc.ir.automaton import Event, Plant, VariableKind
+from robosc.ir.counting import with_counts
 from robosc.ir.formulas import conjunction
-from robosc.model.expr import FALSE, TRUE, Expr, Unary
+from robosc.model.expr import FALSE, TRUE, Count, Expr, Unary
 from robosc.model.traversal import walk
 from robosc.supervisor import Guard, Status
 from robosc.synthesis.dropping import drop
@@ -36,6 +37,8 @@ _LARGE = 2**12
 """From here on a cover takes longer than to look for the guard in the requirements' own words."""
 _LONG = 40
 """Guards with more to read than this are worth looking for shorter ones."""
+_COUNT = 6
+"""What there is to read of a count: as much as of three conditions."""
 
 
 class CareSet(Protocol):
@@ -104,12 +107,14 @@ def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
 
 def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
     rank = _variable_order(plant, event)
+    found = [count for count in _counts(plant, event) if care_set.separates(count)][:1]
+    if found and care_set.size > _SMALL:
+        return found[0]
     left = _pruned(care_set, rank)
-    found: list[Expr] = []
     if left.size <= _SMALL or (len(left.parts) < 3 and left.size <= _LARGE):
-        found = _attempt(left, rank)
-        if found and _length(found[0]) <= _LONG:
-            return found[0]
+        found += _attempt(left, rank)
+        if found and min(map(_length, found)) <= _LONG:
+            return min(found, key=_length)
     demanded = precondition(plant, event)
     if demanded is not None and care_set.separates(demanded):
         found.append(demanded)
@@ -124,6 +129,14 @@ def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
     if not found:
         raise TooLarge(f"the guard of {event.name} would be too long")
     return min(found, key=_length)
+
+
+def _counts(plant: Plant, event: Event) -> Iterator[Expr]:
+    """What may be the guard of an event that changes how many components are in a state."""
+    written = plant.writes[next(n for n, e in enumerate(plant.events) if e is event)]
+    for condition in plant.tighter_counts:
+        if not written.isdisjoint(support(plant, condition)):
+            yield condition
 
 
 def _attempt(care_set: CareSet, rank: Callable[[int], Any]) -> list[Expr]:
@@ -165,6 +178,8 @@ def _touched(plant: Plant, event: Event) -> set[int]:
 
 def _length(expr: Expr) -> int:
     """How much there is to read: leaves, and a little for each negation."""
-    nodes = list(walk(expr))
-    leaves = sum(2 for node in nodes if not hasattr(node, "operator"))
+    nodes = list(walk(with_counts(expr)))
+    leaves = sum(
+        _COUNT if isinstance(node, Count) else 2 for node in nodes if not hasattr(node, "operator")
+    )
     return leaves + sum(1 for node in nodes if isinstance(node, Unary))

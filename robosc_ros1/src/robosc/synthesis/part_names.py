@@ -17,6 +17,7 @@ from itertools import combinations, count, product
 from string import ascii_lowercase
 from typing import NamedTuple
 
+from robosc.ir.counting import with_counts
 from robosc.ir.formulas import conjunction, disjunction, operands, to_dsl
 from robosc.model.entities import Robot
 from robosc.model.expr import Binary, Expr, NamedPart, Unary
@@ -78,13 +79,14 @@ class PartNames:
         self._chains: dict[int, tuple[int, ...]] = {}
         self._parts: list[_Part] = []
         long = [g.expr for g in guards if len(to_dsl(g.expr, robot)) > LONG]
-        numbers = [self._number(expr) for expr in long]
-        self._long = frozenset(numbers)
+        self._long = frozenset(map(id, long))
+        self._guards = long  # as long as they are kept, their identities are their own
+        numbers = [self._number(with_counts(expr)) for expr in long]
         self._find(numbers)
         self.definitions = tuple(self._definitions())
 
     def is_long(self, guard: Expr) -> bool:
-        return bool(self._long) and self._number(guard) in self._long
+        return id(guard) in self._long
 
     def of_guard(self, guard: Expr) -> Expr:
         """The guard, with names of parts if it is a long one."""
@@ -92,7 +94,7 @@ class PartNames:
 
     def short(self, expr: Expr) -> Expr:
         """An expression with the names of all parts that are in it."""
-        return self._expr(self._number(expr))
+        return self._expr(self._number(with_counts(expr)))
 
     def used(self, exprs: Iterable[Expr]) -> tuple[NamedExpr, ...]:
         """The parts that some expressions read, also through others; in order."""

@@ -1,0 +1,244 @@
+"""How many components of a kind are in a state, found again in conditions that are written out.
+
+``count(s.served for s in Station) < 2`` is written out when a model is read, with all cases. Texts
+of what is made of it (guards) say it as the model does, so that people can read them. It is found
+by its form: the very tree that such a count is written out to. The operands of a chain that say the
+same of each component are what ``any`` and ``all`` say.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+from operator import is_not
+
+from robosc.model.expr import (
+    FALSE,
+    TRUE,
+    Binary,
+    Count,
+    Expr,
+    Leaf,
+    Literal,
+    PhaseRef,
+    StateRef,
+    Unary,
+    VariableRef,
+)
+from robosc.model.quantified import MOST_NODES, Cases, halves
+from robosc.model.traversal import may_be_undefined, rewritten, walk
+from robosc.model.types import BooleanType
+
+__all__ = ["at_least", "copy_of", "with_component", "with_counts"]
+
+_LEAST_COPIES = 3
+"""Conditions on fewer components are as well read one by one."""
+
+_BOOLEAN = BooleanType()
+_MOST_PARTS = 8
+_COPY = re.compile(r"(.+)\[(\d+)\]")
+
+_Kind = tuple[bool, str, Expr]
+"""What conditions on components of one kind have in common: whether they are negated, the name of
+the components, and the condition on the component of that name."""
+
+
+def with_counts(expr: Expr, *, chains: bool = True) -> Expr:
+    """The condition with counts for all their cases; with ``chains`` also ``any`` and ``all``."""
+    return _Finder(chains).found(expr)
+
+
+def at_least(conditions: Sequence[Expr], number: int) -> Expr | None:
+    """Whether so many of the conditions hold, with all cases; None if it has too many."""
+    cases = Cases[Expr](_chain, (FALSE, TRUE))
+    found = cases.least(conditions, number)
+    return None if cases.nodes > MOST_NODES else found
+
+
+def _chain(operator: str, parts: Sequence[Expr]) -> Expr:
+    if len(parts) == 1:
+        return parts[0]
+    left, right = halves(parts)
+    return Binary(operator, _chain(operator, left), _chain(operator, right), _BOOLEAN)
+
+
+def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
+    """The condition on the component of another name, for each that it reads."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        match node:
+            case StateRef(component=component, state=state):
+                return StateRef(name(component), state)
+            case VariableRef(component=component, variable=variable, type=type_):
+                return VariableRef(name(component), variable, type_)
+            case PhaseRef(communication=key, phase=phase):
+                component, _, communication = key.partition(".")
+                return PhaseRef(f"{name(component)}.{communication}", phase)
+        return node
+
+    return rewritten(expr, leaf)
+
+
+class _Finder:
+    """Finds counts; what stands in an expression several times is looked at once."""
+
+    def __init__(self, chains: bool) -> None:
+        self._chains = chains
+        self._found: dict[int, tuple[Expr, Expr]] = {}
+        self._counts: dict[int, tuple[Expr, Count | None]] = {}
+
+    def found(self, expr: Expr) -> Expr:
+        if id(expr) not in self._found:
+            self._found[id(expr)] = expr, self._find(expr)
+        return self._found[id(expr)][1]
+
+    def _find(self, expr: Expr) -> Expr:
+        match expr:
+            case Unary(operator="!", operand=operand):
+                inner = self.found(operand)
+                if isinstance(inner, Count):
+                    return replace(inner, negated=not inner.negated)
+                return expr if inner is operand else Unary("!", inner, _BOOLEAN)
+            case Binary(operator="and" | "or" as operator):
+                count = self._count(expr)
+                if count is not None:
+                    return count
+                old = list(self._operands(expr, operator))
+                new = [self.found(part) for part in old]
+                if self._chains:
+                    new = _grouped(operator, new)
+                if len(new) == len(old) and not any(map(is_not, new, old)):
+                    return expr
+                return _chain(operator, new)
+            case Binary(operator="=>", left=left, right=right):
+                sides = self.found(left), self.found(right)
+                if sides[0] is not left or sides[1] is not right:
+                    return Binary("=>", *sides, _BOOLEAN)
+        return expr
+
+    def _operands(self, expr: Expr, operator: str) -> Iterator[Expr]:
+        """Those of a chain, in which counts are left whole."""
+        if not isinstance(expr, Binary) or expr.operator != operator or self._count(expr):
+            yield expr
+        else:
+            yield from self._operands(expr.left, operator)
+            yield from self._operands(expr.right, operator)
+
+    def _count(self, expr: Binary) -> Count | None:
+        """The count that this is all the cases of; None if it is none, or ``any`` or ``all``."""
+        if id(expr) not in self._counts:
+            self._counts[id(expr)] = expr, _count_of(expr)
+        return self._counts[id(expr)][1]
+
+
+def _count_of(expr: Binary) -> Count | None:
+    found: dict[int, Expr] = {}
+    kinds: set[_Kind] = set()
+    seen: set[int] = set()
+    stack: list[Expr] = [expr]
+    while stack:
+        node = stack.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        if isinstance(node, Binary) and node.operator in ("and", "or"):
+            stack += node.operands
+            continue
+        literal = _literal(node)
+        if literal is None:
+            return None
+        kinds.add(literal[0])
+        found[literal[1]] = node
+        if len(kinds) > 1:
+            return None
+    indexes = sorted(found)
+    if not _is_run(indexes):
+        return None
+    conditions = [found[index] for index in indexes]
+    number = _fewest(expr, {})
+    if not 1 < number < len(conditions) or at_least(conditions, number) != expr:
+        return None
+    return _counted(conditions, number)
+
+
+def _fewest(expr: Expr, known: dict[int, int]) -> int:
+    """How many conditions must hold, if no two operands of an ``and`` have some in common."""
+    if not isinstance(expr, Binary) or expr.operator not in ("and", "or"):
+        return 1
+    if id(expr) not in known:
+        sides = [_fewest(side, known) for side in expr.operands]
+        known[id(expr)] = sum(sides) if expr.operator == "and" else min(sides)
+    return known[id(expr)]
+
+
+def _grouped(operator: str, parts: Sequence[Expr]) -> list[Expr]:
+    """The operands of a chain, with one for those that say the same of each component."""
+    kinds: dict[_Kind, dict[int, int]] = {}
+    for place, part in enumerate(parts):
+        literal = _literal(part)
+        if literal is not None:
+            kinds.setdefault(literal[0], {}).setdefault(literal[1], place)
+    left: dict[int, Expr] = dict(enumerate(parts))
+    for (negated, _, _), places in kinds.items():
+        for run in _runs(sorted(places)):
+            conditions = [parts[places[index]] for index in run]
+            if negated:
+                conditions = [c.operand for c in conditions if isinstance(c, Unary)]
+            # None of them fails where not any of their opposites holds.
+            is_any = (operator == "or") != negated
+            count = _counted(conditions, 1 if is_any else len(conditions), negated)
+            first, *others = sorted(places[index] for index in run)
+            left[first] = count
+            for place in others:
+                del left[place]
+    return [left[place] for place in sorted(left)]
+
+
+def _counted(conditions: Sequence[Expr], least: int, negated: bool = False) -> Count:
+    return Count("", (), _BOOLEAN, None, tuple(conditions), least, negated)
+
+
+def _runs(indexes: Sequence[int]) -> Iterator[list[int]]:
+    """Those that follow one another, if they are enough."""
+    run: list[int] = []
+    for index in indexes:
+        if run and index != run[-1] + 1:
+            if _is_run(run):
+                yield run
+            run = []
+        run.append(index)
+    if _is_run(run):
+        yield run
+
+
+def _is_run(indexes: Sequence[int]) -> bool:
+    return len(indexes) >= _LEAST_COPIES and indexes[-1] - indexes[0] == len(indexes) - 1
+
+
+def copy_of(expr: Expr) -> tuple[str, int]:
+    """The name and the index of the component that a condition of a count is about."""
+    found = _literal(expr)
+    assert found is not None
+    (_, name, _), index = found
+    return name, index
+
+
+def _literal(expr: Expr) -> tuple[_Kind, int] | None:
+    """The kind and the index of a condition on one of several components; None if it is none."""
+    negated = isinstance(expr, Unary) and expr.operator == "!"
+    inner = expr.operand if isinstance(expr, Unary) and negated else expr
+    if isinstance(inner, Binary) and inner.operation.is_lazy:
+        return None
+    if len(list(islice(walk(inner), _MOST_PARTS + 1))) > _MOST_PARTS or may_be_undefined(inner):
+        return None
+    components: set[str] = set()
+
+    def named(component: str) -> str:
+        components.add(component)
+        return component.partition("[")[0]
+
+    kind = with_component(inner, named)
+    copy = _COPY.fullmatch(components.pop()) if len(components) == 1 else None
+    return None if copy is None else ((negated, copy[1], kind), int(copy[2]))
