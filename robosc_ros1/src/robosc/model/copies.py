@@ -9,10 +9,10 @@ that no later stage knows of it. What does not depend on an index is shared by t
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
-from functools import cache
-from typing import Any, cast
+from functools import cache, partial
+from typing import Any, TypeVar, cast
 
 from robosc.language.operators import BINARY, MIRRORED
 from robosc.model.copies_scope import Scope, filled_in, is_alike, with_place
@@ -42,6 +42,8 @@ from robosc.syntax.nodes import (
 )
 
 __all__ = ["copy_name", "over_copies", "write_out"]
+
+_Many = TypeVar("_Many", AggregateNode, BinaryNode)
 
 MOST_COPIES = 10_000
 """More copies of one component, or of the statements of one ``for``, are an error."""
@@ -181,13 +183,13 @@ class _Writer:
             case BinaryNode(left=AggregateNode() as many, operator=operator, right=right) if (
                 operator in MIRRORED and many.function.text == "count"
             ):
-                return self._count(node, many, operator, right, scope)
+                return self._once(node, scope, partial(self._count, many, operator, right))
             case BinaryNode(left=left, operator=operator, right=AggregateNode() as many) if (
                 operator in MIRRORED and many.function.text == "count"
             ):
-                return self._count(node, many, MIRRORED[operator], left, scope)
+                return self._once(node, scope, partial(self._count, many, MIRRORED[operator], left))
             case AggregateNode():
-                return self._aggregate(node, scope)
+                return self._once(node, scope, self._over_components)
         return self._parts(node, scope)
 
     def _parts(self, node: Any, scope: Scope) -> Any:
@@ -295,12 +297,14 @@ class _Writer:
             first, last = max(first, low or first), min(last, high or last)
         return [copy_name(name, index) for index in range(first, last + 1)]
 
-    def _aggregate(self, node: AggregateNode, scope: Scope) -> ExprNode:
+    def _once(
+        self, node: _Many, scope: Scope, written: Callable[[_Many, Scope], ExprNode]
+    ) -> ExprNode:
         """The node written out; once for all copies if it does not depend on their index."""
         if scope.components or not is_alike(node, scope):
-            return self._over_components(node, scope)
+            return written(node, scope)
         if id(node) not in self._aggregates:
-            self._aggregates[id(node)] = self._over_components(node, scope)
+            self._aggregates[id(node)] = written(node, scope)
         return self._aggregates[id(node)]
 
     def _over_components(self, node: AggregateNode, scope: Scope) -> ExprNode:
@@ -348,7 +352,7 @@ class _Writer:
         return BinaryNode(operator, condition, element, operator_span=node.span, span=node.span)
 
     def _count(
-        self, node: BinaryNode, many: AggregateNode, operator: str, bound: ExprNode, scope: Scope
+        self, many: AggregateNode, operator: str, bound: ExprNode, node: BinaryNode, scope: Scope
     ) -> ExprNode:
         """A comparison of a count with a number."""
         members = self._members(many, scope)
