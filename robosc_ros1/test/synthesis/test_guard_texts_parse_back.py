@@ -159,3 +159,13 @@ def test_guards_of_supervisors(kind: str, seed: int) -> None:
     supervisor = pipeline.synthesize(robot_of(model))
     guards = [guard.expr for guard in supervisor.guards]
     assert differing(model, guards, rng) == [], model
+
+
+@pytest.mark.parametrize("seed", [8, 17])
+def test_guards_and_reasons_of_nested_conditions(seed: int) -> None:
+    """Thousands of values per event and hundreds of bad states: not all of that is tried."""
+    rng = random.Random(seed)
+    model = array_model(rng)
+    supervisor = pipeline.synthesize(robot_of(model))
+    assert any(explanation.trace for explanation in supervisor.explanations)
+    assert differing(model, [guard.expr for guard in supervisor.guards], rng) == [], model

@@ -288,7 +288,7 @@ class Stepper:
 
     def _converted(self, enum: EnumType, text: str) -> str:
         name = f"E_{enum.origin}_{enum.name}"
-        self._namespace[name] = partial(converted, enum)
+        self._namespace[name] = cache(partial(converted, enum))
         return f"{name}({text})"
 
     def _leaf(self, leaf: Leaf, slots: Mapping[tuple[str | int, ...], tuple[int, bool]]) -> str:

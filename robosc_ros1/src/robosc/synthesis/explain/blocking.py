@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from robosc.ir.automaton import Edge, Event, Plant, PlantState, VariableKind
@@ -25,10 +25,13 @@ class Blocked:
     span: Span | None
 
 
-def why_blocked(stepper: Stepper, state: PlantState, steps: Sequence[Step]) -> Blocked | None:
+def why_blocked(
+    stepper: Stepper, state: PlantState, steps: Callable[[], Sequence[Step]]
+) -> Blocked | None:
     """Why no marked state can be reached from a state; None if one can, or that is too far off.
 
-    ``steps`` led there; one of the last may be what the stuck component fails to react to.
+    ``steps`` gives what led there, which takes its time; one of the last may be what the stuck
+    component fails to react to.
     """
     plant = stepper.plant
     states = _reachable(stepper, state)
@@ -49,7 +52,7 @@ def why_blocked(stepper: Stepper, state: PlantState, steps: Sequence[Step]) -> B
         reason = f"{listing(names)} are never in marked states at the same time again"
         return Blocked(reason, None, None)
     variable = min(stuck, key=lambda n: plant.variables[n].kind is VariableKind.PHASE)
-    return _told(stepper, steps, states, variable)
+    return _told(stepper, steps(), states, variable)
 
 
 def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.ir.automaton import Event, Plant, PlantState
@@ -179,7 +179,8 @@ class _Explainer:
                 return found
             paths.append(path)
         for path in paths:
-            blocked = why_blocked(self.stepper, path[-1], (*before, *steps_of(self.stepper, path)))
+            steps = partial(self._steps, before, path)
+            blocked = why_blocked(self.stepper, path[-1], steps)
             if blocked is not None:
                 return _BadState(path, None, blocked.reason, blocked.remedy, blocked.span)
         return _BadState(
@@ -189,6 +190,9 @@ class _Explainer:
             None,
             None,
         )
+
+    def _steps(self, before: tuple[Step, ...], path: tuple[PlantState, ...]) -> tuple[Step, ...]:
+        return (*before, *steps_of(self.stepper, path))
 
     def _unpreventable(self, start: PlantState) -> Iterator[tuple[PlantState, ...]]:
         """Paths of uncontrollable events over states to be avoided, shortest first."""
@@ -201,8 +205,8 @@ class _Explainer:
             yield path
             if looked > most:
                 continue
-            for _, target in self._uncontrollable(path[-1], self.uncontrollable):
-                looked += 1
+            for step, target in self._uncontrollable(path[-1], self.uncontrollable):
+                looked += 1 + len(step.values)  # each part takes its time
                 if isinstance(target, Verdict) or target in seen:
                     continue
                 if not self.system.is_good(target):
@@ -246,7 +250,7 @@ def _may_leave(plant: Plant, number: int) -> bool:
 
 _MOST_PATHS = 20_000
 _MOST_STEPS = 1_000_000
-_MOST_SAMPLES = 20_000
+_MOST_SAMPLES = 200_000
 """The same where not all values of an event are tried."""
 
 
