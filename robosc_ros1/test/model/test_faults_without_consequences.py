@@ -340,3 +340,12 @@ def test_a_prefix_that_is_none_makes_no_topics(tmp_path: Path) -> None:
     }"""
     _, found = load(Source(str(tmp_path / "twin.rscd"), robot))
     assert [d.code for d in found] == ["ros-name", "ros-name"]
+
+
+def test_a_message_with_a_faulty_timeout_is_fresh_or_silent() -> None:
+    text = """
+    component Eye { outgoing message scan with timeout: 0 s, type: none }
+    component Motor { incoming message move with type: none }
+    requirement move needs scan.fresh
+    """
+    assert faults(text) == [("out-of-range", "0 s")]

@@ -6,7 +6,9 @@ import pytest
 from model_text import behaviour_of, faults, resolve
 
 from robosc.model.expr import Binary, Literal, PhaseRef, StateRef, Unary, VariableRef
+from robosc.model.resolve import load
 from robosc.model.types import BooleanType, EnumType
+from robosc.source import Source
 
 # A gear whose state, variables and enum values share their names as far as the language allows.
 GEAR = """
@@ -181,3 +183,20 @@ def test_the_phase_of_a_service_is_a_condition(name: str) -> None:
 def test_only_services_and_actions_are_busy_or_idle(condition: str) -> None:
     codes = {code for code, _ in faults(ARM % f"transition if {condition}")}
     assert codes & {"unknown-name", "unknown-member"}
+
+
+@pytest.mark.parametrize(
+    ("condition", "told"),
+    [
+        ("oil.fresh", "'oil' is neither fresh nor silent: it has no timeout"),
+        ("Gear.oil.silent", "'oil' is neither fresh nor silent: it has no timeout"),
+        ("oil.data", "'oil' is a communication; conditions are about variables and states"),
+        ("move.fresh", "'move' is a communication; conditions are about variables and states"),
+    ],
+)
+def test_what_is_no_condition_of_a_communication_is_explained(condition: str, told: str) -> None:
+    text = gear("on response from oil goto fast", rest=f"requirement move needs {condition}")
+    _, diagnostics = load(Source("model.rscd", f"robot Test {{\n{text}\n}}\n"))
+    assert [(d.span.text, d.message) for d in diagnostics if d.code == "unknown-name"] == [
+        (condition, told)
+    ]

@@ -146,6 +146,12 @@ class Meanings:
         return found or self._types.scope.datatypes.get(name)
 
     def _no_parts(self, access: Access) -> None:
+        component = self._symbols.component(access.root.text) if self._symbols else None
+        if component is not None and isinstance(access.path[0], Name):
+            info = component.communications.get(access.path[0].text)
+            if info is not None:
+                self._faults.no_condition(access, info)
+                return
         part = access.path[1] if isinstance(access.path[0], Name) else access.path[0]
         span = part.span if isinstance(part, Name) else access.span
         self._report.add("unknown-member", span, "only 'value', objects and arrays have parts")

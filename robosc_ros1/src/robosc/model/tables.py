@@ -50,9 +50,10 @@ class CommunicationInfo:
 
     @property
     def has_timeout(self) -> bool:
-        if self.entity is not None:
-            return self.entity.timeout is not None
-        return self.node.timeout is not None
+        """Whether it was given one, be it a faulty one."""
+        return self.node.timeout is not None or (
+            self.entity is not None and self.entity.timeout is not None
+        )
 
     @property
     def phases(self) -> Phases | None:

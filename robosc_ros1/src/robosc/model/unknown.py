@@ -5,7 +5,7 @@ from __future__ import annotations
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.expr import Expr, Literal, ParameterRef, StateRef, VariableRef
-from robosc.model.tables import SymbolTable
+from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.types import EnumType, Type
 from robosc.syntax.nodes import Access, Name
 
@@ -14,6 +14,8 @@ __all__ = ["NameFaults", "last_name"]
 
 _MEANINGS = ("component", "enum", "state", "variable")
 """Keywords of what a name in an expression may mean."""
+_NO_VALUE = "'%s' is a communication; conditions are about variables and states"
+_KEEP = "keep what it brings in a variable of its component"
 
 
 class NameFaults:
@@ -34,6 +36,9 @@ class NameFaults:
             return
         symbols = self._symbols
         if access.path:
+            if symbols is not None and (infos := symbols.communications(name)):
+                self.no_condition(access, infos[0])
+                return
             known = [*(symbols.components if symbols else ()), *scope.datatypes]
             self._report.add(
                 "unknown-name",
@@ -65,6 +70,16 @@ class NameFaults:
         hint = hint or self._report.suggest(name, candidates, known_text)
         self._report.add("unknown-name", access.span, message, hint)
 
+    def no_condition(self, access: Access, info: CommunicationInfo) -> None:
+        """``scan.fresh`` of a message without timeout, or ``scan.ranges``."""
+        phases = info.sort.phases
+        message, hint = _NO_VALUE % info.name, _KEEP
+        if phases is not None and info.phases is None and last_name(access) in phases.names:
+            neither = " nor ".join(reversed(phases.names))
+            message = f"'{info.name}' is neither {neither}: it has no timeout"
+            hint = "give it one: timeout: 500 ms,"
+        self._report.add("unknown-name", access.span, message, hint)
+
     def _not_a_value(self, symbols: SymbolTable, name: str) -> tuple[str, str | None] | None:
         component = symbols.component(name)
         if component is not None:
@@ -74,10 +89,7 @@ class NameFaults:
                 self._report.suggest(name, members, "write one of"),
             )
         if symbols.communications(name):
-            return (
-                f"'{name}' is a communication; conditions are about variables and states",
-                "keep what it brings in a variable of its component",
-            )
+            return _NO_VALUE % name, _KEEP
         return None
 
     def _elsewhere(self, symbols: SymbolTable, name: str) -> str | None:
@@ -105,8 +117,8 @@ class NameFaults:
             self._report.add(
                 "unknown-member",
                 member.span,
-                f"'{member.text}' is a communication; conditions are about variables and states",
-                "keep what it brings in a variable of its component",
+                _NO_VALUE % member.text,
+                _KEEP,
             )
         else:
             self._report.add(
