@@ -8,6 +8,7 @@ import pytest
 from syntax_support import declarations, faults, parsed, read
 
 from robosc.language.keywords import BASIC_TYPES, RESERVED
+from robosc.language.tokens import pattern
 from robosc.syntax.nodes import ComponentNode, MessageNode, NamedTypeNode
 
 _WORDS = """
@@ -127,3 +128,8 @@ def test_a_name_may_begin_with_a_keyword() -> None:
         "Component(A, [Behaviour([Variable(valuex, doubles, orange),"
         " ResultTransition(request, onward, -, [], -)])])"
     ]
+
+
+def test_a_keyword_with_an_underscore_is_one_word_of_the_grammar() -> None:
+    with pytest.raises(KeyError, match="goal_timeout"):  # no keyword today
+        pattern("goal_timeout ':'")

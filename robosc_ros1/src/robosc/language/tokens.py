@@ -90,7 +90,7 @@ _ADVICE = {
 }
 
 
-_PART = re.compile(r"'(?P<symbol>\S+)'|(?P<class>[A-Z]+)|(?P<word>[a-z]+)|(?P<meta>\S+?)")
+_PART = re.compile(r"'(?P<symbol>\S+)'|(?P<class>[A-Z]+)|(?P<word>[a-z_]+)|(?P<meta>\S+?)")
 _CLASSES = {
     "NAME": NAME,
     "WORD": ANY_NAME,
