@@ -97,6 +97,26 @@ def test_a_message_in_effect_is_stopped_when_it_becomes_forbidden(
         robot.hears("/vel", lambda m: m["linear"]["x"] == 0.0)
 
 
+def test_silence_stops_a_message_in_effect_and_blocks_the_next_one(
+    guarded: Stage, robot: Puppet, other: Puppet
+) -> None:
+    with guarded.controller(other, NODE, stop_command="stop", timeout__distance=2.0) as node:
+        with guarded.puppet() as sensor:
+            fields = {"data": 2.0}
+            sensor.begin(
+                "publish", topic="/distance", type=FLOAT, fields=fields, times=10_000, rate=20.0
+            )
+            node.shows(lambda s: s["variables"]["DistanceSensor.current"] == "free")
+            vel(other, speed(0.3))
+            robot.hears("/vel", lambda m: m["linear"]["x"] == 0.3)
+            sensor.process.kill()
+            node.tells(event("timeout", "distance"))
+        robot.hears("/vel", lambda m: m["linear"]["x"] == 0.0)
+        mark = other.mark
+        vel(other, speed(0.3))
+        assert blocked(other, mark) == ("move", ["requirement move needs distance.fresh"])
+
+
 def test_a_goal_is_cancelled_when_it_becomes_forbidden(
     guarded: Stage, robot: Puppet, other: Puppet
 ) -> None:
