@@ -33,7 +33,8 @@ class Other:
     def __init__(self, from_: int = 0) -> None:
         self.from_ = from_
 
-    def get_fields_and_field_types(self) -> dict[str, str]:
+    @classmethod
+    def get_fields_and_field_types(cls) -> dict[str, str]:
         return {"from_": "int8"}
 
 

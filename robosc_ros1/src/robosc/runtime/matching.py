@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 __all__ = ["CommandPattern", "command_patterns", "matching_command", "not_finite"]
@@ -52,28 +53,37 @@ def matching_command(patterns: Sequence[CommandPattern], message: Any) -> Option
     return rest
 
 
-def not_finite(message: Any, path: str = "") -> Optional[str]:
+def not_finite(message: Any) -> Optional[str]:
     """Return the first number of a message that is infinite or not a number: ``field is nan``."""
+    found = _first_not_finite(message)
+    return None if found is None else "%s is %s" % (found[0].lstrip("."), found[1])
+
+
+def _first_not_finite(message: Any) -> Optional[Tuple[str, float]]:
+    """Such a number behind its path."""
     if isinstance(message, float):
-        return None if math.isfinite(message) else "%s is %s" % (path, message)
+        return None if math.isfinite(message) else ("", message)
     if hasattr(message, "__slots__"):
-        names = _fields(message)
-        parts = [(getattr(message, name), "%s.%s" % (path, name)) for name in names]
+        for name in _fields(message.__class__):
+            found = _first_not_finite(getattr(message, name))
+            if found is not None:
+                return ".%s%s" % (name, found[0]), found[1]
     elif hasattr(message, "__len__") and len(message) and _may_hold_floats(message[0]):
-        parts = [(part, "%s[%d]" % (path, index)) for index, part in enumerate(message)]
-    else:
-        return None
-    return next((found for part, at in parts if (found := not_finite(part, at.lstrip(".")))), None)
+        for index, part in enumerate(message):
+            found = _first_not_finite(part)
+            if found is not None:
+                return "[%d]%s" % (index, found[0]), found[1]
+    return None
 
 
 def _may_hold_floats(element: Any) -> bool:
     return isinstance(element, float) or hasattr(element, "__slots__")
 
 
-def _fields(message: Any) -> Sequence[str]:
-    fields = getattr(message, "get_fields_and_field_types", None)
-    names: Sequence[str] = message.__slots__ if fields is None else tuple(fields())
-    return names
+@lru_cache(maxsize=None)
+def _fields(message_type: Any) -> Tuple[str, ...]:
+    fields = getattr(message_type, "get_fields_and_field_types", None)
+    return tuple(message_type.__slots__ if fields is None else fields())
 
 
 def _content(message: Any) -> Any:
@@ -82,9 +92,9 @@ def _content(message: Any) -> Any:
         return [_content(part) for part in message]
     if not hasattr(message, "__slots__"):
         return message
-    if {"stamp", "frame_id"} <= set(_fields(message)):
+    if {"stamp", "frame_id"} <= set(_fields(message.__class__)):
         return None
-    return [_content(getattr(message, name)) for name in _fields(message)]
+    return [_content(getattr(message, name)) for name in _fields(message.__class__)]
 
 
 def _one_of(contents: List[Any]) -> Callable[[Any], bool]:
