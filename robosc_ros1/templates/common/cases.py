@@ -15,6 +15,13 @@ from operations import Undefined
 KNOWN = 500
 """For so many states it is remembered which numbers in data make a difference."""
 _COMMANDED = ("incoming message", "service", "action")
+_COMING = {
+    "incoming message": (),
+    "outgoing message": ("response",),
+    "service": ("response", "error"),
+    "action": ("response", "feedback", "error"),
+}
+_ANY = "any state"
 
 
 class Cases:
@@ -72,16 +79,20 @@ class Cases:
             place = "data %d of %s" % (number + 1, names[key])
             yield place, ("data", number)
             yield from _parts(place, ("data", number), decision)
+        for communication in self._plant["communications"]:
+            for kind in _COMING[communication["kind"]]:
+                key = communication["key"]
+                yield "%s of %s" % (kind, names[key]), ("event", kind, key)
         for (kind, key), components in shadow.mentions.items():
             for component, transitions in components.items():
                 for number, transition in enumerate(transitions):
                     place = "%s on %s of %s" % (component, kind, names[key])
-                    states = shadow.components[component]["states"]
-                    for state in states if transition["from"] is None else [transition["from"]]:
-                        name = ("transition", component, kind, key, number, state)
-                        yield "%s in %s" % (place, state), name
-                        guard = self._guards.get(id(transition))
-                        yield from _parts("%s in %s" % (place, state), name, guard)
+                    name = ("transition", component, kind, key, number)
+                    own = transition["from"]
+                    for state in shadow.components[component]["states"] if own is None else [own]:
+                        yield "%s in %s" % (place, state), (*name, state)
+                    guard = self._guards.get(id(transition))
+                    yield from _parts(place, (*name, own or _ANY), guard)
 
     def of_state(self, shadow):
         """Return the cases that a state is."""
@@ -155,9 +166,12 @@ class Cases:
         return self._known[values]
 
     def of_event(self, shadow, kind, key, content):
-        """Return the cases of the transitions that an event lets components take, and of the rules
-        that convert its value."""
-        found = set()
+        """Return the cases of an event itself, of the transitions that it lets components take, and
+        of the rules that convert its value.
+
+        A transition of all states is to be taken in each of them. Its guard is one condition.
+        """
+        found = {("event", kind, key)}
         if kind in ("response", "feedback"):
             found |= set(self._of_value(shadow, shadow.communications[key][kind], content))
         for component, transitions in shadow.mentions.get((kind, key), {}).items():
@@ -166,12 +180,13 @@ class Cases:
             for number, transition in enumerate(transitions):
                 if transition["from"] not in (None, state):
                     continue
-                name = (component, kind, key, number, state)
+                name = (component, kind, key, number, transition["from"] or _ANY)
                 decision = self._guards.get(id(transition))
-                cases = () if decision is None else decision.cases(shadow, content)
-                found |= {("transition", *name, *case) for case in cases}
+                if decision is not None and _matters(shadow, component, transition, content):
+                    cases = decision.cases(shadow, content)
+                    found |= {("transition", *name, *case) for case in cases}
                 if transition in taken:
-                    found.add(("transition", *name))
+                    found.add(("transition", *name[:-1], state))
                     found |= set(self._changes(shadow, name, transition, content))
         return found
 
@@ -202,12 +217,9 @@ class Cases:
             yield from self._of_conversions(shadow, tree, content)
             for place in self._places[id(tree)].deciding(shadow, content):
                 yield ("transition", *name, "place", variable, place)
-            try:
-                before = plain(shadow.variables[name[0] + "." + variable])
-                if plain(shadow.evaluate(tree, content)) != before:
-                    yield ("transition", *name, "changes", variable)
-            except Undefined:
-                yield ("transition", *name, "undefined", variable)
+            change = _change(shadow, name[0] + "." + variable, tree, content)
+            if change is not None:
+                yield ("transition", *name, change, variable)
 
     def of_step(self, shadow, component, transition):
         """Return the cases of a transition that a component takes by itself."""
@@ -237,6 +249,28 @@ def _computed_in(data):
     elif isinstance(data, (dict, list)):
         for part in data.values() if isinstance(data, dict) else data:
             yield from _computed_in(part)
+
+
+def _matters(shadow, component, transition, content):
+    """Whether it makes a difference that a transition is taken."""
+    if transition["event"] == "request" or transition["goto"] not in (
+        None,
+        shadow.states[component],
+    ):
+        return True
+    return any(
+        _change(shadow, component + "." + variable, tree, content) == "changes"
+        for variable, tree in transition["assign"]
+    )
+
+
+def _change(shadow, variable, tree, content):
+    """Whether what is assigned to a variable ``changes`` it, or is ``undefined``; else None."""
+    try:
+        value = plain(shadow.evaluate(tree, content))
+    except Undefined:
+        return "undefined"
+    return "changes" if value != plain(shadow.variables[variable]) else None
 
 
 def _parts(place, name, decision):

@@ -20,7 +20,7 @@ from shadow import Wrong
 
 SAMPLES = 64
 """Messages of each sort that ways are made of."""
-TRIED = 8
+TRIED = 16
 """So many of them are tried in one state."""
 DRAWS = 3
 """So often others are drawn where these lead to nothing new."""
@@ -32,7 +32,7 @@ LONGEST = 5.0
 """Seconds: longer times of the model are not awaited."""
 PATIENCE = 12
 """After so many steps towards one case in vain it is given up."""
-MISSED = 4
+MISSED = 5
 """So many of these counts one that should have led right there."""
 
 

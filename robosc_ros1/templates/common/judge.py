@@ -11,6 +11,7 @@ import json
 import threading
 import time
 from collections import deque
+from pathlib import Path
 
 from arrivals import alike, are_told, has_come, holds_piece, is_finite
 from cancel_order import CancelOrder
@@ -32,14 +33,17 @@ class Judge:
 
     ``guide`` is told what was checked, and leads to what was not.
 
+    ``log`` is the file in which the controller writes its events, if it does.
+
     ``robot`` has a ``lock`` and, under it, ``sent``: by communication and kind, the messages that
     the controller must still tell as events, in order; ``received``, the messages by topic; and
     ``requests``, those by service and action. ``publications`` is the table of topics with the
     communications on them.
     """
 
-    def __init__(self, robot, publications, guide, is_shutdown=lambda: False):
+    def __init__(self, robot, publications, guide, is_shutdown=lambda: False, log=""):
         self.robot = robot
+        self.log = log
         self.guide = guide
         self.shadow = Shadow(PLANT)
         self.number = None  # of the last event that was followed
@@ -132,20 +136,41 @@ class Judge:
                 # It may be from before the events were connected: some after it would be missing.
                 self._latched = False
             elif self.number is None:
-                # Begin here: the controller may have worked before this test could listen.
-                self.shadow.sync(document)
-                self.number = document["number"]
-                for key, busy in self.shadow.busy.items():
-                    some = len(self.robot.requests.get(key, ()))
-                    self._first[key] = range(some + 2) if some else range(1 + busy)
-                self._count()
-                self._remember()
-                for event in self._early:
-                    self._follow(event)
+                self._begin(document)
             else:
                 self._documents.append(document)
                 self._compare()
             self._changed.notify_all()
+
+    def _begin(self, document):
+        """Follow the controller from its first event, or if not all of them are known since, from
+        here: it may have worked before this test could listen."""
+        early = {event["number"]: event for event in [*self._logged(), *self._early]}
+        self.number = 0 if all(n in early for n in range(1, document["number"] + 1)) else None
+        if self.number is None:
+            self.shadow.sync(document)
+            self.number = document["number"]
+        self._count()
+        self._remember()
+        for number in sorted(n for n in early if n <= document["number"]):
+            self._follow(early[number])
+        self.faults += self.shadow.differences(document)
+        # What was sent until now may have come to nobody.
+        self.expected = {topic: deque() for topic in self.expected}
+        self.asked = {key: [] for key in self.asked}
+        for key, busy in self.shadow.busy.items():
+            some = len(self.robot.requests.get(key, ()))
+            self._first[key] = range(some + 2) if some else range(1 + busy)
+        for number in sorted(n for n in early if n > document["number"]):
+            self._follow(early[number])
+
+    def _logged(self):
+        """The events in the controller's own log, if it writes one."""
+        try:
+            with Path(self.log).open(encoding="utf-8") as lines:
+                return [json.loads(line) for line in lines if line.endswith("\n")]
+        except OSError:
+            return []
 
     def _follow(self, event):
         if event["number"] <= self.number:

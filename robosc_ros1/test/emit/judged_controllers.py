@@ -252,7 +252,10 @@ def judged(
 
     engine.begin()
     tell()
+    engine.cycle()
     tell()
+    for topic in robot.received.values():
+        topic.clear()  # nobody compares what was sent before the judge began
     for number in range(rounds):
         step = judge.next_step() if (number + 1) % 4 else None
         is_waiting = step is not None and step[0] == "wait"

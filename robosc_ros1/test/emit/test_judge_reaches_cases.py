@@ -116,6 +116,46 @@ def test_it_knows_what_synthesis_forbids(tmp_path: Path, guard: str) -> None:
         assert judged(judging, faulty).faults != []
 
 
+@pytest.fixture(scope="module")
+def two_robots(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, str]]:
+    model = EXAMPLES / "two_robots" / "two_robots.rscd"
+    supervisor = pipeline.synthesize(pipeline.load(model).robot)
+    with judging_modules(tmp_path_factory.mktemp("two_robots"), supervisor) as judge:
+        yield judge, controller_source(supervisor, model.name)
+
+
+@pytest.mark.parametrize(
+    ("method", "before", "after"),
+    [
+        ("on_response_of_robot_1_battery", "value < 0.3", "value <= 0.3"),
+        ("on_feedback_of_robot_1_undock", "if not self.", "if self."),
+        ("cancel_robot_2_cross", 'self.robot_2 = "held_to_left"', "pass"),
+    ],
+)
+def test_it_comes_to_every_event_where_it_matters(
+    two_robots: tuple[Any, str], method: str, before: str, after: str
+) -> None:
+    """At the ends of long ways, and where a transition changes something."""
+    judging, source = two_robots
+    start, rest = source.split(f"    def {method}(", 1)
+    assert before in rest.partition("    def ")[0]
+    faulty = f"{start}    def {method}({rest.replace(before, after, 1)}"
+    assert judged(judging, faulty).faults != []
+
+
+def test_it_follows_the_controller_from_its_first_event(tmp_path: Path) -> None:
+    """What is sent before any input depends on what nothing was heard of yet."""
+    supervisor = pipeline.synthesize(
+        pipeline.load(EXAMPLES / "line_follower" / "line_follower.rscd").robot
+    )
+    source = controller_source(supervisor)
+    part = 'and self.distance_sensor == "sensing"'
+    assert part in source
+    with judging_modules(tmp_path, supervisor) as judging:
+        faults = judged(judging, source.replace(part, ""), rounds=1).faults
+    assert [text for text in faults if "ObstacleGrabber.grab requested against" in text], faults
+
+
 SECTIONS = """
 robot Sections {
     component Eye {

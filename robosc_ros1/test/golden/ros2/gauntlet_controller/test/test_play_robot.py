@@ -13,6 +13,7 @@ import os
 import random
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import traceback
@@ -265,7 +266,8 @@ def test_every_command_is_allowed():
     node = rclpy.create_node("play_robot")
     robot = Robot(node, seed)
     guide = Guide(PLANT, robot.samples, [keys for _, _, keys in SUBSCRIPTIONS])
-    judge = Judge(robot, PUBLICATIONS, guide)
+    folder = tempfile.TemporaryDirectory()
+    judge = Judge(robot, PUBLICATIONS, guide, log=os.path.join(folder.name, "events.log"))
     profile = qos_profile("reliable", 10000)
     events = CONTROLLER + "/events"
     node.create_subscription(String, events, judge.on_event, profile)
@@ -274,7 +276,7 @@ def test_every_command_is_allowed():
     executor.add_node(node)
     spinning = threading.Thread(target=spin, args=(executor,), daemon=True)
     spinning.start()
-    controller = start_controller("rate:=20.0")
+    controller = start_controller("rate:=20.0", "event_log:=" + judge.log)
     try:
         judge.wait(
             lambda: node.count_publishers(events)
@@ -292,6 +294,7 @@ def test_every_command_is_allowed():
         rclpy.try_shutdown()
         spinning.join(5.0)
         node.destroy_node()
+        folder.cleanup()
     print_coverage(judge)
     assert judge.faults[:10] == []
     assert judge.events or not robot.publishers
