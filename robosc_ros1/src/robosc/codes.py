@@ -313,8 +313,9 @@ _ALL = (
     _error(
         _STATEMENTS,
         "not-over-components",
-        "A function over components stands where it cannot be written out: `count` is"
-        " compared with a whole number, and `sum`, `min` and `max` have no condition.",
+        "A function over components, or over a list of what is read, stands where it cannot be"
+        " written out: `count` is compared with a whole number, and `sum`, `min` and `max` have no"
+        " condition.",
         "requirement go needs count(s.busy for s in Station) < Robot.limit",
         "Compare the count with a number.",
     ),

@@ -19,9 +19,10 @@ from functools import cached_property
 from itertools import product
 from typing import Literal, TypeAlias
 
-from robosc.ir.counting import at_least, with_counts
+from robosc.ir.counting import with_counts
 from robosc.ir.finite.view import FiniteView
 from robosc.ir.formulas import exact, negation
+from robosc.model.aggregates import at_least
 from robosc.model.entities import Assignment, EventKind, Robot
 from robosc.model.expr import Count, Expr, TestRef, ValueRef
 from robosc.model.traversal import walk

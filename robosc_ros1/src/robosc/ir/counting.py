@@ -14,9 +14,8 @@ from dataclasses import replace
 from itertools import islice
 from operator import is_not
 
+from robosc.model.aggregates import at_least, chain
 from robosc.model.expr import (
-    FALSE,
-    TRUE,
     Binary,
     Count,
     Expr,
@@ -27,11 +26,10 @@ from robosc.model.expr import (
     Unary,
     VariableRef,
 )
-from robosc.model.quantified import MOST_NODES, Cases, halves
 from robosc.model.traversal import may_be_undefined, rewritten, walk
 from robosc.model.types import BooleanType
 
-__all__ = ["at_least", "copy_of", "with_component", "with_counts"]
+__all__ = ["copy_of", "with_component", "with_counts"]
 
 _LEAST_COPIES = 3
 """Conditions on fewer components are as well read one by one."""
@@ -48,20 +46,6 @@ the components, and the condition on the component of that name."""
 def with_counts(expr: Expr, *, chains: bool = True) -> Expr:
     """The condition with counts for all their cases; with ``chains`` also ``any`` and ``all``."""
     return _Finder(chains).found(expr)
-
-
-def at_least(conditions: Sequence[Expr], number: int) -> Expr | None:
-    """Whether so many of the conditions hold, with all cases; None if it has too many."""
-    cases = Cases[Expr](_chain, (FALSE, TRUE))
-    found = cases.least(conditions, number)
-    return None if cases.nodes > MOST_NODES else found
-
-
-def _chain(operator: str, parts: Sequence[Expr]) -> Expr:
-    if len(parts) == 1:
-        return parts[0]
-    left, right = halves(parts)
-    return Binary(operator, _chain(operator, left), _chain(operator, right), _BOOLEAN)
 
 
 def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
@@ -111,7 +95,7 @@ class _Finder:
                     new = _grouped(operator, new)
                 if len(new) == len(old) and not any(map(is_not, new, old)):
                     return expr
-                return _chain(operator, new)
+                return chain(operator, new)
             case Binary(operator="=>", left=left, right=right):
                 sides = self.found(left), self.found(right)
                 if sides[0] is not left or sides[1] is not right:

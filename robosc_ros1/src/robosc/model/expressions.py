@@ -20,14 +20,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from robosc.language.functions import AGGREGATES
 from robosc.language.operators import BINARY, UNARY, Operand
+from robosc.model.aggregates import Aggregates
 from robosc.model.compatibility import comparable, describe, result_type, type_of
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.durations import signed_duration, typed_duration
 from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, expected_type, needs_of
-from robosc.model.expr import Aggregate, Binary, Convert, ElementRef, Expr, Literal, Unary, ValueRef
+from robosc.model.expr import Binary, Convert, ElementRef, Expr, Literal, Unary, ValueRef
 from robosc.model.function_calls import (
     typed_call,
     typed_element,
@@ -86,6 +86,7 @@ class Typer:
         self._meanings = Meanings(report, types, symbols)
         self._parts = Parts(report, types)
         self._bound: dict[str, Type] = {}
+        self._aggregates = Aggregates(self.check, self._bound, report)
         self._conditions: dict[tuple[int, str], tuple[ExprNode, Expr | None]] = {}
 
     def check(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
@@ -133,7 +134,7 @@ class Typer:
             case SliceNode():
                 found = typed_section(node, self.check)
             case AggregateNode():
-                found = self._aggregate(node)
+                found = self._aggregates.typed(node)
             case ArrayNode() if expected == needs_of(Operand.ARRAY):
                 found = typed_list(node, self.check, self._report)
             case ArrayNode() | DurationNode():
@@ -186,6 +187,9 @@ class Typer:
         constant = self._meanings.ros_constant(node)
         if constant is not None:
             return self._types.ros_constant(*constant)
+        counted = self._aggregates.counted(node)
+        if counted is not None:
+            return counted.expr
         operation = BINARY[node.operator]
         if operation.operands is Operand.EQUAL:
             return self._equality(node)
@@ -339,36 +343,6 @@ class Typer:
             return None
         argument = self.check(node.arguments[0], expected_type(enum.source), f"'{enum.name}'")
         return None if argument is None else Convert(argument, enum, node.span)
-
-    # --- arrays ----------------------------------------------------------------------------------
-
-    def _aggregate(self, node: AggregateNode) -> Expr | None:
-        name, variable = node.function.text, node.variable.text
-        operation = AGGREGATES.get(name)
-        if operation is None:
-            hint = self._report.suggest(name, AGGREGATES)
-            self._report.add(
-                "unknown-name", node.function.span, f"'{name}' does not range over an array", hint
-            )
-            return None
-        if variable in self._bound or variable == "value":
-            message = f"'{variable}' means something else here"
-            self._report.add("duplicate-name", node.variable.span, message, "give it another name")
-            return None
-        array = self.check(node.array, needs_of(Operand.ARRAY), f"'{name}'")
-        if array is None:
-            return None
-        assert isinstance(array.type, ArrayType)
-        self._bound[variable] = array.type.element
-        element = self.check(node.element, needs_of(operation.operands), f"'{name}'")
-        condition = None
-        if node.condition is not None:
-            condition = self.check(node.condition, BOOLEAN, "the 'if' of an array")
-        del self._bound[variable]
-        if element is None or (condition is None) != (node.condition is None):
-            return None
-        type_ = result_type(operation.result, (element.type,))
-        return Aggregate(name, variable, array, element, condition, type_, node.span)
 
     def _element(self, access: Access) -> Expr | None:
         """What goes through an array, or a part of it."""

@@ -29,7 +29,8 @@ from robosc.syntax.nodes import (
 )
 
 __all__ = [
-    "Check", "typed_call", "typed_element", "typed_list", "typed_membership", "typed_section",
+    "Check", "list_literal", "typed_call", "typed_element", "typed_elements", "typed_list",
+    "typed_membership", "typed_section",
 ]  # fmt: skip
 
 Check = Callable[[ExprNode, ExpectedType, str], Expr | None]
@@ -160,22 +161,38 @@ def typed_section(node: SliceNode, check: Check) -> Expr | None:
     return Call("section", (array, *known), array.type, node.span)
 
 
-def typed_list(node: ArrayNode, check: Check, report: Report) -> Literal | None:
-    """``[0, 1, 2]`` where an array is gone through: constants of one type; None after an error."""
-    values: list[Value] = []
-    types: list[Type] = []
+def typed_elements(node: ArrayNode, check: Check, report: Report) -> tuple[list[Expr], Type] | None:
+    """The elements of ``[a, b, c]``, and their type; None after an error."""
+    found: list[Expr] = []
     for element in node.elements:
-        expr = None
-        if not isinstance(element, DataObjectNode):
-            expr = check(element, equal_to(types[0]) if types else ANY, "an element")
-        value = None if expr is None else constant(expr)
-        if expr is None or value is None:
-            if expr is not None or isinstance(element, DataObjectNode):
-                message = "the elements of an array are constants of a basic type here"
-                report.add("type-mismatch", element.span, message)
+        if isinstance(element, DataObjectNode):
+            report.add("type-mismatch", element.span, _OF_LISTS)
             return None
-        values.append(value)
-        types.append(expr.type)
+        expr = check(element, equal_to(found[0].type) if found else ANY, "an element")
+        if expr is None:
+            return None
+        found.append(expr)
+    types = [expr.type for expr in found]
     type_ = result_type(Result.NUMBER, types) if types and is_number(types[0]) else None
-    element_type = type_ or (types[0] if types else IntegerType())
-    return Literal(cast(Value, tuple(values)), ArrayType(element_type), node.span)
+    return found, type_ or (types[0] if types else IntegerType())
+
+
+def typed_list(node: ArrayNode, check: Check, report: Report) -> Literal | None:
+    """``[0, 1, 2]`` as an array: constants of one type; None after an error."""
+    elements = typed_elements(node, check, report)
+    return None if elements is None else list_literal(node, *elements, report)
+
+
+def list_literal(
+    node: ArrayNode, elements: Sequence[Expr], type_: Type, report: Report
+) -> Literal | None:
+    """The array of these elements; None after an error."""
+    values = [constant(element) for element in elements]
+    for element, value in zip(node.elements, values, strict=True):
+        if value is None:
+            report.add("type-mismatch", element.span, _OF_LISTS)
+            return None
+    return Literal(cast(Value, tuple(values)), ArrayType(type_), node.span)
+
+
+_OF_LISTS = "the elements of an array are constants of a basic type here"

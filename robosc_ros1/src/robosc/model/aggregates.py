@@ -1,0 +1,243 @@
+"""Typing of ``any(E for x in A)`` and the like; those over lists of what is read are written out.
+
+``count(x for x in [A.busy, !B.on]) < 2`` becomes a condition with all cases, so that no later stage
+knows of it. A list of constants is an array like another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import reduce
+from typing import NamedTuple
+
+from robosc.language.functions import AGGREGATES
+from robosc.language.operators import MIRRORED, Operand
+from robosc.model.compatibility import result_type
+from robosc.model.diagnostics import Report
+from robosc.model.evaluation import constant
+from robosc.model.expected import BOOLEAN, needs_of
+from robosc.model.expr import (
+    FALSE,
+    TRUE,
+    Aggregate,
+    Binary,
+    Call,
+    ElementRef,
+    Expr,
+    Holds,
+    Leaf,
+    Literal,
+    Unary,
+)
+from robosc.model.function_calls import Check, list_literal, typed_elements
+from robosc.model.quantified import MOST_NODES, Cases, halves
+from robosc.model.traversal import may_be_undefined, part_of, rewritten
+from robosc.model.types import ArrayType, BooleanType, Type
+from robosc.syntax.nodes import AggregateNode, ArrayNode, BinaryNode, ExprNode
+
+__all__ = ["Aggregates", "Counted", "at_least", "chain"]
+
+_BOOLEAN = BooleanType()
+
+
+def at_least(conditions: Sequence[Expr], number: int) -> Expr | None:
+    """Whether so many of the conditions hold, with all cases; None if it has too many."""
+    cases = Cases[Expr](chain, (FALSE, TRUE))
+    found = cases.least(conditions, number)
+    return None if cases.nodes > MOST_NODES else found
+
+
+def chain(operator: str, parts: Sequence[Expr]) -> Expr:
+    """The parts with ``and`` or ``or`` between them, as a low tree where they are many."""
+    if len(parts) == 1:
+        return parts[0]
+    left, right = halves(parts)
+    return Binary(operator, chain(operator, left), chain(operator, right), _BOOLEAN)
+
+
+class Counted(NamedTuple):
+    """A comparison of a count over a list, written out; ``expr`` None: after a reported error."""
+
+    expr: Expr | None
+
+
+class Aggregates:
+    """Types what goes through arrays; ``bound`` has the types of what does, by its names."""
+
+    def __init__(self, check: Check, bound: dict[str, Type], report: Report) -> None:
+        self._check = check
+        self._bound = bound
+        self._report = report
+
+    def typed(self, node: AggregateNode) -> Expr | None:
+        """None after a reported error."""
+        name = node.function.text
+        operation = AGGREGATES.get(name)
+        if operation is None:
+            hint = self._report.suggest(name, AGGREGATES)
+            message = f"'{name}' goes through no array"
+            self._report.add("unknown-name", node.function.span, message, hint)
+            return None
+        if node.variable.text in self._bound or node.variable.text == "value":
+            message = f"'{node.variable.text}' means something else here"
+            self._report.add("duplicate-name", node.variable.span, message, "give it another name")
+            return None
+        if not isinstance(node.array, ArrayNode):
+            array = self._check(node.array, needs_of(Operand.ARRAY), f"'{name}'")
+            return None if array is None else self._through(node, array)
+        listed = typed_elements(node.array, self._check, self._report)
+        if listed is None:
+            return None
+        if all(constant(element) is not None for element in listed[0]):
+            array = list_literal(node.array, *listed, self._report)
+            return None if array is None else self._through(node, array)
+        return self._written_out(node, *listed)
+
+    def counted(self, node: BinaryNode) -> Counted | None:
+        """``count(…) < 2`` over a list of what is read; None: this is something else."""
+        for many, bound, operator in (
+            (node.left, node.right, node.operator),
+            (node.right, node.left, MIRRORED.get(node.operator, "")),
+        ):
+            if (
+                operator in MIRRORED
+                and isinstance(many, AggregateNode)
+                and many.function.text == "count"
+                and isinstance(many.array, ArrayNode)
+            ):
+                listed = typed_elements(many.array, self._check, self._report)
+                if listed is None:
+                    return Counted(None)
+                if all(constant(element) is not None for element in listed[0]):
+                    return None
+                return Counted(self._compared(many, operator, bound, *listed))
+        return None
+
+    def _through(self, node: AggregateNode, array: Expr) -> Expr | None:
+        assert isinstance(array.type, ArrayType)
+        parts = self._parts(node, array.type.element)
+        if parts is None:
+            return None
+        name, (element, condition) = node.function.text, parts
+        type_ = result_type(AGGREGATES[name].result, (element.type,))
+        return Aggregate(name, node.variable.text, array, element, condition, type_, node.span)
+
+    def _parts(self, node: AggregateNode, type_: Type) -> tuple[Expr, Expr | None] | None:
+        """What is said of each element, and of which ones; None after an error."""
+        name = node.function.text
+        self._bound[node.variable.text] = type_
+        element = self._check(node.element, needs_of(AGGREGATES[name].operands), f"'{name}'")
+        condition = None
+        if node.condition is not None:
+            condition = self._check(node.condition, BOOLEAN, "the 'if' of an array")
+        del self._bound[node.variable.text]
+        if element is None or (condition is None) != (node.condition is None):
+            return None
+        return element, condition
+
+    # --- lists of what is read
+
+    def _written_out(
+        self, node: AggregateNode, elements: Sequence[Expr], type_: Type
+    ) -> Expr | None:
+        name = node.function.text
+        if name in ("any", "all"):
+            conditions = self._conditions(node, elements, type_)
+            if conditions is None:
+                return None
+            return replace(chain("or" if name == "any" else "and", conditions), span=node.span)
+        parts = self._parts(node, type_)
+        if parts is None:
+            return None
+        numbers = [_of_element(parts[0], node.variable.text, element) for element in elements]
+        if name == "count" or parts[1] is not None or any(map(may_be_undefined, numbers)):
+            hint = "compare count(…) with a number" if name == "count" else None
+            message = f"'{name}' over a list of what is read cannot stand here"
+            self._report.add("not-over-components", node.span, message, hint)
+            return None
+        operation = "+" if name == "sum" else name
+
+        def joined(left: Expr, right: Expr) -> Expr:
+            both = result_type(AGGREGATES[name].result, (left.type, right.type))
+            if operation == "+":
+                return Binary("+", left, right, both, node.span)
+            return Call(operation, (left, right), both, node.span)
+
+        return reduce(joined, numbers)
+
+    def _compared(
+        self,
+        many: AggregateNode,
+        operator: str,
+        bound: ExprNode,
+        elements: Sequence[Expr],
+        type_: Type,
+    ) -> Expr | None:
+        conditions = self._conditions(many, elements, type_)
+        number = self._check(bound, needs_of(Operand.INTEGER), f"'{operator}'")
+        if conditions is None or number is None:
+            return None
+        value = constant(number)
+        if not isinstance(value, int):
+            message = "the number of elements can only be compared with a whole number"
+            self._report.add("not-over-components", bound.span, message)
+            return None
+        least, more = at_least(conditions, value), at_least(conditions, value + 1)
+        if least is None or more is None:
+            message = "this count has too many cases to be written out"
+            hint = "compare it with a smaller number, or count fewer elements"
+            self._report.add("not-over-components", many.span, message, hint)
+            return None
+        match operator:
+            case ">=":
+                return least
+            case ">":
+                return more
+            case "<":
+                return _opposite(least)
+            case "<=":
+                return _opposite(more)
+        exactly = Binary("and", least, _opposite(more), _BOOLEAN)
+        return exactly if operator == "=" else _opposite(exactly)
+
+    def _conditions(
+        self, node: AggregateNode, elements: Sequence[Expr], type_: Type
+    ) -> list[Expr] | None:
+        """What is said of each element, with the ``if``; what is undefined does not count."""
+        parts = self._parts(node, type_)
+        if parts is None:
+            return None
+        said, condition = parts
+        if condition is not None:
+            operator = "=>" if node.function.text == "all" else "and"
+            said = Binary(operator, condition, said, _BOOLEAN)
+        found = [_of_element(said, node.variable.text, element) for element in elements]
+        if node.function.text == "all":
+            return [_opposite(_surely(_opposite(one))) if may_be_undefined(one) else one
+                    for one in found]  # fmt: skip
+        return [_surely(one) for one in found]
+
+
+def _of_element(said: Expr, variable: str, element: Expr) -> Expr:
+    """What is said of what goes through a list, of one element."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        if isinstance(node, ElementRef) and node.variable == variable:
+            return part_of(element, node.path, node.type, node.span) if node.path else element
+        return node
+
+    return rewritten(said, leaf)
+
+
+def _surely(condition: Expr) -> Expr:
+    return Holds(condition) if may_be_undefined(condition) else condition
+
+
+def _opposite(condition: Expr) -> Expr:
+    match condition:
+        case Literal(value=bool(value)):
+            return FALSE if value else TRUE
+        case Unary(operator="!", operand=operand):
+            return operand
+    return Unary("!", condition, _BOOLEAN)
