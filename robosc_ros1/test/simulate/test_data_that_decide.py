@@ -187,7 +187,7 @@ robot R {
 """
 
 
-PART = """
+FREE_PART = """
 robot R {
     interface link use Thing from some_msgs
     datatype object Goal { x: double }
@@ -200,16 +200,17 @@ robot R {
             variable far: boolean
             initial marked state s {
                 on response from target do goal := value
-                on request to mark do far := goal.x > 0.5
+                on request to mark do far := goal.x * 2 > 0.5
             }
         }
     }
     requirement go needs Op.far
 }
 """
+KNOWN_PART = FREE_PART.replace("goal.x * 2", "goal.x")
 
 
-@pytest.mark.parametrize("model", [MODEL, FREE, PART])
+@pytest.mark.parametrize("model", [MODEL, FREE, FREE_PART, KNOWN_PART])
 def test_saved_runs_with_chosen_tests_can_be_played(model: str, tmp_path: Path) -> None:
     player = session(supervisor_of(model))
     play(player, "1 0.5" if model is FREE else "2", "random 20 3")
@@ -218,6 +219,15 @@ def test_saved_runs_with_chosen_tests_can_be_played(model: str, tmp_path: Path) 
     play(again, f"play {tmp_path / 'run.sim'}")  # its expectations hold
     assert again.machine.state == player.machine.state
     assert again.script() == player.script()
+
+
+def test_what_is_drawn_lies_in_the_class_that_is_drawn() -> None:
+    player = session(supervisor_of(KNOWN_PART))
+    for seed in range(10):
+        play(player, f"random 1 {seed}")
+        state = player.machine.state
+        goal = state.variables["Op.goal"]
+        assert state.tests["Op.goal.x > 0.5"] == (goal is not None and goal.x > 0.5)
 
 
 def test_a_test_is_chosen_by_its_name() -> None:

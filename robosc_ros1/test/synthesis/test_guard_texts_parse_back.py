@@ -151,6 +151,20 @@ def test_conditions_on_arrays_and_their_opposites(seed: int) -> None:
     assert differing(model, conditions, rng) == [], model
 
 
+@pytest.mark.parametrize(
+    ("condition", "text"),
+    [
+        ("L.s and (L.ready and (L.items[0] < 0.5 and L.t))",
+         "L.s and L.ready and L.items[0] < 0.5 and L.t"),
+        ("L.s and (L.ready or L.t)", "L.s and (L.ready or L.t)"),
+    ],
+)  # fmt: skip
+def test_no_brackets_around_what_is_chained_anyway(condition: str, text: str) -> None:
+    model = array_model(random.Random(0))
+    robot = robot_of(model.replace("requirement never", f"requirement go needs {condition} //", 1))
+    assert to_dsl(robot.requirements[-1].condition, robot) == text
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("kind", ["arrays", "", "parameter", "failure", "enum", "array"])
 def test_guards_of_supervisors(kind: str, seed: int) -> None:

@@ -44,6 +44,7 @@ __all__ = [
     "Given",
     "Path",
     "complete",
+    "completed",
     "given_json",
     "given_text",
     "hint",
@@ -153,6 +154,14 @@ def _assembled(type_: Type, path: Path, fields: Mapping[Path, Raw], what: str) -
     """A part as a whole, from what was given of its members; the others are as by default."""
     if path in fields:
         return _converted(type_, fields[path], what)
+    if isinstance(type_, ArrayType):
+        depth = len(path)
+        given = [p[depth] for p, raw in fields.items() if p[:depth] == path and raw is not None]
+        last = max((step for step in given if isinstance(step, int)), default=-1)
+        elements = [
+            _assembled(type_.element, (*path, i), fields, f"{what}[{i}]") for i in range(last + 1)
+        ]
+        return cast(Value, elements)
     if not isinstance(type_, ObjectType):
         return _default(type_)
     parts = {
@@ -340,6 +349,30 @@ def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
     if not isinstance(type_, ObjectType):
         return _random(type_, rng)
     return {path_text(path): _random(part, rng) for path, part in value_parts(event).items()}
+
+
+def completed(
+    robot: Robot, event: Event, decided: Given, label: str, rng: random.Random | None = None
+) -> Given:
+    """All parts that the model reads where those that decide are known, and tests.
+
+    The others are drawn, or as by default without ``rng``; wholes are made of their parts.
+    """
+    parts = {path: cast(Raw, value) for path, value in decided.items() if not is_test(path)}
+    raw: Raw = None
+    if () in parts:
+        raw = parts[()]
+    elif parts:
+        raw = {path_text(path): value for path, value in parts.items()}
+        for path, part in value_parts(event).items():
+            if rng is not None and not any(path == other[: len(path)] for other in parts):
+                raw[path_text(path)] = _random(part, rng)
+    elif rng is not None:
+        raw = random_raw(robot, event, rng)
+    try:
+        return {**complete(robot, event, raw, label), **decided}
+    except InvalidLine:
+        return decided  # what only tests read is not needed
 
 
 def _random(type_: Type, rng: random.Random) -> Raw:

@@ -20,6 +20,7 @@ from robosc.simulate.expectations import expect
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
 from robosc.simulate.literals import Raw, literal_text, parse_raw
 from robosc.simulate.machine import Choice, Happening, Machine, brought, find_events, label
+from robosc.simulate.trace_steps import fired_by
 from robosc.synthesis.formatting import listing
 from robosc.synthesis.part_names import PartNames
 
@@ -101,7 +102,13 @@ class Session:
             if not numbers:
                 raise InvalidLine("a number means something else in each state: write the event")
             return self._by_number(word, rest)
-        return self._by_name(text)
+        try:
+            return self._by_name(text)
+        except InvalidLine:
+            step = fired_by(self.machine, text)
+            if step is None:
+                raise
+        return self._did(self._fire(*step))
 
     def fire(self, event: Event, raw: Raw) -> Done:
         """Let an event happen with a value as it is written or came as JSON."""

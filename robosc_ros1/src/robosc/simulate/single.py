@@ -28,18 +28,17 @@ from robosc.language.operators import MIRRORED
 from robosc.model.entities import EventKind, Robot
 from robosc.model.expr import Binary, Expr, Literal, TestRef, ValueRef, VariableRef
 from robosc.model.presence import condition_on_data
-from robosc.model.traversal import path_text, walk
+from robosc.model.traversal import walk
 from robosc.model.types import DoubleType, IntegerType, Value, domain
 from robosc.runtime.values import widen
 from robosc.simulate.event_data import (
     Given,
-    complete,
+    completed,
     given_json,
     given_text,
     hint,
     is_test,
     part_given,
-    random_raw,
 )
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machine import Choice, CommandState, Happening, draw_values, few_values, label
@@ -349,12 +348,7 @@ class SingleEvents:
     def _filled(self, event: Event, values: Values) -> Given:
         """A value of the plant with the parts that only data reads."""
         taken = dict(zip((p.path for p in event.parameters), values, strict=True))
-        parts = value_parts(event)
-        if set(parts) <= set(taken):
-            return taken
-        # Tests are no parts of the value.
-        raw = {path_text(path): value for path, value in taken.items() if path in parts} or None
-        return {**complete(self.plant.robot, event, raw, label(event)), **taken}
+        return completed(self.plant.robot, event, taken, label(event))
 
     def draw(self, rng: random.Random) -> tuple[Event, Given] | None:
         able = [event for event in self.plant.events if self.can(event, None)]
@@ -365,9 +359,7 @@ class SingleEvents:
         while self._target(event, values, self._now[0]) is None:  # some value is possible
             values = draw_values(event, rng)
         taken = dict(zip((p.path for p in event.parameters), values, strict=True))
-        raw = random_raw(self.plant.robot, event, rng)
-        free = complete(self.plant.robot, event, raw, label(event))
-        return event, {**free, **taken}
+        return event, completed(self.plant.robot, event, taken, label(event), rng)
 
 
 def _data(robot: Robot, key: str, state: SystemState) -> dict[str, Any] | None:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import log10
 
-from robosc.ir.automaton import Event
+from robosc.ir.automaton import Event, EventParameter
 from robosc.model.entities import EventKind
 from robosc.model.traversal import path_text
 from robosc.model.types import Value
 from robosc.supervisor import Step
 
 __all__ = [
-    "amount", "contributors", "event_text", "listing", "step_text", "trace_text",
+    "amount", "contributors", "event_text", "listing", "part_text", "step_text", "trace_text",
 ]  # fmt: skip
 
 
@@ -29,14 +29,16 @@ def step_text(step: Step) -> str:
     event = step.event
     if event.kind.of_component:
         return f"{event.name}: {step.values[0]}" if step.values else event_text(event)
-    shown = []
-    for parameter, value in zip(event.parameters, step.values, strict=True):
-        if parameter.labels is not None:
-            shown.append(str(parameter.shown(value)))
-            continue
-        name = path_text(parameter.path)
-        shown.append(f"{name}: {_value(value)}" if name else _value(value))
-    return event_text(event) + (f"({', '.join(shown)})" if shown else "")
+    shown = map(part_text, event.parameters, step.values)
+    return event_text(event) + (f"({', '.join(shown)})" if step.values else "")
+
+
+def part_text(parameter: EventParameter, value: Value | None) -> str:
+    """``free``, ``x: 3``, ``value > 0.2``: a part of what an event brings, or its class."""
+    if parameter.labels is not None:
+        return str(parameter.shown(value))
+    name = path_text(parameter.path)
+    return f"{name}: {_value(value)}" if name else _value(value)
 
 
 def _value(value: Value | None) -> str:
