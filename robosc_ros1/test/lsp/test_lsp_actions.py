@@ -128,6 +128,24 @@ def test_freshness_takes_two_edits(tmp_path: Path) -> None:
     assert not open_text(Desk(), file, mended).diagnostics
 
 
+def test_a_message_that_is_to_be_fresh_takes_a_timeout(tmp_path: Path) -> None:
+    file = tmp_path / "model.rscd"
+    text = (
+        "robot R {\n"
+        "    component Eye { outgoing message scan with type: none }\n"
+        "    component Base { incoming message go with type: none }\n"
+        "    requirement go needs scan.fresh\n"
+        "}\n"
+    )
+    analysis = open_text(Desk(), file, text)
+    (diagnostic,) = analysis.diagnostics
+    (action,) = actions_for(analysis, diagnostic)
+    assert action.title == "Add 'timeout: 500 ms,' to scan"
+    mended = applied(analysis.source, list(action.edits))
+    assert mended == text.replace("type: none", "timeout: 500 ms, type: none", 1)
+    assert not open_text(Desk(), file, mended).diagnostics
+
+
 def test_remedy_of_synthesis(tmp_path: Path) -> None:
     """The example that forgets errors is mended by the actions alone."""
     file = tmp_path / "model.rscd"

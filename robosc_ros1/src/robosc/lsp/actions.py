@@ -240,6 +240,23 @@ def _transition(place: _Place, hint: str) -> Iterator[Action]:
         yield Action(f"Add '{found[1]}'", (place.inside(state.span, found[1]),))
 
 
+def _timeout(place: _Place, name: str, text: str) -> Edit | None:
+    """Give a message of this file its timeout."""
+    message = place.message(name)
+    if message is None:
+        return None
+    before = re.search(r"type\s*:\s*\Z", place.source.text[: message.type.span.start])
+    return place.insert(before.start(), f"{text} ") if before else None
+
+
+def _missing_timeout(place: _Place, hint: str) -> Iterator[Action]:
+    """``give scan a 'timeout: 500 ms,'``."""
+    found = re.fullmatch(rf"give ((?:{_NAME}\.)?{_NAME}) a '(timeout: [^']+,)'", hint)
+    edit = _timeout(place, found[1], found[2]) if found else None
+    if found and edit is not None:
+        yield Action(f"Add '{found[2]}' to {found[1]}", (edit,))
+
+
 def _freshness(place: _Place, hint: str) -> Iterator[Action]:
     """A timeout of the message, and a requirement of one of the commands that rest on it."""
     name = rf"(?:{_NAME}\.)?{_NAME}"
@@ -248,21 +265,20 @@ def _freshness(place: _Place, hint: str) -> Iterator[Action]:
         rf" 'requirement ({name}) needs ({name}\.fresh)'(?:, or for ((?:{name}(?:, )?)+))?",
         hint,
     )
-    message = place.message(found[1]) if found else None
-    if not found or message is None or place.file is None:
+    timeout = _timeout(place, found[1], found[2]) if found else None
+    if not found or timeout is None or place.file is None:
         return
-    before = re.search(r"type\s*:\s*\Z", place.source.text[: message.type.span.start])
     statement = next(
         (d for d in place.file.declarations if d.span.start <= place.span.start < d.span.end), None
     )
-    if before is None or statement is None:
+    if statement is None:
         return
     start = statement.span.start
     for command in (found[3], *(found[5] or "").split(", ")):
         if command:
             requirement = f"requirement {command} needs {found[4]}"
             edits = (
-                place.insert(before.start(), f"{found[2]} "),
+                timeout,
                 place.insert(start, f"{requirement}\n{place.indent(start)}"),
             )
             yield Action(f"Add a timeout and '{requirement}'", edits)
@@ -280,5 +296,5 @@ def _line_of(span: Span) -> Span:
 
 _RULES: tuple[_Rule, ...] = (
     _replace, _choose, _remove, _close, _default, _initial, _links, _import, _transition,
-    _freshness,
+    _missing_timeout, _freshness,
 )  # fmt: skip

@@ -77,7 +77,7 @@ class NameFaults:
         if phases is not None and info.phases is None and last_name(access) in phases.names:
             neither = " nor ".join(reversed(phases.names))
             message = f"'{info.name}' is neither {neither}: it has no timeout"
-            hint = "give it one: timeout: 500 ms,"
+            hint = f"give {info.name} a 'timeout: 500 ms,'"
         self._report.add("unknown-name", access.span, message, hint)
 
     def _not_a_value(self, symbols: SymbolTable, name: str) -> tuple[str, str | None] | None:
