@@ -165,7 +165,7 @@ def test_walks_of_random_models(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("family", "size"), [("crew", 4), ("not_all_busy", 6), ("allocation", 4), ("road", 3)]
+    ("family", "size"), [("crew", 4), ("not_all_busy", 9), ("allocation", 4), ("road", 3)]
 )
 def test_guards_that_call_methods_of_parts(
     family: str, size: int, monkeypatch: pytest.MonkeyPatch

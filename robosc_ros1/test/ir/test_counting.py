@@ -56,7 +56,10 @@ def some_count(rng: random.Random) -> Expr:
     first = rng.randrange(1, 4)
     last = rng.randrange(first, 6)
     literal = rng.choice(LITERALS)
-    found = at_least([literal(i) for i in range(first, last + 1)], rng.randrange(1, 5))
+    conditions = [literal(i) for i in range(first, last + 1)]
+    if rng.random() < 0.3:
+        conditions = rng.sample([one(i) for one in LITERALS for i in range(1, 6)], 5)
+    found = at_least(conditions, rng.randrange(1, 5))
     assert found is not None
     return negation(found) if rng.random() < 0.5 else found
 
@@ -123,6 +126,8 @@ def test_texts_mean_what_they_stand_for(seed: int) -> None:
         "all(s.good for s in Station[2..5])",
         "Station[1].idle and !any(s.waiting for s in Station[2..5])",
         "count(s.served for s in Station) < 2 or !all(s.good for s in Station)",
+        "count(x for x in [Station[3].good, Station[1].idle, !Station[2].idle, Station[4].good]) < 3",
+        "count(x for x in [Station[5].good, Station[2].good, Station[4].good, Station[1].good]) >= 2",
         "Station[1].good and (count(s.served for s in Station) >= 2 or Station[2].good)",
         # What has no short form stays as it was written out.
         "Station[1].served or Station[3].served or Station[5].served",
@@ -134,12 +139,25 @@ def test_what_the_model_says_comes_back(condition: str) -> None:
     assert to_dsl(robot.requirements[0].condition, robot) == condition
 
 
+@pytest.mark.parametrize("length", range(4, 12))
+def test_counts_of_lists_come_back_in_the_order_of_the_list(length: int) -> None:
+    rng = random.Random(length)
+    every = [literal(i) for literal in LITERALS for i in range(1, 6)]
+    for least in range(2, length):
+        listed = rng.sample(every, length)
+        written = at_least(listed, least)
+        assert written is not None
+        found = with_counts(written)
+        assert isinstance(found, Count)
+        assert (found.conditions, found.least) == (tuple(listed), least)
+
+
 def test_other_forms_are_no_counts() -> None:
     """Two of three, but one case is missing; and conditions that differ in more than the index."""
     one, two, three = (LITERALS[0](i) for i in (1, 2, 3))
     missing = disjunction([conjunction([one, two]), conjunction([two, three])])
     assert not any(isinstance(part, Count) for part in walk(with_counts(missing)))
-    mixed = at_least([one, LITERALS[1](2), three, LITERALS[0](4)], 2)
+    mixed = at_least([one, LITERALS[1](2), three], 2)
     assert mixed is not None
     assert not any(isinstance(part, Count) for part in walk(with_counts(mixed)))
 

@@ -97,7 +97,7 @@ def test_random_guards_are_what_they_were(seed: int, every_part: None) -> None:
 
 
 FAMILIES = [
-    ("crew", 4), ("allocation", 4), ("not_all_busy", 6), ("priorities", 5), ("corridor_mesh", 2, 3),
+    ("crew", 4), ("allocation", 4), ("not_all_busy", 6), ("not_all_busy", 9), ("priorities", 5), ("corridor_mesh", 2, 3),
     ("road", 3, 2),
 ]  # fmt: skip
 
@@ -125,12 +125,22 @@ def test_texts_parse_back(family: str, size: list[int], every_part: None) -> Non
             assert holds(plant, guard.expr, state) == holds(plant, again, state)
 
 
-def test_only_long_guards_read_names(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(part_names, "LONG", 100)
-    supervisor = synthesize(plant_of(steep_families.priorities(7)))
+def test_a_count_that_guards_share_has_a_name() -> None:
+    supervisor = synthesize(plant_of(steep_families.not_all_busy(13)))
     robot = supervisor.plant.robot
     names = PartNames(robot, supervisor.guards)
-    assert [part.name for part in names.definitions] == ["part_a"]
+    machines = ", ".join(f"Machine{i}.busy" for i in range(13))
+    (part,) = names.definitions
+    assert part.text(robot) == f"count(x for x in [{machines}]) < 12"
+    assert {to_dsl(names.of_guard(g.expr), robot) for g in supervisor.guards} == {part.name}
+
+
+def test_only_long_guards_read_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(part_names, "LONG", 100)
+    supervisor = synthesize(plant_of(steep_families.allocation(5)))
+    robot = supervisor.plant.robot
+    names = PartNames(robot, supervisor.guards)
+    assert [part.name for part in names.definitions] == ["part_a", "part_b"]
     texts = [to_dsl(guard.expr, robot) for guard in supervisor.guards]
     short = [to_dsl(names.of_guard(guard.expr), robot) for guard in supervisor.guards]
     assert [text == given for text, given in zip(texts, short, strict=True)] == [
@@ -140,10 +150,10 @@ def test_only_long_guards_read_names(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_names_are_not_those_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(part_names, "LONG", 100)
-    model = steep_families.priorities(7).replace("Vehicle", "part_a")
+    model = steep_families.allocation(5).replace("Product0", "part_a")
     supervisor = synthesize(plant_of(model))
     names = PartNames(supervisor.plant.robot, supervisor.guards)
-    assert [part.name for part in names.definitions] == ["part_b"]
+    assert [part.name for part in names.definitions] == ["part_b", "part_c"]
 
 
 def test_no_names_where_all_guards_are_short() -> None:

@@ -10,7 +10,8 @@ from robosc.emit.line_breaks import unparenthesised
 from robosc.emit.naming import place
 from robosc.emit.python import Spelling
 from robosc.ir.automaton import Event
-from robosc.ir.formulas import conjunction, disjunction, negation, operands
+from robosc.ir.formulas import conjunction, disjunction, negation
+from robosc.model.aggregates import operands
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Guard, Supervisor

@@ -19,12 +19,11 @@ from functools import cached_property
 from itertools import product
 from typing import Literal, TypeAlias
 
-from robosc.ir.counting import with_counts
+from robosc.ir.counting import counts, tighter
 from robosc.ir.finite.view import FiniteView
-from robosc.ir.formulas import exact, negation
-from robosc.model.aggregates import at_least
+from robosc.ir.formulas import exact
 from robosc.model.entities import Assignment, EventKind, Robot
-from robosc.model.expr import Count, Expr, TestRef, ValueRef
+from robosc.model.expr import Expr, TestRef, ValueRef
 from robosc.model.traversal import walk
 from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
@@ -209,17 +208,8 @@ class Plant:
 
         An event that brings one component into the counted state keeps the requirement then.
         """
-        found = {
-            count: at_least(count.conditions, count.least - 1 if count.negated else count.least + 1)
-            for condition, _ in self.invariants
-            for count in walk(with_counts(condition))
-            if isinstance(count, Count)
-        }
-        return tuple(
-            negation(expr) if count.negated else expr
-            for count, expr in found.items()
-            if expr is not None
-        )
+        found = [tighter(count) for condition, _ in self.invariants for count in counts(condition)]
+        return tuple(dict.fromkeys(expr for expr in found if expr is not None))
 
     @cached_property
     def initial(self) -> PlantState:

@@ -13,8 +13,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from operator import is_not
+from typing import TypeGuard
 
-from robosc.model.aggregates import at_least, chain
+from robosc.model.aggregates import at_least, chain, operands
 from robosc.model.expr import (
     Binary,
     Count,
@@ -29,10 +30,16 @@ from robosc.model.expr import (
 from robosc.model.traversal import may_be_undefined, rewritten, walk
 from robosc.model.types import BooleanType
 
-__all__ = ["copy_of", "with_component", "with_counts"]
+__all__ = ["copies_of", "counts", "tighter", "with_component", "with_counts"]
 
 _LEAST_COPIES = 3
 """Conditions on fewer components are as well read one by one."""
+
+_LEAST_LISTED = 4
+"""What is said of fewer that are not of one kind is as well read case by case."""
+
+_LEAST_CHAINED = 8
+"""A chain of fewer conditions is as short as a count of them."""
 
 _BOOLEAN = BooleanType()
 _MOST_PARTS = 8
@@ -63,6 +70,28 @@ def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
         return node
 
     return rewritten(expr, leaf)
+
+
+def counts(expr: Expr) -> Iterator[Count]:
+    """The counts in a condition; that of a list may be one of which all or none hold."""
+    for part in walk(with_counts(expr)):
+        negated = isinstance(part, Unary) and part.operator == "!"
+        whole = part.operand if isinstance(part, Unary) and negated else part
+        if isinstance(whole, Count):
+            yield replace(whole, negated=whole.negated != negated)
+        elif _is_junction(whole):
+            parts = operands(whole, whole.operator)
+            if len(parts) >= _LEAST_CHAINED and not any(
+                _is_junction(one) or isinstance(one, Count) or may_be_undefined(one)
+                for one in parts
+            ):
+                yield _counted(parts, 1 if whole.operator == "or" else len(parts), negated)
+
+
+def tighter(count: Count) -> Expr | None:
+    """That there is room for one more, or one more than needed, with all cases."""
+    found = at_least(count.conditions, count.least + (-1 if count.negated else 1))
+    return found if found is None or not count.negated else Unary("!", found, _BOOLEAN)
 
 
 class _Finder:
@@ -118,33 +147,38 @@ class _Finder:
 
 
 def _count_of(expr: Binary) -> Count | None:
-    found: dict[int, Expr] = {}
-    kinds: set[_Kind] = set()
+    conditions = list(_conditions(expr))
+    number = _fewest(expr, {})
+    if (
+        not 1 < number < len(conditions)
+        or any(map(may_be_undefined, conditions))
+        or (len(conditions) < _LEAST_LISTED and _copies(conditions) is None)
+    ):
+        return None
+    # In the order of the model, too: that of a list is the user's.
+    return _counted(conditions, number) if at_least(conditions, number) == expr else None
+
+
+def _conditions(expr: Expr) -> dict[Expr, None]:
+    """What a count goes through, in its order, if the expression is what one is written out to."""
+    found: dict[Expr, None] = {}
     seen: set[int] = set()
-    stack: list[Expr] = [expr]
+    stack = [expr]
     while stack:
         node = stack.pop()
-        if id(node) in seen:
-            continue
-        seen.add(id(node))
-        if isinstance(node, Binary) and node.operator in ("and", "or"):
-            stack += node.operands
-            continue
-        literal = _literal(node)
-        if literal is None:
-            return None
-        kinds.add(literal[0])
-        found[literal[1]] = node
-        if len(kinds) > 1:
-            return None
-    indexes = sorted(found)
-    if not _is_run(indexes):
-        return None
-    conditions = [found[index] for index in indexes]
-    number = _fewest(expr, {})
-    if not 1 < number < len(conditions) or at_least(conditions, number) != expr:
-        return None
-    return _counted(conditions, number)
+        if not _is_junction(node):
+            found.setdefault(node)
+        elif id(node) not in seen:
+            seen.add(id(node))
+            parts = operands(node, node.operator)
+            # The last case has most of the first half; an ``or`` of conditions has no cases.
+            is_in_order = node.operator == "and" or not any(map(_is_junction, parts))
+            stack += reversed(parts) if is_in_order else parts
+    return found
+
+
+def _is_junction(expr: Expr) -> TypeGuard[Binary]:
+    return isinstance(expr, Binary) and expr.operator in ("and", "or")
 
 
 def _fewest(expr: Expr, known: dict[int, int]) -> int:
@@ -201,11 +235,17 @@ def _is_run(indexes: Sequence[int]) -> bool:
     return len(indexes) >= _LEAST_COPIES and indexes[-1] - indexes[0] == len(indexes) - 1
 
 
-def copy_of(expr: Expr) -> tuple[str, int]:
-    """The name and the index of the component that a condition of a count is about."""
-    found = _literal(expr)
-    assert found is not None
-    (_, name, _), index = found
+def copies_of(count: Count) -> tuple[str, int] | None:
+    """The name of the components that are counted, and the first index; None: it is a list."""
+    return _copies(count.conditions)
+
+
+def _copies(conditions: Sequence[Expr]) -> tuple[str, int] | None:
+    found = [_literal(condition) for condition in conditions]
+    first, kinds = found[0], {literal and literal[0] for literal in found}
+    if first is None or len(kinds) > 1 or not _is_run([index for _, index in filter(None, found)]):
+        return None
+    (_, name, _), index = first
     return name, index
 
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any, NamedTuple
 
-from robosc.ir.counting import copy_of, with_counts
+from robosc.ir.counting import copies_of, with_counts
 from robosc.language.keywords import escape
 from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY, Spelled
 from robosc.model.entities import Robot
@@ -51,7 +51,7 @@ from robosc.runtime.values import NOW
 
 __all__ = [
     "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "element_name", "evaluate",
-    "exact", "junction", "may_be_huge", "negation", "operands", "to_dsl", "to_python",
+    "exact", "junction", "may_be_huge", "negation", "to_dsl", "to_python",
 ]  # fmt: skip
 
 _BOOLEAN = BooleanType()
@@ -99,13 +99,6 @@ def _joined(operator_: str, parts: Sequence[Expr]) -> Expr:
     for part in parts[1:]:
         result = Binary(operator_, result, part, _BOOLEAN)
     return result
-
-
-def operands(expr: Expr, operator: str) -> list[Expr]:
-    """The operands of a chain of ``and`` or ``or``; the expression alone if it is none."""
-    if isinstance(expr, Binary) and expr.operator == operator:
-        return [*operands(expr.left, operator), *operands(expr.right, operator)]
-    return [expr]
 
 
 class Junction(NamedTuple):
@@ -197,7 +190,8 @@ def to_dsl(
 
     def of_leaf(node: Literal | Leaf) -> Spelled:
         if isinstance(node, Count):
-            return _count_text(node, to_dsl(node.conditions[0], robot, spelled), component_names)
+            texts = [to_dsl(one, robot, spelled, is_part=True) for one in node.conditions]
+            return _count_text(node, texts, component_names)
         if not isinstance(node, Literal):
             return Spelled(leaf(node), _ATOM)
         negative = not isinstance(node.value, bool | str) and str(node.value)[0] == "-"
@@ -227,17 +221,25 @@ def to_dsl(
     return text_of(with_presence_written(exact(with_counts(expr)), not is_part))
 
 
-def _count_text(count: Count, first: str, components: Collection[str]) -> Spelled:
-    """``count(s.served for s in Station[1..3]) < 2``; ``first`` is what it says of the first."""
-    kind, low = copy_of(count.conditions[0])
-    high = low + len(count.conditions) - 1
-    words = {*re.findall(r"\w+", first), *components}
-    name = next(n for n in (kind[0].lower() * length for length in range(1, 99)) if n not in words)
-    is_whole = not {f"{kind}[{low - 1}]", f"{kind}[{high + 1}]"} & {*components}
-    array = escape(kind) if is_whole else f"{escape(kind)}[{low}..{high}]"
-    # An index that stands behind a name is nowhere else.
-    element = first.replace(f"{kind}[{low}].", f"{name}.")
-    inner = f"({element} for {name} in {array})"
+def _count_text(count: Count, texts: Sequence[str], components: Collection[str]) -> Spelled:
+    """``count(s.served for s in Station[1..3]) < 2``, or ``count(x for x in [A.busy, …]) < 2``.
+
+    ``texts`` are the conditions.
+    """
+    copies = copies_of(count)
+    words = {word for text in texts for word in re.findall(r"\w+", text)} | {*components}
+    letter = "x" if copies is None else copies[0][0].lower()
+    name = next(n for n in (letter * length for length in range(1, 99)) if n not in words)
+    if copies is None:
+        inner = f"({name} for {name} in [{', '.join(texts)}])"
+    else:
+        kind, low = copies
+        high = low + len(texts) - 1
+        is_whole = not {f"{kind}[{low - 1}]", f"{kind}[{high + 1}]"} & {*components}
+        array = escape(kind) if is_whole else f"{escape(kind)}[{low}..{high}]"
+        # An index that stands behind a name is nowhere else.
+        element = texts[0].replace(f"{kind}[{low}].", f"{name}.")
+        inner = f"({element} for {name} in {array})"
     if count.least in (1, len(count.conditions)):
         function = "any" if count.least == 1 else "all"
         return Spelled("!" * count.negated + function + inner, _UNARY_LEVEL)

@@ -255,8 +255,7 @@ class Count(ElementRef):
     """Whether at least ``least`` of some conditions hold, or (``negated``) fewer.
 
     Texts say so instead of all cases (:mod:`robosc.ir.counting`), which the model and the plant
-    have. Each condition says the same of another component of one kind, in the order of their
-    indexes, with none left out.
+    have.
     """
 
     conditions: tuple[Expr, ...] = ()

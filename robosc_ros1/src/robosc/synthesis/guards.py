@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from robosc.ir.automaton import Event, Plant, VariableKind
-from robosc.ir.counting import with_counts
+from robosc.ir.counting import copies_of, with_counts
 from robosc.ir.formulas import conjunction
 from robosc.model.expr import FALSE, TRUE, Count, Expr, Unary
 from robosc.model.traversal import walk
@@ -37,8 +37,6 @@ _LARGE = 2**12
 """From here on a cover takes longer than to look for the guard in the requirements' own words."""
 _LONG = 40
 """Guards with more to read than this are worth looking for shorter ones."""
-_COUNT = 6
-"""What there is to read of a count: as much as of three conditions."""
 
 
 class CareSet(Protocol):
@@ -180,6 +178,13 @@ def _length(expr: Expr) -> int:
     """How much there is to read: leaves, and a little for each negation."""
     nodes = list(walk(with_counts(expr)))
     leaves = sum(
-        _COUNT if isinstance(node, Count) else 2 for node in nodes if not hasattr(node, "operator")
+        _of_count(node) if isinstance(node, Count) else 2
+        for node in nodes
+        if not hasattr(node, "operator")
     )
     return leaves + sum(1 for node in nodes if isinstance(node, Unary))
+
+
+def _of_count(count: Count) -> int:
+    """As much as of three conditions; that of a list also has its elements, which are alike."""
+    return 6 + (0 if copies_of(count) else len(count.conditions))

@@ -18,9 +18,10 @@ from string import ascii_lowercase
 from typing import NamedTuple
 
 from robosc.ir.counting import with_counts
-from robosc.ir.formulas import conjunction, disjunction, operands, to_dsl
+from robosc.ir.formulas import conjunction, disjunction, to_dsl
+from robosc.model.aggregates import operands
 from robosc.model.entities import Robot
-from robosc.model.expr import Binary, Expr, NamedPart, Unary
+from robosc.model.expr import Binary, Count, Expr, NamedPart, Unary
 from robosc.model.traversal import walk
 from robosc.model.types import BooleanType
 from robosc.supervisor import Guard
@@ -61,10 +62,10 @@ class _Node(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """What is a name: the number of the node that reads it, and that of the chain behind it."""
+    """A name: the number of the node that reads it, and that of the chain or count behind it."""
 
     reference: int
-    chain: int
+    body: int
 
 
 class PartNames:
@@ -78,6 +79,7 @@ class PartNames:
         self._atoms: dict[int, int] = {}
         self._chains: dict[int, tuple[int, ...]] = {}
         self._parts: list[_Part] = []
+        self._references: dict[int, int] = {}
         long = [g.expr for g in guards if len(to_dsl(g.expr, robot)) > LONG]
         self._long = frozenset(map(id, long))
         self._guards = long  # as long as they are kept, their identities are their own
@@ -94,7 +96,8 @@ class PartNames:
 
     def short(self, expr: Expr) -> Expr:
         """An expression with the names of all parts that are in it."""
-        return self._expr(self._number(with_counts(expr)))
+        number = self._number(with_counts(expr))
+        return self._expr(self._references.get(number, number))
 
     def used(self, exprs: Iterable[Expr]) -> tuple[NamedExpr, ...]:
         """The parts that some expressions read, also through others; in order."""
@@ -137,8 +140,9 @@ class PartNames:
 
     def _replace(self, number: int, part: _Part) -> None:
         """Have a chain read a part, in the place of the first of its operands."""
-        own, wanted = self._chains[number], self._nodes[part.chain].operands
-        if self._nodes[number].operator == self._nodes[part.chain].operator and (
+        own, body = self._chains[number], self._nodes[part.body]
+        wanted = body.operands or (part.body,)
+        if body.operator in ("", self._nodes[number].operator) and (
             len(wanted) <= len(own) and set(wanted) <= set(own)
         ):
             at = min(own.index(operand) for operand in wanted)
@@ -147,7 +151,10 @@ class PartNames:
 
     def _operands(self, number: int) -> tuple[int, ...]:
         """Those that it has by now."""
-        return self._chains.get(number, self._nodes[number].operands)
+        own = self._chains.get(number)
+        if own is None:
+            own = tuple(self._references.get(n, n) for n in self._nodes[number].operands)
+        return own
 
     def _expr(self, number: int) -> Expr:
         node = self._nodes[number]
@@ -165,19 +172,23 @@ class PartNames:
 
     def _find(self, guards: Sequence[int]) -> None:
         while len(self._parts) < _MOST_PARTS:
-            found = self._best([*guards, *(part.chain for part in self._parts)])
+            roots = [self._references.get(guard, guard) for guard in guards]
+            found = self._best([*roots, *(part.body for part in self._parts)])
             if found is None:
                 return
-            chain = self._add(found)
-            part = _Part(self._add(_Node("", (), found.expr)), chain)
+            body = found if isinstance(found, int) else self._add(found)
+            unnamed = NamedPart("", (), BooleanType())
+            part = _Part(self._add(_Node("", (), unnamed)), body)
             self._atoms[part.reference] = _NAME
+            if isinstance(found, int):
+                self._references[body] = part.reference
             for number in self._chains:
-                if number != chain:
+                if number != body:
                     self._replace(number, part)
             self._parts.append(part)
 
-    def _best(self, roots: Sequence[int]) -> _Node | None:
-        """The operands that are worth a name most."""
+    def _best(self, roots: Sequence[int]) -> _Node | int | None:
+        """The operands, or the number of the count, that are worth a name most."""
         written = self._written(roots)
         lengths = self._lengths(written)
         chains = [n for n in written if n in self._chains and len(self._chains[n]) > 1]
@@ -189,7 +200,13 @@ class PartNames:
             for a, b in combinations(chains, 2)
             if self._nodes[a].operator == self._nodes[b].operator
         ]
-        most, best = _LEAST_SAVED - 1, None
+        most = _LEAST_SAVED - 1
+        best: _Node | int | None = None
+        for number, uses in written.items():
+            if isinstance(self._nodes[number].expr, Count) and number not in self._references:
+                saved = _saved(uses, lengths[number])
+                if saved > most:
+                    most, best = saved, number
         seen = set()
         for first, second in alike:
             common = own[first] & own[second]
@@ -203,7 +220,7 @@ class PartNames:
                 if common <= own[n] and self._nodes[n].operator == operator
             )
             length = sum(lengths[n] + _JOINT for n in common) - _JOINT
-            saved = uses * (length - _NAME) - length - _DEFINITION
+            saved = _saved(uses, length)
             if saved > most:
                 kept = tuple(n for n in self._chains[first] if n in common)
                 most, best = saved, _Node(operator, kept, self._nodes[first].expr)
@@ -244,7 +261,7 @@ class PartNames:
     def _definitions(self) -> Iterator[NamedExpr]:
         """The parts with their names, each after those that it reads."""
         names = _free_names(self._robot)
-        chains = {part.reference: part.chain for part in self._parts}
+        chains = {part.reference: part.body for part in self._parts}
         done: set[int] = set()
 
         def visit(number: int) -> Iterator[NamedExpr]:
@@ -260,6 +277,11 @@ class PartNames:
 
         for part in self._parts:
             yield from visit(part.reference)
+
+
+def _saved(uses: int, length: int) -> int:
+    """The characters that a name saves, its definition included."""
+    return uses * (length - _NAME) - length - _DEFINITION
 
 
 def _names(exprs: Iterable[Expr]) -> set[str]:
