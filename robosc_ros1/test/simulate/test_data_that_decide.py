@@ -210,6 +210,40 @@ robot R {
 KNOWN_PART = FREE_PART.replace("goal.x * 2", "goal.x")
 
 
+ITEMS = """
+robot R {
+    interface link use Thing from some_msgs
+    datatype object Scan { items: array(double) }
+    component Op {
+        outgoing message scan with type: Scan links link
+        incoming message go with type: none
+        behaviour {
+            variable seen: array(double)
+            initial marked state s {
+                on response from scan do seen := value.items
+            }
+        }
+    }
+    requirement go needs Op.seen[1] > 0.5
+}
+"""
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_what_is_drawn_is_of_the_class_that_was_drawn(seed: int) -> None:
+    """Of what is stored as a whole, too, of which the plant knows parts only."""
+    for model, holds in (
+        (KNOWN_PART, lambda values: values["Op.goal"].x > 0.5),
+        (ITEMS, lambda values: len(values["Op.seen"]) > 1 and values["Op.seen"][1] > 0.5),
+    ):
+        player = session(supervisor_of(model))
+        play(player, f"random 5 {seed}")
+        state = player.machine.state
+        if all(value is not None for value in state.variables.values()):
+            (known,) = (t for name, t in state.tests.items() if name[0] != "!" and "> 0.5" in name)
+            assert known == holds(state.variables), model
+
+
 @pytest.mark.parametrize("model", [MODEL, FREE, FREE_PART, KNOWN_PART])
 def test_saved_runs_with_chosen_tests_can_be_played(model: str, tmp_path: Path) -> None:
     player = session(supervisor_of(model))
