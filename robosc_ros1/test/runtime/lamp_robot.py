@@ -116,7 +116,7 @@ class LampController(Controller):
         ),
         Command(
             ARM, "request", can_reach, arm_idle, "arm_busy", None, do_reach, ("arm", "clear"),
-            ("arm_busy", "arm"), (2,), partners=("Arm",),
+            ("arm_busy", "arm"), (2,), partners=(("Arm", arm_idle),),
         ),
         Command(
             ARM, "cancel", can_cancel, None, "arm_busy", None, on_cancel, ("clear",),

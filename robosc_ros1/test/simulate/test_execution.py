@@ -169,6 +169,50 @@ def test_a_busy_command_is_refused_for_the_same_reasons_in_every_mode(
     assert reasons(False) == reasons(True)
 
 
+LANE = """
+robot Lane {
+    component Car[1..3] {
+        incoming message go with identifier: "/car_{index}/go", type: none
+        outgoing message there with identifier: "/car_{index}/there", type: none
+        behaviour {
+            initial marked state away { on request to go goto coming }
+            state coming { on response from there goto away }
+        }
+    }
+    component Gate {
+        outgoing message open with identifier: "/open", type: boolean
+        behaviour {
+            variable wide: boolean = false
+            on response from open do wide := value
+            initial marked state shut { on response from open if value goto up }
+            state up {
+                on request to Car[1].go
+                on request to Car[2].go
+                on request to Car[3].go%s
+                on response from open if !value goto shut
+            }
+        }
+    }
+}
+"""
+
+
+@pytest.mark.parametrize("guard", ["", " if wide"], ids=["one function for all", "methods"])
+def test_only_components_that_block_are_named_in_every_mode(guard: str) -> None:
+    lane = supervisor_of(LANE % guard)
+    played, executed = session(lane), session(lane, execute=True)
+
+    def reasons(player: Session) -> list[list[tuple[str, str]]]:
+        return [[(r.kind, r.text) for r in c.reasons] for c in player.machine.commands()]
+
+    shut = ("synchronisation", "blocked by Gate in shut")
+    assert reasons(played) == [[shut]] * 3 == reasons(executed)
+    play(executed, "open true", "open false")
+    play(played, "open true", "Car[1].go", "Car[2].go", "Car[3].go", "open false")
+    coming = [("synchronisation", f"blocked by Car[{i}] in coming") for i in (1, 2, 3)]
+    assert reasons(played) == [[one, shut] for one in coming] == reasons(executed)
+
+
 @pytest.mark.parametrize("side", [-3, 0, 7])
 @pytest.mark.parametrize("tags", [[], [2], [0, 1]])
 def test_values_are_converted_as_the_controller_converts_messages(

@@ -317,7 +317,7 @@ class _Builder:
             reads=self._reads(text.text, synchronisation),
             requirements=event.requirements,
             reason="None" if text.reason is None else literal(text.reason),
-            partners=tuple(a.component for a in event.automata) if synchronisation else (),
+            partners=self.reactions.partners(event, f"{kind}_of_{word}", self.names),
         )
 
     def _reads(self, *texts: str) -> tuple[str, ...]:

@@ -13,9 +13,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from robosc.emit.line_breaks import unparenthesised
-from robosc.emit.naming import place
+from robosc.emit.naming import PythonNames, place
 from robosc.emit.python import Spelling, literal, operand, within
-from robosc.emit.views import ReactionView
+from robosc.emit.views import PartnerView, ReactionView
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.ir.formulas import exact, may_be_huge
 from robosc.language.events import EventKind
@@ -155,12 +155,23 @@ class Reactions:
     def synchronisation(self, event: Event) -> str:
         """The condition under which the plant can do a controllable event, its phase apart; empty
         if it always can."""
-        conditions = list(self._synchronisation(event))
+        conditions = [condition for _, condition in self._synchronisation(event)]
         if len(conditions) == 1:
             return unparenthesised(conditions[0])
         return " and ".join(conditions)
 
-    def _synchronisation(self, event: Event) -> Iterator[str]:
+    def partners(self, event: Event, name: str, names: PythonNames) -> tuple[PartnerView, ...]:
+        """The components of that condition, each with its part of it; several have a method each,
+        one alone has that of the whole."""
+        parts = list(self._synchronisation(event))
+        if len(parts) == 1:
+            return (PartnerView(parts[0][0], parts[0][1], ""),)
+        return tuple(
+            PartnerView(component, unparenthesised(text), names.take(f"partner_{number}_in_{name}"))
+            for number, (component, text) in enumerate(parts, 1)
+        )
+
+    def _synchronisation(self, event: Event) -> Iterator[tuple[str, str]]:
         for automaton in event.automata:
             location = self.plant.variables[automaton.variable]
             ways = []
@@ -173,10 +184,12 @@ class Reactions:
                     ways.append(" and ".join(part for part in (where, *ranges) if part))
                 elif ranges:
                     inside = " and ".join(ranges)
-                    yield f"(not ({where}) or {inside})" if where else inside
+                    text = f"(not ({where}) or {inside})" if where else inside
+                    yield automaton.component, text
             if not automaton.blocking or (free and self._always(automaton, location)):
                 continue
-            yield ways[0] if len(ways) == 1 else f"({' or '.join(ways)})" if ways else "False"
+            text = ways[0] if len(ways) == 1 else f"({' or '.join(ways)})" if ways else "False"
+            yield automaton.component, text
 
     def _always(self, automaton: LocalAutomaton, location: StateVariable) -> bool:
         open_edges = {e.source for e in automaton.edges if e.guard is None}

@@ -9,8 +9,8 @@ from robosc.emit.python import literal
 
 __all__ = [
     "AttributeView", "CommandView", "ComponentView", "ControllerContext", "CopiedRows",
-    "CopiesView", "CopyView", "EnumView", "InputView", "GuardPartView", "ProvideView",
-    "ReactionView", "RequirementView", "TauView",
+    "CopiesView", "CopyView", "EnumView", "InputView", "GuardPartView", "PartnerView",
+    "ProvideView", "ReactionView", "RequirementView", "TauView",
 ]  # fmt: skip
 
 
@@ -85,6 +85,15 @@ class ProvideView:
 
 
 @dataclass(frozen=True)
+class PartnerView:
+    """A component that synchronises on a command, and under which condition it can take part."""
+
+    component: str
+    condition: str
+    method: str
+
+
+@dataclass(frozen=True)
 class CommandView:
     """A controllable event of a communication; conditions are Python source."""
 
@@ -110,7 +119,8 @@ class CommandView:
     requirements: tuple[int, ...]
     reason: str
     """Python source: a string, or None."""
-    partners: tuple[str, ...]
+    partners: tuple[PartnerView, ...]
+    """The components that synchronise on it."""
     yields_to: tuple[int, ...] = ()
     """Indexes of the commands that are preferred to it."""
 

@@ -84,7 +84,7 @@ class Command(NamedTuple):
     ``data`` gives the fields to send, ``apply`` changes the state. ``reads`` is what guard and
     synchronisation read. ``requirements`` are indexes into the table of requirements;
     ``reason`` is why synthesis forbids more than they do (None: it does not); ``partners`` are the
-    components that synchronise on it.
+    components that synchronise on it, each with whether it can take part.
     """
 
     key: str
@@ -98,7 +98,7 @@ class Command(NamedTuple):
     writes: Tuple[str, ...]
     requirements: Tuple[int, ...]
     reason: Optional[str] = None
-    partners: Tuple[str, ...] = ()
+    partners: Tuple[Tuple[str, Callable[[Any], bool]], ...] = ()
     yields_to: Tuple[int, ...] = ()
     """Indexes in the table of commands: while one of these is enabled, this one is not sent."""
 

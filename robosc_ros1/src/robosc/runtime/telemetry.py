@@ -94,10 +94,12 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
     if command.busy is not None and getattr(controller, command.busy) is (command.kind != "cancel"):
         word = "busy" if command.kind == "request" else "idle"
         reasons.append({"kind": "phase", "text": "it is " + word})
-    if command.synchronisation is not None and not command.synchronisation(controller):
+    blocking = {name: 0 for name, is_ready in command.partners if not is_ready(controller)}
+    if blocking:
         states = controller.components()
-        parties = " or ".join("%s in %s" % (name, states[name]) for name in command.partners)
-        reasons.append({"kind": "synchronisation", "text": "blocked by " + parties})
+        for name in blocking:
+            text = "blocked by %s in %s" % (name, states[name])
+            reasons.append({"kind": "synchronisation", "text": text})
     if command.guard(controller):
         return reasons
     failed = violated(controller, command)
@@ -112,7 +114,7 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
                 kept or [{"kind": "requirement", "text": "no requirement concerns it"}]
             )
         failed = []  # they would allow it
-    if not failed:
+    if not failed and not reasons:
         text = command.reason or _UNEXPLAINED
         failed.append({"kind": "synthesis", "text": text})
     return reasons + failed

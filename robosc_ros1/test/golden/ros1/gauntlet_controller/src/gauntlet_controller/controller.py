@@ -499,7 +499,9 @@ class GauntletController(Controller):
             reads=("arm", "eye_front", "left_slipping", "right_slipping"),
             writes=("arm_tries", "arm", "reach_busy"),
             requirements=(0, 1),
-            partners=("Arm",),
+            partners=(
+                ("Arm", synchronises_request_of_reach),
+            ),
         ),
         Command(
             key="Arm.reach",
@@ -524,7 +526,9 @@ class GauntletController(Controller):
             reads=("count", "count_items", "lamp"),
             writes=("lamp_level", "lamp", "set_level_busy"),
             requirements=(4,),
-            partners=("Lamp",),
+            partners=(
+                ("Lamp", synchronises_request_of_set_level),
+            ),
         ),
         Command(
             key="Speaker.say",

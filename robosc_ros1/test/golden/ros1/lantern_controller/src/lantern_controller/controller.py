@@ -145,7 +145,9 @@ class LanternController(Controller):
             reads=("flame", "sky_light"),
             writes=("flame",),
             requirements=(0,),
-            partners=("Flame",),
+            partners=(
+                ("Flame", synchronises_request_of_kindle),
+            ),
         ),
         Command(
             key="Flame.snuff",
@@ -158,7 +160,9 @@ class LanternController(Controller):
             reads=("flame", "sky_light"),
             writes=("flame",),
             requirements=(1,),
-            partners=("Flame",),
+            partners=(
+                ("Flame", synchronises_request_of_snuff),
+            ),
         ),
     )
     TAUS = (

@@ -288,7 +288,9 @@ class ThermostatController(Controller):
             ),
             writes=("heater_level", "heater", "heater_entries"),
             requirements=(0, 1),
-            partners=("Heater",),
+            partners=(
+                ("Heater", synchronises_request_of_heat),
+            ),
             yields_to=(1,),
         ),
         Command(
@@ -302,7 +304,9 @@ class ThermostatController(Controller):
             reads=("heater", "limit", "sensor_degrees", "wanted"),
             writes=("heater_level", "heater", "heater_entries"),
             requirements=(2,),
-            partners=("Heater",),
+            partners=(
+                ("Heater", synchronises_request_of_rest),
+            ),
         ),
         Command(
             key="Heater.say",
