@@ -8,7 +8,6 @@ sets and loops that say what the language's documents say, in their order.
 
 from __future__ import annotations
 
-from collections import deque
 from functools import cached_property
 from typing import Any
 
@@ -95,21 +94,11 @@ class Oracle(OraclePlant):
         """What can be reached under the supervisor; nothing at all if it is empty."""
         if self.empty:
             return [], []
-        states = dict.fromkeys(self.initials)
-        transitions = []
-        queue = deque(self.initials)
-        while queue:
-            state = queue.popleft()
-            for occurrence, target in self.successors(state):
-                if occurrence.event.controllable and not (
-                    self.required(state, occurrence.event) and target in self.kept
-                ):
-                    continue
-                transitions.append(Transition(state, occurrence, target))
-                if target not in states:
-                    states[target] = None
-                    queue.append(target)
-        return list(states), transitions
+        return self._explore(
+            lambda state, event, target: (
+                not event.controllable or (self.required(state, event) and target in self.kept)
+            )
+        )
 
     def possible(self, state: OracleState) -> set[Event]:
         """Controllable events that the plant can do."""

@@ -152,16 +152,17 @@ class OraclePlant(OracleEvents):
     @cached_property
     def plant(self) -> tuple[list[OracleState], list[Transition]]:
         """Everything that can be reached without any requirement."""
-        return self._explore(lambda state, event: True)
+        return self._explore(lambda state, event, target: True)
 
     def _explore(self, allowed: Any) -> tuple[list[OracleState], list[Transition]]:
+        """What can be reached by steps that are ``allowed``, and these steps."""
         states = dict.fromkeys(self.initials)
         transitions = []
         queue = deque(self.initials)
         while queue:
             state = queue.popleft()
             for occurrence, target in self.successors(state):
-                if not allowed(state, occurrence.event):
+                if not allowed(state, occurrence.event, target):
                     continue
                 transitions.append(Transition(state, occurrence, target))
                 if target not in states:
