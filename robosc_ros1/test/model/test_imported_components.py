@@ -103,6 +103,35 @@ def test_an_enum_of_the_library_is_compared_without_being_in_sight(model: Path) 
     assert (calm.type.origin, calm.type.name) == ("Wheels", "Pace")
 
 
+def test_a_value_of_an_enum_is_named_with_its_library(model: Path) -> None:
+    (model.parent / "wheels.rscd").write_text(WHEELS)
+    robot = robot_of(model, TWO + "requirement Left.turn needs Right.pace = Wheels.Pace.calm")
+    condition = robot.requirements[0].condition
+    assert isinstance(condition, Binary) and isinstance(condition.right, Literal)
+    assert (condition.right.value, str(condition.right.type)) == ("calm", "Pace")
+
+
+@pytest.mark.parametrize(
+    ("written", "message", "hint"),
+    [
+        ("Wheels.Pace.cal", "Wheels.Pace has no value 'cal'", "did you mean 'calm'?"),
+        (
+            "Wheels.calm",
+            "library Wheels has no constant, parameter or condition 'calm'",
+            "for the value of an enum write calm or Wheels.Pace.calm",
+        ),
+    ],
+)
+def test_names_that_a_library_does_not_have(
+    model: Path, written: str, message: str, hint: str
+) -> None:
+    (model.parent / "wheels.rscd").write_text(WHEELS)
+    _, diagnostics = read(model, TWO + f"requirement Left.turn needs Right.pace = {written}")
+    assert [(d.message, d.hint) for d in diagnostics if d.severity is Severity.ERROR] == [
+        (message, hint)
+    ]
+
+
 def test_a_library_does_not_lend_its_types(model: Path) -> None:
     (model.parent / "wheels.rscd").write_text(WHEELS)
     text = TWO + "component Mine { outgoing message mine with type: Pace }"

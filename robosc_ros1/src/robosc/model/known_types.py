@@ -124,11 +124,14 @@ class KnownTypes:
             self.scope.names.use(name, node, object_.name)
 
     def record_value(self, access: Access, enum: EnumType) -> None:
-        """Note that ``value`` or ``Enum.value`` in this file is a value of an enum."""
-        value = access.root
-        if access.path and isinstance(access.path[0], Name):
-            value = access.path[0]
-            self.scope.names.use(access.root, self.scope.datatypes.get(access.root.text))
+        """Note that ``value``, ``Enum.value`` or ``Library.Enum.value`` is a value of an enum."""
+        *owners, value = [access.root, *(part for part in access.path if isinstance(part, Name))]
+        scope = self.scope
+        if len(owners) > 1:
+            scope = self.libraries[owners[0].text].scope
+            self.scope.names.use(owners[0], scope.node)
+        if owners:
+            self.scope.names.use(owners[-1], scope.datatypes.get(owners[-1].text))
         node = self.type_declarations.value_node(enum, value.text)
         self.scope.names.use(value, node, enum.name)
 

@@ -51,6 +51,7 @@ class Meanings:
                 found = self._qualified(access, member)
             case (Name() as member, Name() as phase):
                 found = self._phase_of_member(access, member, phase)
+                found = found or self._value_of_library_enum(access, member, phase)
                 if not found:
                     self._no_parts(access)
                     return None
@@ -152,6 +153,12 @@ class Meanings:
             if info is not None:
                 self._faults.no_condition(access, info)
                 return
+        first, *others = access.path
+        library = self._types.libraries.get(access.root.text)
+        enum = library.known(first.text) if library and isinstance(first, Name) else None
+        if isinstance(enum, EnumType) and len(others) == 1 and isinstance(others[0], Name):
+            self._faults.unknown_value(others[0], f"{access.root.text}.{enum.name}", enum)
+            return
         part = access.path[1] if isinstance(access.path[0], Name) else access.path[0]
         span = part.span if isinstance(part, Name) else access.span
         self._report.add("unknown-member", span, "only 'value', objects and arrays have parts")
@@ -242,6 +249,14 @@ class Meanings:
         component = self._symbols.component(access.root.text) if self._symbols else None
         info = component.communications.get(member.text) if component else None
         return self._phase(access, info, phase)
+
+    def _value_of_library_enum(self, access: Access, datatype: Name, value: Name) -> list[Expr]:
+        """``Library.Enum.value``."""
+        library = self._types.libraries.get(access.root.text)
+        enum = None if library is None else library.known(datatype.text)
+        if not isinstance(enum, EnumType) or value.text not in enum.values:
+            return []
+        return [Literal(value.text, enum, access.span)]
 
     def _phase(self, access: Access, info: CommunicationInfo | None, phase: Name) -> list[Expr]:
         """``grab.busy``, ``grab.idle``, ``scan.fresh`` or ``scan.silent``."""

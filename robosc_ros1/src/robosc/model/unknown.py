@@ -39,6 +39,9 @@ class NameFaults:
             if symbols is not None and (infos := symbols.communications(name)):
                 self.no_condition(access, infos[0])
                 return
+            if name in self._types.libraries:
+                self._of_library(access, last_name(access))
+                return
             known = [*(symbols.components if symbols else ()), *scope.datatypes]
             self._report.add(
                 "unknown-name",
@@ -69,6 +72,19 @@ class NameFaults:
             hint = self._elsewhere(symbols, name)
         hint = hint or self._report.suggest(name, candidates, known_text)
         self._report.add("unknown-name", access.span, message, hint)
+
+    def _of_library(self, access: Access, member: str) -> None:
+        """``Library.name`` that is no constant, parameter or condition."""
+        library, name = self._types.libraries[access.root.text], access.root.text
+        enums = [f"{name}.{enum.name}.{member}" for enum in library.enums_with(member)]
+        self._report.add(
+            "unknown-name",
+            access.span,
+            f"library {name} has no constant, parameter or condition '{member}'",
+            f"for the value of an enum write {member} or {enums[0]}"
+            if enums
+            else self._report.suggest(member, library.values.declared, "it has"),
+        )
 
     def no_condition(self, access: Access, info: CommunicationInfo) -> None:
         """``scan.fresh`` of a message without timeout, or ``scan.ranges``."""
@@ -103,14 +119,7 @@ class NameFaults:
         enum = self._types.enum(root)
         if component is None:
             assert enum is not None
-            if self._types.type_declarations.may_have(enum, member.text):
-                return
-            self._report.add(
-                "unknown-member",
-                member.span,
-                f"{root} has no value '{member.text}'",
-                self._report.suggest(member.text, enum.values),
-            )
+            self.unknown_value(member, root, enum)
         elif self._types.scope.is_damaged(component.node.span):
             return
         elif member.text in component.communications:
@@ -130,6 +139,16 @@ class NameFaults:
                 )
                 if component.members
                 else f"{root} has no behaviour",
+            )
+
+    def unknown_value(self, value: Name, name: str, enum: EnumType) -> None:
+        """``Enum.value`` that the enum, which is called so here, does not have."""
+        if not self._types.type_declarations.may_have(enum, value.text):
+            self._report.add(
+                "unknown-member",
+                value.span,
+                f"{name} has no value '{value.text}'",
+                self._report.suggest(value.text, enum.values),
             )
 
     def ambiguous(self, access: Access, meanings: list[Expr]) -> None:
