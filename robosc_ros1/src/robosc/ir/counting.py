@@ -115,10 +115,12 @@ class _Finder:
                     return replace(inner, negated=not inner.negated)
                 return expr if inner is operand else Unary("!", inner, _BOOLEAN)
             case Binary(operator="and" | "or" as operator):
-                count = self._count(expr)
-                if count is not None:
-                    return count
-                old = list(self._operands(expr, operator))
+                old = operands(expr, operator)
+                if any(map(_is_junction, old)):
+                    count = self._count(expr)
+                    if count is not None:
+                        return count
+                    old = list(self._operands(expr, operator))
                 new = [self.found(part) for part in old]
                 if self._chains:
                     new = _grouped(operator, new)
@@ -253,6 +255,9 @@ def _literal(expr: Expr) -> tuple[_Kind, int] | None:
     """The kind and the index of a condition on one of several components; None if it is none."""
     negated = isinstance(expr, Unary) and expr.operator == "!"
     inner = expr.operand if isinstance(expr, Unary) and negated else expr
+    if isinstance(inner, StateRef):  # as most are
+        name, bracket, index = inner.component.partition("[")
+        return ((negated, name, StateRef(name, inner.state)), int(index[:-1])) if bracket else None
     if isinstance(inner, Binary) and inner.operation.is_lazy:
         return None
     if len(list(islice(walk(inner), _MOST_PARTS + 1))) > _MOST_PARTS or may_be_undefined(inner):

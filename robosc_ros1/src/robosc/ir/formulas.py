@@ -190,8 +190,9 @@ def to_dsl(
 
     def of_leaf(node: Literal | Leaf) -> Spelled:
         if isinstance(node, Count):
-            texts = [to_dsl(one, robot, spelled, is_part=True) for one in node.conditions]
-            return _count_text(node, texts, component_names)
+            return _count_text(
+                node, lambda one: to_dsl(one, robot, spelled, is_part=True), component_names
+            )
         if not isinstance(node, Literal):
             return Spelled(leaf(node), _ATOM)
         negative = not isinstance(node.value, bool | str) and str(node.value)[0] == "-"
@@ -221,12 +222,10 @@ def to_dsl(
     return text_of(with_presence_written(exact(with_counts(expr)), not is_part))
 
 
-def _count_text(count: Count, texts: Sequence[str], components: Collection[str]) -> Spelled:
-    """``count(s.served for s in Station[1..3]) < 2``, or ``count(x for x in [A.busy, …]) < 2``.
-
-    ``texts`` are the conditions.
-    """
+def _count_text(count: Count, text: Callable[[Expr], str], components: Collection[str]) -> Spelled:
+    """``count(s.served for s in Station[1..3]) < 2``, or ``count(x for x in [A.busy, …]) < 2``."""
     copies = copies_of(count)
+    texts = [text(one) for one in count.conditions[: 1 if copies else None]]
     words = {word for text in texts for word in re.findall(r"\w+", text)} | {*components}
     letter = "x" if copies is None else copies[0][0].lower()
     name = next(n for n in (letter * length for length in range(1, 99)) if n not in words)
@@ -234,7 +233,7 @@ def _count_text(count: Count, texts: Sequence[str], components: Collection[str])
         inner = f"({name} for {name} in [{', '.join(texts)}])"
     else:
         kind, low = copies
-        high = low + len(texts) - 1
+        high = low + len(count.conditions) - 1
         is_whole = not {f"{kind}[{low - 1}]", f"{kind}[{high + 1}]"} & {*components}
         array = escape(kind) if is_whole else f"{escape(kind)}[{low}..{high}]"
         # An index that stands behind a name is nowhere else.
