@@ -38,18 +38,18 @@ CONDITIONS = {
     "any(A.s and r < 1 for r in L.ranges)": "A.s and any(r < 1 for r in L.ranges)",
     "any(r < 1 and A.s for r in L.ranges)": "A.s and any(r < 1 for r in L.ranges)",
     "!any(r < 1 and A.s for r in L.ranges)": (
-        "A.s and (defined(L.ranges) and !any(r < 1 for r in L.ranges)) or !A.s and defined(L.ranges)"
+        "A.s and defined(L.ranges) and !any(r < 1 for r in L.ranges) or !A.s and defined(L.ranges)"
     ),
     "all(r < 1 for r in L.ranges if A.t)": (
-        "A.t and (defined(L.ranges) and all(r < 1 for r in L.ranges)) or !A.t and defined(L.ranges)"
+        "A.t and defined(L.ranges) and all(r < 1 for r in L.ranges) or !A.t and defined(L.ranges)"
     ),
     "count(r < 1 and lift.busy for r in L.ranges) > 1": (
         "lift.busy and count(r < 1 for r in L.ranges) > 1"
     ),
     "sum(r for r in L.ranges if A.s) > 1": "A.s and sum(r for r in L.ranges) > 1",
     "any(A.t for r in L.ranges) or L.ranges[0] < 1": (
-        "A.t and (defined(L.ranges) and any(true for r in L.ranges)) or"
-        " (A.t and (defined(L.ranges) and !any(true for r in L.ranges)) or !A.t and defined(L.ranges))"
+        "A.t and defined(L.ranges) and any(true for r in L.ranges) or"
+        " (A.t and defined(L.ranges) and !any(true for r in L.ranges) or !A.t and defined(L.ranges))"
         " and L.ranges[0] < 1"
     ),
     "any(r < 1 => A.s or A.u for r in L.ranges)": None,

@@ -157,7 +157,8 @@ class Operator:
         if self.is_unary:
             return Text(f"{self.spelling}{{0:{self.level}}}", self.level)
         left = self.level + self.right_associative
-        right = self.level + (not self.right_associative)
+        # 'and' and 'or' mean the same with brackets on either side, so there are none.
+        right = self.level + (not self.right_associative and not self.is_lazy)
         return Text(f"{{0:{left}}} {self.spelling} {{1:{right}}}", self.level)
 
 

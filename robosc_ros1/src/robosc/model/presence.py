@@ -91,10 +91,10 @@ def with_presence_written(expr: Expr, undefined_is_false: bool = True) -> Expr:
     match expr:
         case Binary(operator=operator, left=left, right=right) if expr.operation.is_lazy:
             kept = undefined_is_false and operator == "and"
-            return _chain(
+            return replace(
                 expr,
-                with_presence_written(left, kept),
-                with_presence_written(right, undefined_is_false),
+                left=with_presence_written(left, kept),
+                right=with_presence_written(right, undefined_is_false),
             )
         case Holds(operand=operand) if operand == asked_for(expr) and operand.type == _BOOLEAN:
             condition = with_presence_written(operand, False)
@@ -104,17 +104,6 @@ def with_presence_written(expr: Expr, undefined_is_false: bool = True) -> Expr:
         operands = tuple(with_presence_written(part, False) for part in expr.operands)
         return with_operands(expr, operands)
     return expr
-
-
-def _chain(expr: Binary, left: Expr, right: Expr) -> Binary:
-    """``left and right`` (or another operator) without brackets that mean nothing on the right."""
-    if (
-        isinstance(right, Binary)
-        and right.operator == expr.operator
-        and expr.operator in ("and", "or")
-    ):
-        return replace(right, left=_chain(expr, left, right.left))
-    return replace(expr, left=left, right=right)
 
 
 def _needed(condition: Expr) -> Expr:
