@@ -94,6 +94,13 @@ class Cases:
                     guard = self._guards.get(id(transition))
                     yield from _parts(place, (*name, own or _ANY), guard)
 
+        for component in self._plant["components"]:
+            for transition in component["taus"] + component["afters"]:
+                name = _step(component["name"], transition)
+                place = "%s %s %d" % (name[1], name[0], name[2])
+                yield place, name
+                yield from _parts(place, name, self._guards.get(id(transition)))
+
     def of_state(self, shadow):
         """Return the cases that a state is."""
         found = set()
@@ -223,9 +230,12 @@ class Cases:
 
     def of_step(self, shadow, component, transition):
         """Return the cases of a transition that a component takes by itself."""
+        name = _step(component, transition)
         decision = self._guards.get(id(transition))
-        cases = () if decision is None else decision.cases(shadow)
-        return {("step", component, transition["index"], *case) for case in cases}
+        if decision is None:
+            return {name}
+        cases = {(*name, *case) for case in decision.cases(shadow)}
+        return cases | {name} if holds_in(shadow, decision.tree) else cases
 
 
 def _with_other_numbers(tree):
@@ -249,6 +259,12 @@ def _computed_in(data):
     elif isinstance(data, (dict, list)):
         for part in data.values() if isinstance(data, dict) else data:
             yield from _computed_in(part)
+
+
+def _step(component, transition):
+    """How the cases begin of a transition that a component takes by itself."""
+    sort = "after" if "delay" in transition else "step"
+    return sort, component, transition["index"]
 
 
 def _matters(shadow, component, transition, content):

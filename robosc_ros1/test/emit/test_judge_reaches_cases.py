@@ -67,6 +67,14 @@ def test_it_comes_to_boundaries_silences_and_delays(
     assert judged(judging, source.replace(before, after, 1)).faults != []
 
 
+def test_a_transition_that_waits_is_wanted_for_its_own_sake(watched: tuple[Any, str]) -> None:
+    judging, source = watched
+    judge = judged(judging, source)
+    wanted = [text for text, _ in judge.guide.cases.wanted(judge.shadow)]
+    assert "Motor after 1" in wanted
+    assert not [text for text in judge.guide.unseen(judge.shadow) if "after" in text]
+
+
 def test_mutants_without_a_difference_are_equivalent(watched: tuple[Any, str]) -> None:
     judging, source = watched
     robot = Robot(judging, 1, lambda data: data)
