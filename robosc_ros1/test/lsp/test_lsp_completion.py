@@ -316,3 +316,52 @@ def test_snippets_are_offered_in_their_block_and_are_read(tmp_path: Path, block:
         filled = re.sub(r"\$\{\d+:([^}]*)\}", r"\1", body).replace("$0", "")
         _, diagnostics = parse(Source("model.rscd", text[:offset] + filled + text[offset:]))
         assert not diagnostics, (snippet.label, diagnostics)
+
+
+DATA_MODEL = """\
+robot R {
+    component Eye from Eyes import Eye with prefix: "/left"
+    component Base {
+        outgoing message battery with timeout: 2 s, type: sensor_msgs/BatteryState
+        outgoing message goal with timeout: 1 s, type: geometry_msgs/PoseStamped
+        incoming message go with type: geometry_msgs/PoseStamped
+        behaviour {
+            variable place: geometry_msgs/PoseStamped
+            variable full: boolean
+            initial marked state s {
+                on response from goal do place := value
+                on response from battery do full := value.present
+            }
+        }
+    }
+    requirement go needs Base.full
+    provide go with Base.place
+}
+"""
+EYES = """\
+library Eyes {
+    datatype enum Sight from double to { value > 1 -> far default -> near }
+    component Eye { outgoing message seen with identifier: "seen", type: Sight }
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "wanted"),
+    [
+        ("value.present", "value.power_supply_status = sensor_msgs/BatteryState.|",
+         "POWER_SUPPLY_STATUS_FULL"),
+        ("with Base.place", "with Base.place.pose.|", "orientation"),
+        ("value.present", "place.pose.position.|", "x"),
+        ("needs Base.full", "needs Base.full and battery.|", "fresh"),
+        ("needs Base.full", "needs Base.full and Base.battery.|", "silent"),
+        ("needs Base.full", "needs Eyes.Sight.|", "near"),
+    ],
+)  # fmt: skip
+def test_members_of_data(tmp_path: Path, old: str, new: str, wanted: str) -> None:
+    (tmp_path / "eyes.rscd").write_text(EYES)
+    desk, path = Desk(), tmp_path / "r.rscd"
+    open_text(desk, path, DATA_MODEL)
+    text, offset = cursor(DATA_MODEL.replace(old, new))
+    open_text(desk, path, text)
+    assert wanted in [candidate.label for candidate in complete(desk, str(path), offset)]

@@ -14,7 +14,7 @@ from robosc.model.copies import copy_name
 from robosc.model.entities import EventKind, Kind
 from robosc.model.file_resolver import FileContents
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
-from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
+from robosc.model.types import BooleanType, EnumType, Type
 from robosc.model.value_scope import ValueScope
 from robosc.syntax.nodes import (
     ComponentNode,
@@ -315,48 +315,6 @@ class Offers:
         info = self._communication_of(words[3:end])
         return None if info is None else info.brought(EventKind(self._context.word(1)))
 
-    def _members(self) -> Iterator[Candidate]:
-        """Behind a dot."""
-        chain = _chain(self._context.words)
-        if chain[:1] == ["value"]:
-            yield from self._parts(chain[1:])
-            return
-        if len(chain) != 1 and not (chain[1:] == ["[]"] and chain[0] in self._several):
-            return
-        statement = self._context.word(0)
-        before = self._context.words[-3:-2]
-        commands = before and before[0] in ("to", "from", "provide", "requirement", "disables")
-        for owner in self._owners(chain[0]):
-            if commands:
-                for name, info in owner.communications.items():
-                    yield Candidate(name, "communication", info.kind.value, rank=0)
-            if not (commands and statement in ("on", "provide")):
-                for name, node in owner.variable_nodes.items():
-                    yield Candidate(name, "variable", node.type.span.text)
-                for name in owner.states:
-                    yield Candidate(name, "state", f"state of {owner.name}")
-                yield from self._named_values(owner.types.values)
-        for contents in self._known:
-            library = contents.types.libraries.get(chain[0])
-            if library is not None:
-                yield from self._named_values(library.values)
-                for name in library.scope.datatypes:
-                    yield Candidate(name, "enum" if library.enum(name) else "object", rank=0)
-            enum = contents.types.enum(chain[0])
-            yield from self._values(enum)
-
-    def _parts(self, path: list[str]) -> Iterator[Candidate]:
-        """The properties of what comes in."""
-        type_ = self._incoming()
-        for part in path:
-            if part == "[]":
-                type_ = type_.element if isinstance(type_, ArrayType) else None
-            else:
-                type_ = type_.property(part) if isinstance(type_, ObjectType) else None
-        if isinstance(type_, ObjectType):
-            for name, inner in type_.properties:
-                yield Candidate(name, "property", str(inner), rank=0)
-
 
 def several(contents: FileContents) -> Mapping[str, RangeNode]:
     """The indexes of each component of a file that stands for several of a kind."""
@@ -377,19 +335,3 @@ def ends_operand(word: str) -> bool:
     return (word[-1:].isalnum() or word[-1:] in ("_", ")", "]", "}", '"', "'")) and word not in (
         "and", "or", "needs", "disables", "never", "always", "if", "do", "goto", "with",
     )  # fmt: skip
-
-
-def _chain(words: tuple[str, ...]) -> list[str]:
-    """The names before the last dot, ``[]`` for an index: ``value.a[0].`` gives value, a, []."""
-    found: list[str] = []
-    place = len(words) - 2
-    while place >= 0:
-        if words[place] == "]" and "[" in words[:place]:
-            found.append("[]")
-            place -= words[place::-1].index("[") + 1
-            continue
-        found.append(words[place].lstrip("^"))
-        if place == 0 or words[place - 1] != ".":
-            break
-        place -= 2
-    return found[::-1]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.lsp.interfaces import offered_types
-from robosc.lsp.offers import BLOCK_WORDS, Candidate, Offers, ends_operand, keywords
+from robosc.lsp.member_offers import MemberOffers
+from robosc.lsp.offers import BLOCK_WORDS, Candidate, ends_operand, keywords
 from robosc.lsp.snippets import SNIPPETS
 from robosc.model.entities import EventKind
 from robosc.model.tables import Instance
@@ -17,7 +18,7 @@ SENT = (EventKind.REQUEST, EventKind.CANCEL)
 """The events of what the controller sends."""
 
 
-class StatementOffers(Offers):
+class StatementOffers(MemberOffers):
     """What can begin a declaration, and follow the words of a statement."""
 
     def _beginnings(self) -> Iterator[Candidate]:

@@ -1,0 +1,108 @@
+"""What can stand behind a dot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robosc.lsp.offers import Candidate, Offers, keywords
+from robosc.model.ros.definitions import Missing
+from robosc.model.types import ArrayType, ObjectType, Type
+
+__all__ = ["MemberOffers"]
+
+
+class MemberOffers(Offers):
+    """The members of components, libraries, enums, values and what else has any."""
+
+    def _members(self) -> Iterator[Candidate]:
+        """Behind a dot."""
+        chain = _chain(self._context.words)
+        if chain[:1] == ["value"]:
+            yield from self._parts(chain[1:])
+            return
+        if len(chain) != 1 and not (chain[1:] == ["[]"] and chain[0] in self._several):
+            yield from self._further(chain)
+            return
+        if self._context.words[-3:-2] == ("/",):
+            yield from self._constants(self._context.word(-4), chain[0])
+            return
+        yield from self._further(chain)
+        statement = self._context.word(0)
+        before = self._context.words[-3:-2]
+        commands = before and before[0] in ("to", "from", "provide", "requirement", "disables")
+        for owner in self._owners(chain[0]):
+            if commands:
+                for name, info in owner.communications.items():
+                    yield Candidate(name, "communication", info.kind.value, rank=0)
+            if not (commands and statement in ("on", "provide")):
+                for name, node in owner.variable_nodes.items():
+                    yield Candidate(name, "variable", node.type.span.text)
+                for name in owner.states:
+                    yield Candidate(name, "state", f"state of {owner.name}")
+                yield from self._named_values(owner.types.values)
+        for contents in self._known:
+            library = contents.types.libraries.get(chain[0])
+            if library is not None:
+                yield from self._named_values(library.values)
+                for name in library.scope.datatypes:
+                    yield Candidate(name, "enum" if library.enum(name) else "object", rank=0)
+            enum = contents.types.enum(chain[0])
+            yield from self._values(enum)
+
+    def _further(self, chain: list[str]) -> Iterator[Candidate]:
+        """What only some names have behind them: parts, phases, constants of an interface, and the
+        values of a library's enum."""
+        first, *rest = chain
+        for owner in self._owners(self._own):
+            yield from self._parts_of(owner.variables.get(first), rest)
+        for owner in self._owners(first) if rest else ():
+            yield from self._parts_of(owner.variables.get(rest[0]), rest[1:])
+        for info in self._infos():
+            if chain in ([info.name], [info.instance.name, info.name]) and info.phases is not None:
+                yield from keywords(info.phases.names, rank=0)
+        for contents in self._known:
+            library = contents.types.libraries.get(first)
+            if library is not None and len(rest) == 1:
+                yield from self._values(library.enum(rest[0]))
+            interface = contents.scope.interfaces.get(first)
+            if interface is not None and not rest:
+                yield from self._constants(interface.package.text, interface.type.text)
+
+    def _constants(self, package: str, type_: str) -> Iterator[Candidate]:
+        """The constants of a real definition."""
+        for contents in self._known:
+            found = contents.types.type_declarations.ros.constants(package, type_)
+            if not isinstance(found, Missing):
+                for name, value in found.items():
+                    yield Candidate(name, "constant", repr(value), rank=0)
+
+    def _parts(self, path: list[str]) -> Iterator[Candidate]:
+        """The properties of what comes in."""
+        return self._parts_of(self._incoming(), path)
+
+    def _parts_of(self, type_: Type | None, path: list[str]) -> Iterator[Candidate]:
+        """The properties of a part of a type."""
+        for part in path:
+            if part == "[]":
+                type_ = type_.element if isinstance(type_, ArrayType) else None
+            else:
+                type_ = type_.property(part) if isinstance(type_, ObjectType) else None
+        if isinstance(type_, ObjectType):
+            for name, inner in type_.properties:
+                yield Candidate(name, "property", str(inner), rank=0)
+
+
+def _chain(words: tuple[str, ...]) -> list[str]:
+    """The names before the last dot, ``[]`` for an index: ``value.a[0].`` gives value, a, []."""
+    found: list[str] = []
+    place = len(words) - 2
+    while place >= 0:
+        if words[place] == "]" and "[" in words[:place]:
+            found.append("[]")
+            place -= words[place::-1].index("[") + 1
+            continue
+        found.append(words[place].lstrip("^"))
+        if place == 0 or words[place - 1] != ".":
+            break
+        place -= 2
+    return found[::-1]
