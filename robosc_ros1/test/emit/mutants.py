@@ -72,7 +72,7 @@ def _functions(tree: ast.Module) -> Iterator[ast.FunctionDef]:
 
 
 def _kind(name: str) -> str:
-    if name.startswith(("requirement_", "can_", "synchronises_")):
+    if name.startswith(("requirement_", "can_", "synchronises_", "partner_")):
         return "guard"
     if name.startswith("data_for_"):
         return "data"

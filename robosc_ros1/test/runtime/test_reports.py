@@ -90,6 +90,15 @@ def test_the_state_tells_why_commands_are_not_enabled() -> None:
     assert document["communications"] == {"light": "busy", "reach": "busy"}
 
 
+def test_the_whole_condition_of_synchronisation_decides() -> None:
+    """Else a command that is never sent for a fault in it would be shown as enabled."""
+    controller = LampController()
+    command = controller.COMMANDS[3]._replace(synchronisation=lambda state: False)
+    controller.COMMANDS = (*controller.COMMANDS[:3], command, *controller.COMMANDS[4:])
+    document = state_of(Engine(controller, PlayedPort()))
+    assert ("synchronisation", "blocked by Arm in idle") in reasons(document, "request", "reach")
+
+
 def test_what_synthesis_forbids_has_its_reason() -> None:
     controller = LampController()
     controller.lamp_allowed = False

@@ -94,10 +94,11 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
     if command.busy is not None and getattr(controller, command.busy) is (command.kind != "cancel"):
         word = "busy" if command.kind == "request" else "idle"
         reasons.append({"kind": "phase", "text": "it is " + word})
-    blocking = {name: 0 for name, is_ready in command.partners if not is_ready(controller)}
-    if blocking:
+    if command.synchronisation is not None and not command.synchronisation(controller):
         states = controller.components()
-        for name in blocking:
+        blocking = [name for name, is_ready in command.partners if not is_ready(controller)]
+        # What decides is the whole condition: it blocks even if no part of it is found to.
+        for name in dict.fromkeys(blocking or [name for name, _ in command.partners]):
             text = "blocked by %s in %s" % (name, states[name])
             reasons.append({"kind": "synchronisation", "text": text})
     if command.guard(controller):
