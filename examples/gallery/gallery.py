@@ -37,7 +37,8 @@ RATE = 25
 sys.path[:0] = [str(ROOT / "robosc_ros1" / "src"), str(ROOT / "robosc_ros1" / "test")]
 
 import reaper  # noqa: E402
-from ros2.ros2_support import Graph, free_domain, test_bed  # noqa: E402
+from ros2.bed import test_bed  # noqa: E402
+from ros2.ros2_support import Graph, free_domain  # noqa: E402
 from ros2_bed import GalleryBed  # noqa: E402
 from ros_support import Master, Workspace, master, run_robosc  # noqa: E402
 from table import Table  # noqa: E402

@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 
 import reaper
-from ros2.ros2_support import Bed, build_interfaces
+from ros2.bed import Bed, build_interfaces
 
 __all__ = ["GalleryBed"]
 

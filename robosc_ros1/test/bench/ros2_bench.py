@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from bench.ros_bench import report_flood, report_latency, resident
-from ros2.ros2_support import Graph, Process, Unavailable, free_domain, test_bed
+from ros2.bed import Unavailable, test_bed
+from ros2.ros2_support import Graph, Process, free_domain
 
 from robosc import pipeline
 

@@ -10,16 +10,8 @@ from pathlib import Path
 
 import pytest
 from emit.golden_packages import GOLDEN
-from ros2.ros2_support import (
-    HERE,
-    REPOSITORY,
-    Bed,
-    Graph,
-    Process,
-    Unavailable,
-    free_domain,
-    test_bed,
-)
+from ros2.bed import HERE, REPOSITORY, Bed, Unavailable, test_bed
+from ros2.ros2_support import Graph, Process, free_domain
 from ros_support import run_robosc
 
 MODELS = {

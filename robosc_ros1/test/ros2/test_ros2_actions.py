@@ -6,7 +6,8 @@ import signal
 from collections.abc import Callable
 from typing import Any
 
-from ros2.ros2_support import HERE, Graph, Peer, Process
+from ros2.bed import HERE
+from ros2.ros2_support import Graph, Peer, Process
 from ros_support import stopped
 
 Start = Callable[..., Process]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from ros2.ros2_support import HERE, Bed
+from ros2.bed import HERE, Bed
 from ros_support import Completed
 
 from robosc.model.ros import rosidl

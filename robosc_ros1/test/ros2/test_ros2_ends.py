@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 from emit.generated_code import supervisor_of
-from ros2.ros2_support import HERE, Graph, Process
+from ros2.bed import HERE
+from ros2.ros2_support import Graph, Process
 
 from robosc.simulate.event_log import read_log
 from robosc.simulate.replay import replay

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from ros2.ros2_support import Bed
+from ros2.bed import Bed
 
 import gallery
 

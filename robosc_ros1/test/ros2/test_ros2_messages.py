@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 from primitives import CHECK, PRIMITIVES, STORED, definition
-from ros2.ros2_support import HERE, Graph, Peer, Process
+from ros2.bed import HERE
+from ros2.ros2_support import Graph, Peer, Process
 from ros_support import await_condition
 
 Start = Callable[..., Process]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from ros2.ros2_support import REPOSITORY, Graph, Peer, Process
+from ros2.bed import REPOSITORY
+from ros2.ros2_support import Graph, Peer, Process
 
 Start = Callable[..., Process]
 NODE = "navigation_controller"

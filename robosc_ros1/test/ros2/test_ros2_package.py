@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 from catkin_pkg.package import parse_package
+from ros2.bed import Bed
 from ros2.launching import Node, ParameterValue, started
-from ros2.ros2_support import Bed, Graph, Process
+from ros2.ros2_support import Graph, Process
 from ros_support import run_robosc
 
 Start = Callable[..., Process]

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from ros2.ros2_support import HERE, Graph, Peer, Process
+from ros2.bed import HERE
+from ros2.ros2_support import Graph, Peer, Process
 from ros2.test_ros2_supervisor import (
     MOVE,
     NEAR,
