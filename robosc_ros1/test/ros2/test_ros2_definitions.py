@@ -78,7 +78,7 @@ def test_services_and_actions_have_their_parts(shapes: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "fault"),
-    [("bool", "line 1: 'bool' is no field"), ("bool a\n---\n", "has 2 parts instead of 1")],
+    [("bool", "line 1: 'bool' is neither a field"), ("bool a\n---\n", "has 2 parts instead of 1")],
 )
 def test_faulty_files_say_where(shapes: Path, text: str, fault: str) -> None:
     write(shapes, "msg/Bad.msg", text)

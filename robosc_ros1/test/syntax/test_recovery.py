@@ -480,13 +480,13 @@ robot R {
 }
 """,
         """\
-model.rscd:2:25: error[bad-number]: '12abc' is no number
+model.rscd:2:25: error[bad-number]: '12abc' is not a number
     2 |     requirement a needs 12abc > 1.5.2
       |                         ^^^^^ numbers look like 42, 4.25 or 1e-3
-model.rscd:3:25: error[bad-number]: '0x10' is no number
+model.rscd:3:25: error[bad-number]: '0x10' is not a number
     3 |     requirement a needs 0x10 > 1
       |                         ^^^^ numbers look like 42, 4.25 or 1e-3
-model.rscd:4:25: error[bad-number]: '1e' is no number
+model.rscd:4:25: error[bad-number]: '1e' is not a number
     4 |     requirement a needs 1e = 1
       |                         ^^ numbers look like 42, 4.25 or 1e-3
 model.rscd:5:25: error[number-too-large]: this number is too large for a double
@@ -495,7 +495,7 @@ model.rscd:5:25: error[number-too-large]: this number is too large for a double
 model.rscd:6:25: error[number-too-large]: this number is too large: whole numbers go up to 18446744073709551615
     6 |     requirement a needs 99999999999999999999 = 1
       |                         ^^^^^^^^^^^^^^^^^^^^
-model.rscd:7:26: error[bad-escape]: '\\d' is no escape
+model.rscd:7:26: error[bad-escape]: '\\d' is not an escape
     7 |     requirement a needs "\\d" = "a"
       |                          ^^ there are \\n \\t \\\\ \\" \\'
 model.rscd:8:25: error[syntax]: expected a condition after 'needs'

@@ -106,7 +106,7 @@ def _literal(tokens: Tokens, start: int, end: int) -> Raw:
 
 def _escape(match: re.Match[str]) -> str:
     if match[1] not in ESCAPES:
-        raise InvalidLine(f"'{match.group()}' is no escape: there are \\n \\t \\\\ \\\" \\'")
+        raise InvalidLine(f"'{match.group()}' is not an escape: there are \\n \\t \\\\ \\\" \\'")
     return ESCAPES[match[1]]
 
 

@@ -92,7 +92,7 @@ def make_string(reading: Reading, at: int) -> str:
         escape = ESCAPES.get(match.group(1))
         if escape is None:
             place = reading.tokens.offset(at) + 1 + match.start()
-            message = f"'{match.group()}' is no escape"
+            message = f"'{match.group()}' is not an escape"
             hint = r"there are \n \t \\ \" \'"
             span = Span(reading.source, place, place + 2)
             raise Fault(at, message, span=span, code="bad-escape", hint=hint)

@@ -30,7 +30,7 @@ class Ros1:
         import rospy  # noqa: F401  # not there: better now than in a thread
 
         if not rosgraph.names.is_legal_name(node) or node.startswith("~") or not node.strip("/"):
-            raise UsageError(f"{node!r} is no name of a node")
+            raise UsageError(f"{node!r} is not the name of a node")
         name = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), node)
         self._heard = Heard(rosgraph.names.canonicalize_name(name), hub)
         self._subscribers: list[Any] = []

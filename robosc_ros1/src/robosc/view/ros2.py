@@ -33,7 +33,7 @@ class Ros2:
         try:
             validate_full_topic_name(f"{name}/state")
         except InvalidTopicNameException:
-            raise UsageError(f"{node!r} is no name of a node") from None
+            raise UsageError(f"{node!r} is not the name of a node") from None
         self._context = rclpy.Context()
         try:
             # Signals are the server's.

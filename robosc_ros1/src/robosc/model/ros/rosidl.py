@@ -111,7 +111,7 @@ def _constant(base: str, text: str, line: int) -> Value:
             return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
         return float(text) if base.startswith("float") else int(text, 0)
     except (KeyError, ValueError):
-        raise ValueError(f"line {line}: {text!r} is no {base}") from None
+        raise ValueError(f"line {line}: {text!r} is not of type {base}") from None
 
 
 def _spelled(base: str, length: str | None) -> str:
