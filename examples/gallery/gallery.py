@@ -210,6 +210,7 @@ def bridge(python: str, version: int, run: Run, env: dict[str, str]) -> None:
     command = [python, "-m", "physics.bridge", robot, "--controller", package_of(robot)]
     command += ["--ros", str(version), "--seed", str(seed), "--record", str(record)]
     command += ["--faults"] if faults else []
+    command += ["--guarded"] if robot in GUARDED else []
     command += ["--metres", str(metres)] if metres else []
     subprocess.run(command, env=env, check=True, timeout=800)
 

@@ -33,6 +33,8 @@ START = 60.0
 """Seconds of real time in which all that is started is connected."""
 REPEAT = 1.0
 """Seconds of real time after which a sensor that is not heard yet speaks once more."""
+AGAIN = 0.05
+"""Seconds of real time after which a tick that the supervisor does not know is sent once more."""
 SETTLED = 0.3
 """Seconds of real time in which what a controller sends at its start has come."""
 
@@ -41,9 +43,20 @@ class Bridge:
     """One run of a world."""
 
     def __init__(
-        self, world: World, faults: Faults, middleware: Any, version: int, controller: str
+        self,
+        world: World,
+        faults: Faults,
+        middleware: Any,
+        version: int,
+        controller: str,
+        guarded: bool,
     ) -> None:
         self._world, self._faults, self._ros = world, faults, middleware
+        self._guarded = guarded
+        self._ticked = 0.0
+        self._heard_at: dict[str, float] = {}
+        """When the last message of a sensor was sent, by the clock that others knew then."""
+        self._timeouts: dict[str, float] = {}
         self._answers = 0
         self.moved = 0.0
         self.lost: list[str] = []
@@ -54,11 +67,14 @@ class Bridge:
             middleware.subscribe(topic, type_, self._taker(topic))
         self._state: dict[str, Any] = {}
         self._progress = Progress()
-        for topic, callback in (
-            ("state", self._on_state),
-            ("model", self._progress.on_model),
-            ("events", self._progress.on_event),
-        ):
+        reports = {
+            "state": self._on_state,
+            "model": self._progress.on_model,
+            "events": self._progress.on_event,
+        }
+        if guarded:
+            reports["blocked"] = self._progress.on_blocked
+        for topic, callback in reports.items():
             middleware.subscribe(f"/{controller}/{topic}", "std_msgs/String", callback)
         self._servers = {
             name: ActionServer(version, middleware.post, world, name, self._noter(name))
@@ -130,8 +146,14 @@ class Bridge:
             for topic, type_, fields in samples:
                 if not taken[topic]:
                     self._ros.publish(topic, type_, fields, self._world.time)
+                    self._heard_at[topic] = self._ticked
                     self._world.observer.hear(topic)
             self._ros.exchange(lambda: all(taken[topic] for topic, _, _ in samples), REPEAT)
+        while self._guarded and not all(self._progress.judged[t] for t in self._world.commands):
+            if time.monotonic() > deadline:
+                return False
+            self._ros.clock(self._world.time)
+            self._ros.exchange(lambda: False, REPEAT)
         # What was sent before all were connected may have come, and its event may not.
         self._ros.exchange(lambda: False, SETTLED)
         self._progress.under_way.clear()
@@ -171,16 +193,58 @@ class Bridge:
         for topic, type_, fields in world.sense():
             if not self._faults.is_silent(topic, world.time):
                 self._ros.publish(topic, type_, fields, world.time)
+                self._heard_at[topic] = self._ticked
                 world.observer.hear(topic)
                 expected[topic] = expected.get(topic, 0) + 1
         self._await(
             lambda: all(progress.taken[name] >= count for name, count in expected.items()),
             "what was told",
         )
-        answers = self._answers
-        self._ros.clock(world.time)
-        self._await(lambda: self._answers > answers and self._has_all(), "an answer")
+        self._tick()
         self._record()
+
+    def _tick(self) -> None:
+        """Have the clock tick, and wait until it is answered and all that was sent has arrived."""
+        answers = self._answers
+        self._ros.clock(self._world.time)
+        if self._ticked == 0.0:  # it is the first: all clocks begin with it
+            self._heard_at = dict.fromkeys(self._heard_at, self._world.time)
+        self._ticked = self._world.time
+        if self._guarded:
+            self._let_supervisor_tick()
+        self._await(lambda: self._answers > answers and self._has_all(), "an answer")
+
+    def _let_supervisor_tick(self) -> None:
+        """Wait until the supervisor knows the time: it is another node than that which answers.
+
+        It says so in the ~state that it makes after each command, and what is guarded sends all of
+        them at every tick. While all topics are silent it does not say it, and gets real time.
+        """
+        judged = dict(self._progress.judged)
+
+        def is_done() -> bool:
+            topics = self._world.commands
+            return self._knows_time() and all(
+                self._progress.judged[t] > judged.get(t, 0) for t in topics
+            )
+
+        end = time.monotonic() + PATIENCE
+        self._ros.exchange(is_done, AGAIN)
+        while not is_done() and time.monotonic() < end:
+            self._ros.clock(self._world.time)
+            self._ros.exchange(is_done, AGAIN)
+        if not self._state.get("clocks"):
+            self._ros.exchange(lambda: False, STEP)
+
+    def _knows_time(self) -> bool:
+        """Whether the clocks in ~state have gone on to the last tick."""
+        clocks = self._state.get("clocks", {})
+        for name, left in clocks.items():
+            self._timeouts[name] = max(left, self._timeouts.get(name, left))
+            age = self._ticked - self._heard_at[self._progress.topic(name)]
+            if left > self._timeouts[name] - age + STEP / 2:
+                return False
+        return True
 
     def _has_all(self) -> bool:
         """Whether all that the controller has sent has arrived."""
@@ -207,7 +271,7 @@ def main() -> int:
     middleware = connect(args.ros, "gallery")
     world = WORLDS[args.world](args.seed)
     faults = Faults.planted(args.seed, world.sensors, world.actions) if args.faults else Faults()
-    bridge = Bridge(world, faults, middleware, args.ros, args.controller)
+    bridge = Bridge(world, faults, middleware, args.ros, args.controller, args.guarded)
     started = time.monotonic()
     try:
         met = bridge.run(args.metres)
@@ -234,6 +298,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--metres", type=float, default=math.inf, help="end after so long a way")
     parser.add_argument("--faults", action="store_true", help="plant faults")
     parser.add_argument("--controller", required=True, help="the controller's node")
+    parser.add_argument("--guarded", action="store_true", help="that node is a supervisor")
     parser.add_argument("--record", type=Path, required=True, help="the file to write")
     return parser.parse_args()
 

@@ -19,6 +19,8 @@ class Progress:
         self._identifiers: dict[str, str] = {}
         self.taken: Counter[str] = Counter()
         """Messages, and ends of goals, that the controller has taken."""
+        self.judged: Counter[str] = Counter()
+        """Commands that a supervisor has passed on or blocked."""
         self.under_way: Counter[str] = Counter()
         """Messages and goals that it has sent, less those that have arrived; below zero if what it
         says comes later than what it sends."""
@@ -36,6 +38,10 @@ class Progress:
         communications = json.loads(message.data)["communications"]
         self._identifiers = {c["name"]: c["identifier"] for c in communications}
 
+    def topic(self, name: str) -> str:
+        """Return the ROS name of what the model calls so."""
+        return self._identifiers[name]
+
     def on_event(self, message: Any) -> None:
         document = json.loads(message.data)
         kind, name = (document["event"][field] for field in ("kind", "name"))
@@ -49,9 +55,15 @@ class Progress:
             self.cancelled.add(name)
             self._end(name)
         elif kind == "request" and document["outcome"] == "applied":
+            self.judged[name] += 1
             self.under_way[name] += 1
             self.active.add(name)
             self.cancelled.discard(name)
+
+    def on_blocked(self, message: Any) -> None:
+        event = json.loads(message.data)["event"]
+        if event["kind"] == "request":
+            self.judged[self._identifiers.get(event["name"], "")] += 1
 
     def _end(self, name: str) -> None:
         """A goal is over; if it has not arrived, it will not."""

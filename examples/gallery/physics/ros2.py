@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from queue import SimpleQueue
 from typing import Any
 
 import rclpy
@@ -13,7 +14,20 @@ from rosgraph_msgs.msg import Clock
 
 from physics.messages import fill, interface
 
-__all__ = ["Middleware"]
+__all__ = ["Inbox", "Middleware"]
+
+
+class Inbox:
+    """Functions that an executor calls in the order of their coming; rclpy: newest first."""
+
+    def __init__(self, executor: SingleThreadedExecutor) -> None:
+        self._executor = executor
+        self._functions: SimpleQueue[Callable[[], None]] = SimpleQueue()
+
+    def put(self, function: Callable[[], None]) -> None:
+        """Have a function called. Any thread may."""
+        self._functions.put(function)
+        self._executor.create_task(lambda: self._functions.get_nowait()())
 
 
 class Middleware:
@@ -24,6 +38,7 @@ class Middleware:
         self._node = rclpy.create_node(name)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
+        self._inbox = Inbox(self._executor)
         self._publishers: dict[str, Any] = {}
         self._subscribers: list[Any] = []
         self._clock = self._node.create_publisher(Clock, "/clock", 10)
@@ -57,7 +72,7 @@ class Middleware:
 
     def post(self, function: Callable[[], None]) -> None:
         """Have the function called in ``exchange``. Any thread may."""
-        self._executor.create_task(function)
+        self._inbox.put(function)
 
     def connected(self) -> bool:
         """Whether somebody is at the other end of every topic."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from functools import partial
 from typing import Any
 
 import rclpy
@@ -10,6 +11,7 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.executors import SingleThreadedExecutor
 
 from physics.messages import fill, interface
+from physics.ros2 import Inbox
 from physics.server import Link, node_name
 
 __all__ = ["serve"]
@@ -24,11 +26,12 @@ def serve(name: str, type_: str, link: Link) -> None:
     executor = SingleThreadedExecutor()
     server = Server(name, type_, link)
     executor.add_node(server.node)
+    inbox = Inbox(executor)
 
     def take_orders() -> None:
         while True:
             order, arguments = link.order()
-            executor.create_task(getattr(server, order), *arguments)
+            inbox.put(partial(getattr(server, order), *arguments))
 
     threading.Thread(target=take_orders, daemon=True).start()
     while not server.is_connected():

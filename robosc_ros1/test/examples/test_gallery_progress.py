@@ -74,3 +74,14 @@ def test_goal_after_a_cancelled_one_is_not_cancelled(progress: Progress) -> None
     assert progress.cancelled == {"/drive"} and not progress.active
     happens(progress, "request", "drive")
     assert not progress.cancelled and progress.active == {"/drive"}
+
+
+def test_commands_of_the_guarded_count_by_topic_whether_passed_or_blocked(
+    progress: Progress,
+) -> None:
+    happens(progress, "request", "move")
+    progress.on_blocked(said({"event": {"kind": "request", "name": "move"}}))
+    progress.on_blocked(said({"event": {"kind": "request", "name": "halt"}}))
+    progress.on_blocked(said({"event": {"kind": "cancel", "name": "drive"}}))
+    assert progress.judged["/cmd_vel"] == 3
+    assert progress.judged["/drive"] == 0
