@@ -19,19 +19,25 @@ QUEUE = 10
 HEAD = struct.Struct("<II")  # the size of what follows, the number of the message
 
 
+def transport_to(ours: socket.socket) -> Any:
+    """A connection of rospy's."""
+    base: Any = import_module("rospy.impl.tcpros_base")
+    protocol = base.TCPROSTransportProtocol("/topic", None)
+    protocol.direction = "o"
+    transport = base.TCPROSTransport(protocol, "/topic")
+    transport.set_socket(ours, "subscriber")
+    return transport
+
+
 class Link:
     """A connection of rospy's under a prompt one, and the socket of its subscriber."""
 
     def __init__(self) -> None:
         module: Any = import_module("ros_connections")
-        base: Any = import_module("rospy.impl.tcpros_base")
         ours, self.subscriber = socket.socketpair()
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
         self.subscriber.settimeout(60)
-        protocol = base.TCPROSTransportProtocol("/topic", None)
-        protocol.direction = "o"
-        self.transport = base.TCPROSTransport(protocol, "/topic")
-        self.transport.set_socket(ours, "subscriber")
+        self.transport = transport_to(ours)
         self.connection = module.PromptConnection(self.transport, QUEUE)
 
     def publish(self, number: int, size: int = 0) -> None:
@@ -72,6 +78,20 @@ def test_a_message_is_there_when_it_was_published(link: Link) -> None:
         assert link.take(socket.MSG_DONTWAIT) == number
     assert link.transport.stat_num_msg == 100
     assert link.transport.stat_bytes == 100 * (HEAD.size + 100)
+
+
+def test_publishers_use_them(link: Link, monkeypatch: pytest.MonkeyPatch) -> None:
+    module: Any = import_module("ros_connections")
+    topics: Any = import_module("rospy.topics")
+    monkeypatch.setattr(topics, "QueuedConnection", topics.QueuedConnection)
+    module.send_promptly()
+    publisher = topics._PublisherImpl("/topic", import_module("std_msgs.msg").Int16)
+    publisher.queue_size = QUEUE
+    ours, _ = socket.socketpair()
+    publisher.add_connection(transport_to(ours))
+    (connection,) = publisher.connections
+    connection.close()
+    assert isinstance(connection, module.PromptConnection)
 
 
 def test_who_publishes_never_waits_and_the_oldest_messages_are_dropped(link: Link) -> None:
