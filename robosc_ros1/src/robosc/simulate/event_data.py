@@ -9,7 +9,6 @@ What the plant takes as free, a test of data, may be chosen beside it: ``0.4, "A
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Iterator, Mapping
 from types import SimpleNamespace
 from typing import Any, TypeAlias, cast
@@ -44,14 +43,12 @@ __all__ = [
     "Given",
     "Path",
     "complete",
-    "completed",
     "given_json",
     "given_text",
     "hint",
     "parameter_values",
     "is_test",
     "part_given",
-    "random_raw",
 ]
 
 Given: TypeAlias = Mapping[Path, Value | None]
@@ -60,7 +57,7 @@ _NUMBERS = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 def parameter_values(event: Event, given: Given) -> Values:
     """The parts that decide; None for those that are missing, and for tests, which are no parts."""
-    return tuple(given.get(parameter.path) for parameter in event.parameters)
+    return tuple(None if is_test(p.path) else part_given(given, p.path) for p in event.parameters)
 
 
 # --- reading -------------------------------------------------------------------------------------
@@ -132,10 +129,11 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
     given: dict[Path, Value | None] = {}
     for path, part in value_parts(event).items():
         name = f"{path_text(path)} of {label}"
-        if isinstance(part, ArrayType | ObjectType) and path not in fields:
+        written = _written(fields, path)
+        if written is not None:
+            given[path] = _converted(part, written, name)
+        elif isinstance(part, ArrayType | ObjectType) and path not in fields:
             given[path] = _assembled(part, path, fields, name)
-        elif path in fields and fields[path] is not None:
-            given[path] = _converted(part, fields[path], name)
         elif any(isinstance(step, int) for step in path):
             given[path] = None
         elif path in needed:
@@ -148,6 +146,20 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
             first, second = (path_text(event.parameters[n].path) for n in (i, j))
             raise InvalidLine(f"{second} of {label} cannot be there where {first} is missing")
     return given
+
+
+def _written(fields: Mapping[Path, Raw], path: Path) -> Raw:
+    """What was written for a part, or within a whole; None if nothing was."""
+    found = max((p for p in fields if path[: len(p)] == p), key=len, default=path)
+    raw = fields.get(found)
+    for step in path[len(found) :]:
+        if isinstance(raw, dict) and isinstance(step, str):
+            raw = raw.get(step)
+        elif isinstance(raw, list) and isinstance(step, int) and step < len(raw):
+            raw = raw[step]
+        else:
+            return None
+    return raw
 
 
 def _assembled(type_: Type, path: Path, fields: Mapping[Path, Raw], what: str) -> Value:
@@ -339,54 +351,3 @@ def given_json(given: Given) -> Any:
     if () in given and not _is_object(given[()]):
         return jsonable(given[()])
     return {path_text(path): jsonable(value) for path, value in given.items()}
-
-
-def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
-    """Some value that the event can carry."""
-    type_ = value_type(robot, event)
-    if isinstance(type_, NoneType) or (is_optional(robot, event) and rng.random() < 0.5):
-        return None
-    if not isinstance(type_, ObjectType):
-        return _random(type_, rng)
-    return {path_text(path): _random(part, rng) for path, part in value_parts(event).items()}
-
-
-def completed(
-    robot: Robot, event: Event, decided: Given, label: str, rng: random.Random | None = None
-) -> Given:
-    """All parts that the model reads where those that decide are known, and tests.
-
-    The others are drawn, or as by default without ``rng``; wholes are made of their parts.
-    """
-    parts = {path: cast(Raw, value) for path, value in decided.items() if not is_test(path)}
-    raw: Raw = None
-    if () in parts:
-        raw = parts[()]
-    elif parts:
-        raw = {path_text(path): value for path, value in parts.items()}
-        for path, part in value_parts(event).items():
-            if rng is not None and not any(path == other[: len(path)] for other in parts):
-                raw[path_text(path)] = _random(part, rng)
-    elif rng is not None:
-        raw = random_raw(robot, event, rng)
-    try:
-        return {**complete(robot, event, raw, label), **decided}
-    except InvalidLine:
-        return decided  # what only tests read is not needed
-
-
-def _random(type_: Type, rng: random.Random) -> Raw:
-    match type_:
-        case ArrayType(element=element):
-            return [_random(element, rng) for _ in range(rng.randint(0, 5))]
-        case ObjectType(properties=properties):
-            return {name: _random(inner, rng) for name, inner in properties}
-        case BooleanType():
-            return rng.random() < 0.5
-        case IntegerType(bounds=bounds):
-            return rng.randint(*(bounds or (-100, 100)))
-        case DoubleType():
-            return round(rng.uniform(-100.0, 100.0), 2)
-        case EnumType(values=values):
-            return rng.choice(values)
-    return rng.choice(("a", "b"))

@@ -29,7 +29,8 @@ from robosc.runtime.recorder import Entry, EventRecorder
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Undefined, in_range
-from robosc.simulate.event_data import Given, complete, given_text, hint, random_raw
+from robosc.simulate.drawn_values import random_raw
+from robosc.simulate.event_data import Given, complete, given_text, hint
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.generated import make_controller, state_of_controller
 from robosc.simulate.machine import Choice, CommandState, Happening, Reason, few_values, label

@@ -31,9 +31,9 @@ from robosc.model.presence import condition_on_data
 from robosc.model.traversal import walk
 from robosc.model.types import DoubleType, IntegerType, Value, domain
 from robosc.runtime.values import widen
+from robosc.simulate.drawn_values import completed
 from robosc.simulate.event_data import (
     Given,
-    completed,
     given_json,
     given_text,
     hint,

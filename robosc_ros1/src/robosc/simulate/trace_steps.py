@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from robosc.ir.automaton import Event, EventParameter, Plant
 from robosc.ir.step import Values, missing_together
-from robosc.simulate.event_data import Given, completed
+from robosc.simulate.drawn_values import completed
+from robosc.simulate.event_data import Given
 from robosc.simulate.machine import Machine, label
 from robosc.synthesis.formatting import event_text, part_text
 

@@ -1,0 +1,86 @@
+"""Values of events that nobody typed: drawn at random, or filled up around what decides."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Collection
+from typing import cast
+
+from robosc.ir.automaton import Event, is_optional, value_parts, value_type
+from robosc.model.entities import Robot
+from robosc.model.traversal import path_text
+from robosc.model.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    Type,
+)
+from robosc.simulate.event_data import Given, complete, is_test
+from robosc.simulate.faults import InvalidLine
+from robosc.simulate.literals import Path, Raw
+
+__all__ = ["completed", "random_raw"]
+
+
+def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
+    """Some value that the event can carry."""
+    type_ = value_type(robot, event)
+    if isinstance(type_, NoneType) or (is_optional(robot, event) and rng.random() < 0.5):
+        return None
+    if not isinstance(type_, ObjectType):
+        return _random(type_, rng)
+    return {path_text(path): _random(part, rng) for path, part in _wholes(event)}
+
+
+def _wholes(event: Event, decided: Collection[Path] = ()) -> list[tuple[Path, Type]]:
+    """The parts that are read and hold none that are decided, but what lies within another one."""
+    found: dict[Path, Type] = {}
+    for path, part in sorted(value_parts(event).items(), key=lambda item: len(item[0])):
+        within = any(path[: len(other)] == other for other in found)
+        if not within and not any(path == other[: len(path)] for other in decided):
+            found[path] = part
+    return list(found.items())
+
+
+def completed(
+    robot: Robot, event: Event, decided: Given, label: str, rng: random.Random | None = None
+) -> Given:
+    """All parts that the model reads where those that decide are known, and tests.
+
+    The others are drawn, or as by default without ``rng``; wholes are made of their parts.
+    """
+    parts = {path: cast(Raw, value) for path, value in decided.items() if not is_test(path)}
+    raw: Raw = None
+    if () in parts:
+        raw = parts[()]
+    elif parts:
+        raw = {path_text(path): value for path, value in parts.items()}
+        if rng is not None:
+            raw.update((path_text(p), _random(part, rng)) for p, part in _wholes(event, parts))
+    elif rng is not None:
+        raw = random_raw(robot, event, rng)
+    try:
+        return {**complete(robot, event, raw, label), **decided}
+    except InvalidLine:
+        return decided  # what only tests read is not needed
+
+
+def _random(type_: Type, rng: random.Random) -> Raw:
+    match type_:
+        case ArrayType(element=element):
+            return [_random(element, rng) for _ in range(rng.randint(0, 5))]
+        case ObjectType(properties=properties):
+            return {name: _random(inner, rng) for name, inner in properties}
+        case BooleanType():
+            return rng.random() < 0.5
+        case IntegerType(bounds=bounds):
+            return rng.randint(*(bounds or (-100, 100)))
+        case DoubleType():
+            return round(rng.uniform(-100.0, 100.0), 2)
+        case EnumType(values=values):
+            return rng.choice(values)
+    return rng.choice(("a", "b"))
