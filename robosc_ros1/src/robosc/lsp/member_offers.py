@@ -17,6 +17,8 @@ class MemberOffers(Offers):
     def _members(self) -> Iterator[Candidate]:
         """Behind a dot."""
         chain = _chain(self._context.words)
+        if not chain:
+            return
         if chain[:1] == ["value"]:
             yield from self._parts(chain[1:])
             return
