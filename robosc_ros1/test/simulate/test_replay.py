@@ -76,6 +76,16 @@ def test_a_run_follows_its_model(robosc: Robosc, tmp_path: Path, log: list[str])
     assert done.stdout == f"LineFollower: 1 run, {len(log)} events: follows the model\n"
 
 
+def test_a_log_whose_last_event_filled_a_file(
+    robosc: Robosc, tmp_path: Path, log: list[str]
+) -> None:
+    path = tmp_path / "events.log"
+    EventLog(str(path), 1, len(log)).write(log)  # each event fills one
+    assert not path.exists()
+    done = robosc("replay", str(MODEL), str(path))
+    assert done.stdout == f"LineFollower: 1 run, {len(log)} events: follows the model\n"
+
+
 def test_several_runs_and_rotated_files(
     robosc: Robosc, tmp_path: Path, log: list[str], supervisor: Supervisor
 ) -> None:

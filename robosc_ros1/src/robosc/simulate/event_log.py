@@ -95,7 +95,9 @@ def _files(log: Path) -> list[Path]:
         ]
     except OSError:
         older = []
-    return [path for _, path in sorted(older, reverse=True)] + [log]
+    # While nothing has happened since the last rotation, there are only older parts.
+    newest = [] if older and not log.exists() else [log]
+    return [path for _, path in sorted(older, reverse=True)] + newest
 
 
 def _entry(file: str, line: int, document: Any) -> LogEntry:
