@@ -74,7 +74,8 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     Each line of .cache/failed-tests is "slow" or "quick", a space, and the test as pytest takes it.
     """
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
-    if not os.environ.get("CI") or reporter is None:
+    # Side by side, each process has a reporter, of its own tests, and may end after the one of all.
+    if not os.environ.get("CI") or reporter is None or hasattr(session.config, "workerinput"):
         return
     if reporter.stats.get("skipped"):
         session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
