@@ -4,15 +4,12 @@ Arguments: seconds, messages per second, the file. A hundredth of the messages e
 the time to that is measured.
 """
 
-import contextlib
 import json
 import sys
-import threading
 import time
-from pathlib import Path
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from measuring_ros2 import spinning, write
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from robosc_testing.msg import Reading
 from std_msgs.msg import Empty, Int16, String
@@ -76,19 +73,9 @@ def main():
     rclpy.init()
     node = rclpy.create_node("flood")
     flood = Flood(node)
-    spinning = threading.Thread(target=spin, args=(node,), daemon=True)
-    spinning.start()
-    flood.await_controller()
-    found = flood.run(float(sys.argv[1]), float(sys.argv[2]))
-    with Path(sys.argv[3]).open("w", encoding="utf-8") as file:
-        json.dump(found, file)
-    rclpy.try_shutdown()
-    spinning.join()
-
-
-def spin(node):
-    with contextlib.suppress(ExternalShutdownException):
-        rclpy.spin(node)
+    with spinning(node):
+        flood.await_controller()
+        write(flood.run(float(sys.argv[1]), float(sys.argv[2])), sys.argv[3])
 
 
 main()

@@ -3,15 +3,12 @@
 Arguments: "supervisor" or "controller", samples of each, the file.
 """
 
-import contextlib
-import json
 import sys
 import threading
 import time
-from pathlib import Path
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from measuring_ros2 import spinning, write
 from std_msgs.msg import Float32, Int16
 
 WAYS = {
@@ -56,24 +53,15 @@ def main():
     rclpy.init()
     node = rclpy.create_node("latency")
     ways = {name: Way(node, *way) for name, way in WAYS[sys.argv[1]].items()}
-    spinning = threading.Thread(target=spin, args=(node,), daemon=True)
-    spinning.start()
-    while any(way.measure(number) is None for way in ways.values() for number in (0, 1)):
-        pass  # not all is connected yet
-    taken = {name: [] for name in ways}
-    for number in range(int(sys.argv[2])):
-        for name, way in ways.items():
-            taken[name].append(way.measure(number))
-            time.sleep(0.002)
-    with Path(sys.argv[3]).open("w", encoding="utf-8") as file:
-        json.dump(taken, file)
-    rclpy.try_shutdown()
-    spinning.join()
-
-
-def spin(node):
-    with contextlib.suppress(ExternalShutdownException):
-        rclpy.spin(node)
+    with spinning(node):
+        while any(way.measure(number) is None for way in ways.values() for number in (0, 1)):
+            pass  # not all is connected yet
+        taken = {name: [] for name in ways}
+        for number in range(int(sys.argv[2])):
+            for name, way in ways.items():
+                taken[name].append(way.measure(number))
+                time.sleep(0.002)
+        write(taken, sys.argv[3])
 
 
 main()
