@@ -37,11 +37,7 @@ class MemberOffers(Offers):
                 for name, info in owner.communications.items():
                     yield Candidate(name, "communication", info.kind.value, rank=0)
             if not (commands and statement in ("on", "provide")):
-                for name, node in owner.variable_nodes.items():
-                    yield Candidate(name, "variable", node.type.span.text)
-                for name in owner.states:
-                    yield Candidate(name, "state", f"state of {owner.name}")
-                yield from self._named_values(owner.types.values)
+                yield from self._behaviour_of(owner, owner.name)
         for contents in self._known:
             library = contents.types.libraries.get(chain[0])
             if library is not None:

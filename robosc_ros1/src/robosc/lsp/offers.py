@@ -131,6 +131,14 @@ class Offers:
             if owner is not None:
                 yield owner
 
+    def _behaviour_of(self, owner: Instance, name: str) -> Iterator[Candidate]:
+        """What a component of that name has in its behaviour, and its named values."""
+        for variable, node in owner.variable_nodes.items():
+            yield Candidate(variable, "variable", node.type.span.text)
+        for state in owner.states:
+            yield Candidate(state, "state", f"state of {name}")
+        yield from self._named_values(owner.types.values)
+
     def _infos(self) -> Iterator[CommunicationInfo]:
         for contents in self._known:
             for instance in contents.instances.values():
@@ -256,11 +264,7 @@ class Offers:
             yield Candidate("value", "value", str(self._incoming()), rank=0)
         if self._own:
             for owner in self._owners(self._own):
-                for name, node in owner.variable_nodes.items():
-                    yield Candidate(name, "variable", node.type.span.text)
-                for name in owner.states:
-                    yield Candidate(name, "state", f"state of {self._own}")
-                yield from self._named_values(owner.types.values)
+                yield from self._behaviour_of(owner, self._own)
         for contents in self._known:
             yield from self._named_values(contents.types.values)
             for name in contents.types.libraries:

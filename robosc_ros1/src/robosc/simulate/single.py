@@ -52,8 +52,9 @@ from robosc.synthesis.system import tau_values
 __all__ = ["SingleEvents"]
 
 MOST_STATES = 1_000_000
-MOST_TRIED = 4_000_000
 """How many states ``goto`` looks at before it gives up."""
+MOST_TRIED = 4_000_000
+"""How many events it tries."""
 
 _Moment = tuple[PlantState, Mapping[str, Value | None]]
 
