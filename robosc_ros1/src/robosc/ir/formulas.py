@@ -31,9 +31,9 @@ from robosc.model.expr import (
     PhaseRef,
     StateRef,
     TestRef,
-    Unary,
     ValueRef,
     VariableRef,
+    opposite,
 )
 from robosc.model.presence import asked_for, with_presence_written
 from robosc.model.traversal import fold, may_be_undefined, walk, with_operands
@@ -58,15 +58,10 @@ _BOOLEAN = BooleanType()
 
 
 def negation(expr: Expr) -> Expr:
-    """``!expr``, without piling up negations."""
-    match expr:
-        case Literal(value=bool(value)):
-            return FALSE if value else TRUE
-        case Unary(operator="!", operand=operand):
-            return operand
-        case Binary(left=left, right=right) if expr.operation.negation:
-            return Binary(expr.operation.negation, left, right, _BOOLEAN)
-    return Unary("!", expr, _BOOLEAN)
+    """``!expr``; of a comparison, the opposite one."""
+    if isinstance(expr, Binary) and expr.operation.negation:
+        return Binary(expr.operation.negation, expr.left, expr.right, _BOOLEAN)
+    return opposite(expr)
 
 
 def conjunction(parts: Iterable[Expr]) -> Expr:

@@ -28,10 +28,10 @@ from robosc.model.expr import (
     Holds,
     Leaf,
     Literal,
-    Unary,
+    opposite,
 )
 from robosc.model.function_calls import Check, list_literal, typed_elements
-from robosc.model.quantified import MOST_NODES, Cases, halves
+from robosc.model.quantified import MOST_NODES, Cases, compared, halves
 from robosc.model.traversal import may_be_undefined, part_of, rewritten
 from robosc.model.types import ArrayType, BooleanType, Type
 from robosc.syntax.nodes import AggregateNode, ArrayNode, BinaryNode, ExprNode
@@ -196,17 +196,8 @@ class Aggregates:
             hint = "compare it with a smaller number, or count fewer elements"
             self._report.add("not-over-components", many.span, message, hint)
             return None
-        match operator:
-            case ">=":
-                return least
-            case ">":
-                return more
-            case "<":
-                return _opposite(least)
-            case "<=":
-                return _opposite(more)
-        exactly = Binary("and", least, _opposite(more), _BOOLEAN)
-        return exactly if operator == "=" else _opposite(exactly)
+        cases = {value: least, value + 1: more}
+        return compared(operator, value, cases.__getitem__, _both, opposite)
 
     def _conditions(
         self, node: AggregateNode, elements: Sequence[Expr], type_: Type
@@ -221,7 +212,7 @@ class Aggregates:
             said = Binary(operator, condition, said, _BOOLEAN)
         found = [_of_element(said, node.variable.text, element) for element in elements]
         if node.function.text == "all":
-            return [_opposite(_surely(_opposite(one))) if may_be_undefined(one) else one
+            return [opposite(_surely(opposite(one))) if may_be_undefined(one) else one
                     for one in found]  # fmt: skip
         return [_surely(one) for one in found]
 
@@ -241,10 +232,5 @@ def _surely(condition: Expr) -> Expr:
     return Holds(condition) if may_be_undefined(condition) else condition
 
 
-def _opposite(condition: Expr) -> Expr:
-    match condition:
-        case Literal(value=bool(value)):
-            return FALSE if value else TRUE
-        case Unary(operator="!", operand=operand):
-            return operand
-    return Unary("!", condition, _BOOLEAN)
+def _both(left: Expr, right: Expr) -> Expr:
+    return Binary("and", left, right, _BOOLEAN)

@@ -45,6 +45,7 @@ __all__ = [
     "Unary",
     "ValueRef",
     "VariableRef",
+    "opposite",
 ]
 
 
@@ -245,7 +246,7 @@ class ElementRef:
 class NamedPart(ElementRef):
     """A condition by the name (``variable``) that texts give it because several guards share it.
 
-    What it stands for is told beside them (:mod:`robosc.synthesis.part_names`). It is never
+    What it stands for is told beside them (:mod:`robosc.ir.part_names`). It is never
     undefined. Neither the model nor the plant has these.
     """
 
@@ -359,6 +360,16 @@ Expr: TypeAlias = Literal | Leaf | Operation
 
 TRUE = Literal(True, BooleanType())
 FALSE = Literal(False, BooleanType())
+
+
+def opposite(condition: Expr) -> Expr:
+    """``!condition``, without piling up negations."""
+    match condition:
+        case Literal(value=bool(value)):
+            return FALSE if value else TRUE
+        case Unary(operator="!", operand=operand):
+            return operand
+    return Unary("!", condition, BooleanType())
 
 
 def condition_of(rule: EnumRule) -> Expr:

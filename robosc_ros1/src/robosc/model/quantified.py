@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Generic, TypeAlias, TypeVar
 
 from robosc.source import Span
 from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode, UnaryNode
 
-__all__ = ["MOST_NODES", "Cases", "Chains", "at_least", "halves", "joined"]
+__all__ = ["MOST_NODES", "Cases", "Chains", "at_least", "compared", "halves", "joined"]
 
 _Node = TypeVar("_Node")
 
@@ -70,21 +71,29 @@ def at_least(operator: str, parts: Sequence[ExprNode], number: int, span: Span) 
         lambda operator, parts: joined(operator, parts, span, empty=operator == "and"),
         (LiteralNode(False, span=span), LiteralNode(True, span=span)),
     )
+    found = compared(operator, number, partial(cases.least, parts), cases.both, negated)
+    return None if cases.nodes > MOST_NODES else found
+
+
+def compared(
+    operator: str,
+    number: int,
+    least: Callable[[int], _Node],
+    both: Callable[[_Node, _Node], _Node],
+    negated: Callable[[_Node], _Node],
+) -> _Node:
+    """What a comparison of a count says, in terms of ``least``: whether at least so many hold."""
     match operator:
         case ">=":
-            found = cases.least(parts, number)
+            return least(number)
         case ">":
-            found = cases.least(parts, number + 1)
+            return least(number + 1)
         case "<":
-            found = negated(cases.least(parts, number))
+            return negated(least(number))
         case "<=":
-            found = negated(cases.least(parts, number + 1))
-        case _:
-            least, more = cases.least(parts, number), cases.least(parts, number + 1)
-            found = cases.both(least, negated(more))
-            if operator == "!=":
-                found = negated(found)
-    return None if cases.nodes > MOST_NODES else found
+            return negated(least(number + 1))
+    exactly = both(least(number), negated(least(number + 1)))
+    return exactly if operator == "=" else negated(exactly)
 
 
 class Cases(Generic[_Node]):
