@@ -11,7 +11,6 @@ from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.formulas import to_dsl
 from robosc.supervisor import Explanation, Supervisor
 from robosc.synthesis.formatting import event_text, step_text, trace_text
-from robosc.synthesis.part_names import PartNames
 from robosc.synthesis.system import make_step
 
 if TYPE_CHECKING:
@@ -57,10 +56,10 @@ def _supervisor_lines(result: Supervisor) -> Iterator[str]:
     yield sizes(result)
     robot = result.plant.robot
     width = max((len(event_text(g.event)) for g in result.guards), default=0)
-    names = PartNames(robot, result.guards)
+    names = result.part_names
     if names.definitions:
         yield ""
-        yield from (f"let {part.name} = {part.text(robot)}" for part in names.definitions)
+        yield from (part.line(robot) for part in names.definitions)
     for guard in result.guards:
         yield ""
         yield f"{event_text(guard.event):{width}}  {guard.status}"

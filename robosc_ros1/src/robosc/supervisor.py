@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 from robosc.errors import Diagnostic
 from robosc.ir.automaton import Event, Plant
+from robosc.ir.part_names import PartNames
 from robosc.model.expr import Expr
 from robosc.model.types import Value
 
@@ -80,3 +82,8 @@ class Supervisor:
     diagnostics: tuple[Diagnostic, ...] = ()
     empty: bool = False
     step_bound: int | None = None
+
+    @cached_property
+    def part_names(self) -> PartNames:
+        """Names for what its long guards have in common."""
+        return PartNames(self.plant.robot, [guard.expr for guard in self.guards])

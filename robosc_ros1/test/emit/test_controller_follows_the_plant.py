@@ -17,6 +17,7 @@ from random_models import random_model
 from runtime.lamp_robot import PlayedPort
 
 from robosc.emit.python import path_text
+from robosc.ir import part_names
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.entities import EventKind
@@ -35,7 +36,6 @@ from robosc.model.types import (
 from robosc.runtime.engine import Engine
 from robosc.runtime.settings import Settings
 from robosc.runtime.values import Mismatch
-from robosc.synthesis import part_names
 
 
 class Twin:

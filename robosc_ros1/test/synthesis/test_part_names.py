@@ -14,21 +14,19 @@ from synthesis.plants import plant_of
 from synthesis.subject import robot_of
 
 from robosc import pipeline
-from robosc.ir.automaton import EventKind
+from robosc.ir import part_names
 from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.ir.part_names import PartNames
 from robosc.ir.step import holds
 from robosc.lsp import derived
-from robosc.model.entities import Robot
 from robosc.model.evaluation import evaluate
-from robosc.model.expr import TRUE, Expr, StateRef
+from robosc.model.expr import Expr, StateRef
 from robosc.model.traversal import walk
 from robosc.report import supervisor_text
 from robosc.simulate.session import Session
 from robosc.simulate.start import machine_maker
-from robosc.supervisor import Guard
-from robosc.synthesis import part_names, synthesize
+from robosc.synthesis import synthesize
 from robosc.synthesis.documents import synthesize_document
-from robosc.synthesis.part_names import PartNames
 
 _NAME = re.compile(r"\bpart_[a-z]+\b")
 MACHINES = steep_families.not_all_busy(6)
@@ -67,11 +65,6 @@ def some_condition(rng: random.Random, depth: int) -> Expr:
     return negation(found) if rng.random() < 0.2 else found
 
 
-def guards_of(robot: Robot, exprs: Iterable[Expr]) -> list[Guard]:
-    event = next(e for e in plant_of(MACHINES).events if e.kind is EventKind.REQUEST)
-    return [Guard(event, expr, TRUE, "restricted") for expr in exprs]
-
-
 @pytest.mark.parametrize("seed", range(8))
 def test_random_guards_are_what_they_were(seed: int, every_part: None) -> None:
     rng = random.Random(seed)
@@ -81,7 +74,7 @@ def test_random_guards_are_what_they_were(seed: int, every_part: None) -> None:
         for _ in range(8)
     ]
     robot = robot_of(MACHINES)
-    names = PartNames(robot, guards_of(robot, exprs))
+    names = PartNames(robot, exprs)
     assert names.definitions
     short = [names.of_guard(expr) for expr in exprs]
     parts = [(part.name, part.text(robot)) for part in names.definitions]
@@ -128,7 +121,7 @@ def test_texts_parse_back(family: str, size: list[int], every_part: None) -> Non
 def test_a_count_that_guards_share_has_a_name() -> None:
     supervisor = synthesize(plant_of(steep_families.not_all_busy(13)))
     robot = supervisor.plant.robot
-    names = PartNames(robot, supervisor.guards)
+    names = supervisor.part_names
     machines = ", ".join(f"Machine{i}.busy" for i in range(13))
     (part,) = names.definitions
     assert part.text(robot) == f"count(x for x in [{machines}]) < 12"
@@ -139,7 +132,7 @@ def test_only_long_guards_read_names(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(part_names, "LONG", 100)
     supervisor = synthesize(plant_of(steep_families.allocation(5)))
     robot = supervisor.plant.robot
-    names = PartNames(robot, supervisor.guards)
+    names = supervisor.part_names
     assert [part.name for part in names.definitions] == ["part_a", "part_b"]
     texts = [to_dsl(guard.expr, robot) for guard in supervisor.guards]
     short = [to_dsl(names.of_guard(guard.expr), robot) for guard in supervisor.guards]
@@ -152,13 +145,13 @@ def test_names_are_not_those_of_the_model(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(part_names, "LONG", 100)
     model = steep_families.allocation(5).replace("Product0", "part_a")
     supervisor = synthesize(plant_of(model))
-    names = PartNames(supervisor.plant.robot, supervisor.guards)
+    names = supervisor.part_names
     assert [part.name for part in names.definitions] == ["part_b", "part_c"]
 
 
 def test_no_names_where_all_guards_are_short() -> None:
     supervisor = synthesize(plant_of(steep_families.priorities(4)))
-    assert PartNames(supervisor.plant.robot, supervisor.guards).definitions == ()
+    assert supervisor.part_names.definitions == ()
     assert "let" not in supervisor_text(supervisor)
 
 
@@ -167,7 +160,7 @@ def test_whoever_shows_one_guard_shows_its_parts(every_part: None, tmp_path: Pat
     model = steep_families.crew(4)
     supervisor = synthesize(plant_of(model))
     robot = supervisor.plant.robot
-    names = PartNames(robot, supervisor.guards)
+    names = supervisor.part_names
     guard = next(g for g in supervisor.guards if names.of_guard(g.expr) != g.expr)
     short = names.of_guard(guard.expr)
     text = to_dsl(short, robot)

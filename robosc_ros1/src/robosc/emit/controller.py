@@ -39,6 +39,7 @@ from robosc.emit.views import (
     TauView,
 )
 from robosc.ir.automaton import Event, Plant
+from robosc.ir.part_names import NamedExpr
 from robosc.language.functions import HELPERS
 from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import TRUE, condition_of
@@ -47,7 +48,6 @@ from robosc.model.types import EnumType
 from robosc.names import snake_case
 from robosc.runtime.model import Communication as Declared
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.part_names import NamedExpr, PartNames
 
 __all__ = ["ControllerContext", "controller_context"]
 
@@ -104,7 +104,7 @@ class _Builder:
             p.key: self.names.take("_".join(snake_case(part) for part in p.key.split(".")))
             for p in self.robot.parameters
         }
-        self.part_names = PartNames(self.robot, supervisor.guards)
+        self.part_names = supervisor.part_names
         parts = {part.name: self.names.take(part.name) for part in self.part_names.definitions}
         self.attributes = Attributes(
             locations, variables, phases, functions, entries, parameters, parts
@@ -116,7 +116,7 @@ class _Builder:
         self.parts = tuple(map(self._part, self.part_names.definitions))
         self.conditions = {r.method: r.condition for r in self.requirements}
         self.conditions |= {part.method: part.condition for part in self.parts}
-        self.guards = GuardTexts(supervisor, self.part_names, self.spelling, methods)
+        self.guards = GuardTexts(supervisor, self.spelling, methods)
 
     def _word(self, key: str) -> str:
         """A communication as a part of an identifier."""

@@ -15,7 +15,6 @@ from robosc.model.aggregates import operands
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.part_names import PartNames
 
 __all__ = ["GuardText", "GuardTexts", "comment_lines", "holds_where"]
 
@@ -40,14 +39,10 @@ class GuardTexts:
     """Makes the guards of one supervisor. ``methods`` are the requirements' methods by number."""
 
     def __init__(
-        self,
-        supervisor: Supervisor,
-        names: PartNames,
-        spelling: Spelling,
-        methods: Mapping[int, str],
+        self, supervisor: Supervisor, spelling: Spelling, methods: Mapping[int, str]
     ) -> None:
         self.supervisor = supervisor
-        self.names = names
+        self.names = supervisor.part_names
         self.spelling = spelling
         self.methods = methods
 

@@ -13,7 +13,6 @@ from robosc.ir.formulas import to_dsl
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime import settings
 from robosc.supervisor import Supervisor
-from robosc.synthesis.part_names import PartNames
 
 __all__ = ["ParameterView", "ReadmeContext", "parameter_views", "readme_context"]
 
@@ -140,7 +139,6 @@ def readme_context(
 ) -> ReadmeContext:
     """``spelling`` gives a communication's name and type as the target's tools spell them."""
     robot = supervisor.plant.robot
-    names = PartNames(robot, supervisor.guards)
 
     def interfaces(kind: Kind) -> tuple[InterfaceView, ...]:
         return tuple(
@@ -158,13 +156,15 @@ def readme_context(
         services=interfaces(Kind.SERVICE),
         actions=interfaces(Kind.ACTION),
         parameters=parameters,
-        parts=tuple(PartView(part.name, part.text(robot)) for part in names.definitions),
-        guards=tuple(_guards(supervisor, names)),
+        parts=tuple(
+            PartView(part.name, part.text(robot)) for part in supervisor.part_names.definitions
+        ),
+        guards=tuple(_guards(supervisor)),
         diagrams=tuple(_diagrams(robot)),
     )
 
 
-def _guards(supervisor: Supervisor, names: PartNames) -> list[GuardView]:
+def _guards(supervisor: Supervisor) -> list[GuardView]:
     robot = supervisor.plant.robot
     views = []
     for guard in supervisor.guards:
@@ -174,7 +174,7 @@ def _guards(supervisor: Supervisor, names: PartNames) -> list[GuardView]:
             f"{robot.requirements[i].text} ({place(robot.requirements[i].span)})"
             for i in event.requirements
         )
-        text = to_dsl(names.of_guard(guard.expr), robot)
+        text = to_dsl(supervisor.part_names.of_guard(guard.expr), robot)
         views.append(GuardView(name, text, guard.status, texts))
     return views
 

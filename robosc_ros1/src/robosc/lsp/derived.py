@@ -21,7 +21,6 @@ from robosc.errors import Diagnostic, Note, Severity, StateSpaceError
 from robosc.source import Source, Span, common_ends
 
 if TYPE_CHECKING:
-    from robosc.model.expr import Expr
     from robosc.supervisor import Supervisor
 
 __all__ = [
@@ -190,22 +189,11 @@ def _document(diagnostic: Diagnostic, source: Source) -> dict[str, Any]:
 
 
 def _guards(supervisor: Supervisor) -> list[dict[str, Any]]:
-    from robosc.ir.formulas import to_dsl
-    from robosc.synthesis.part_names import PartNames
-
-    robot = supervisor.plant.robot
-    names = PartNames(robot, supervisor.guards)
-
-    def text(guard: Expr) -> str:
-        shown = names.of_guard(guard)
-        parts = [f"let {part.name} = {part.text(robot)}" for part in names.used([shown])]
-        return "\n".join([*parts, to_dsl(shown, robot)])
-
     return [
         {
             "communication": guard.event.key,
             "event": guard.event.kind.value,
-            "text": text(guard.expr),
+            "text": "\n".join(supervisor.part_names.lines(guard.expr)),
             "status": guard.status,
             "reasons": [
                 [e.reason, e.remedy] for e in supervisor.explanations if e.event == guard.event

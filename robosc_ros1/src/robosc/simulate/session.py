@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from robosc.ir.automaton import Event
-from robosc.ir.formulas import to_dsl
 from robosc.model.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.simulate.conditions import condition
 from robosc.simulate.event_data import Given, complete, given_text
@@ -22,7 +21,6 @@ from robosc.simulate.literals import Raw, literal_text, parse_raw
 from robosc.simulate.machine import Choice, Happening, Machine, brought, find_events, label
 from robosc.simulate.trace_steps import fired_by
 from robosc.synthesis.formatting import listing
-from robosc.synthesis.part_names import PartNames
 
 __all__ = ["WORDS", "Done", "MakeMachine", "Session", "code_of", "read_lines"]
 
@@ -269,12 +267,11 @@ class Session:
         supervisor = self.machine.supervisor
         robot = supervisor.plant.robot
         lines = [f"{label(event)}"]
-        names = PartNames(robot, supervisor.guards)
         for guard in supervisor.guards:
             if guard.event == event:
-                shown = names.of_guard(guard.expr)
-                lines += [f"  let {p.name} = {p.text(robot)}" for p in names.used([shown])]
-                lines.append(f"  allowed where {to_dsl(shown, robot)} ({guard.status})")
+                *parts, condition = supervisor.part_names.lines(guard.expr)
+                lines += [f"  {part}" for part in parts]
+                lines.append(f"  allowed where {condition} ({guard.status})")
         for index in event.requirements:
             requirement = robot.requirements[index]
             span = requirement.span

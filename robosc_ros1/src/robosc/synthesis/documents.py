@@ -13,7 +13,6 @@ from robosc.ir.step import Values
 from robosc.model.traversal import path_text
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
-from robosc.synthesis.part_names import PartNames
 from robosc.synthesis.system import make_step
 
 __all__ = [
@@ -50,7 +49,7 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
     """
     plant = supervisor.plant
     robot = plant.robot
-    names = PartNames(robot, supervisor.guards)
+    names = supervisor.part_names
     return {
         "version": 1,
         "robot": robot.name,

@@ -24,7 +24,6 @@ from robosc.model.entities import Robot
 from robosc.model.expr import Binary, Count, Expr, NamedPart, Unary
 from robosc.model.traversal import walk
 from robosc.model.types import BooleanType
-from robosc.supervisor import Guard
 
 __all__ = ["LONG", "NamedExpr", "PartNames"]
 
@@ -52,6 +51,9 @@ class NamedExpr(NamedTuple):
         """What it stands for, in the language."""
         return to_dsl(self.expr, robot, is_part=True)
 
+    def line(self, robot: Robot) -> str:
+        return f"let {self.name} = {self.text(robot)}"
+
 
 class _Node(NamedTuple):
     """An expression by the numbers of its operands; of what has none ``expr`` is the whole."""
@@ -71,7 +73,7 @@ class _Part(NamedTuple):
 class PartNames:
     """The parts of the long ones among some guards."""
 
-    def __init__(self, robot: Robot, guards: Iterable[Guard]) -> None:
+    def __init__(self, robot: Robot, guards: Iterable[Expr]) -> None:
         self._robot = robot
         self._nodes: list[_Node] = []
         self._numbers: dict[object, int] = {}
@@ -80,7 +82,7 @@ class PartNames:
         self._chains: dict[int, tuple[int, ...]] = {}
         self._parts: list[_Part] = []
         self._references: dict[int, int] = {}
-        long = [g.expr for g in guards if len(to_dsl(g.expr, robot)) > LONG]
+        long = [guard for guard in guards if len(to_dsl(guard, robot)) > LONG]
         self._long = frozenset(map(id, long))
         self._guards = long  # as long as they are kept, their identities are their own
         numbers = [self._number(with_counts(expr)) for expr in long]
@@ -93,6 +95,12 @@ class PartNames:
     def of_guard(self, guard: Expr) -> Expr:
         """The guard, with names of parts if it is a long one."""
         return self.short(guard) if self.is_long(guard) else guard
+
+    def lines(self, guard: Expr) -> list[str]:
+        """The guard as text, below a line for each part that it reads."""
+        shown = self.of_guard(guard)
+        parts = [part.line(self._robot) for part in self.used([shown])]
+        return [*parts, to_dsl(shown, self._robot)]
 
     def short(self, expr: Expr) -> Expr:
         """An expression with the names of all parts that are in it."""
