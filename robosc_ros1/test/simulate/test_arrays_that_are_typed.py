@@ -6,6 +6,8 @@ import pytest
 from emit.generated_code import supervisor_of
 from simulate.players import play, session
 
+from robosc.simulate.faults import Failed, InvalidLine
+
 MODEL = """
 robot R {
     interface link use Report from some_msgs
@@ -50,3 +52,54 @@ def test_what_is_drawn_is_one_value(execute: bool) -> None:
         state = player.machine.state.variables
         if state["A.place"] is not None:
             assert state["A.place"].x == state["A.y"]
+
+
+def test_a_part_is_what_the_whole_has_there() -> None:
+    player = session(supervisor_of(MODEL))
+    play(player, "joints position: [0, 0, 1.5], position[2]: 1.5, place.x: 0", "expect A.x = 1.5")
+    for line in (
+        "joints position: [1.0], position[2]: 3.0",
+        "joints place.x: 1, position[2]: 1, position: []",
+    ):
+        with pytest.raises(
+            InvalidLine, match=r"position\[2\] of joints.response is not what position has"
+        ):
+            player.do(line)
+
+
+def test_what_a_whole_holds_is_not_asked_for_again() -> None:
+    hints = [choice.hint for choice in session(supervisor_of(MODEL)).machine.choices()]
+    assert "position: array(double), place: Place" in hints
+
+
+ROUTE = """
+robot R {
+    interface link use Route from some_msgs
+    datatype object Route { names: array(string) points: array(Point) }
+    datatype object Point { levels: array(double) last: boolean }
+    component A {
+        incoming message drive with type: Route links link
+        behaviour { variable level: double = 0.5 initial marked state s {} }
+    }
+    provide drive with { names: ["a"],
+        points: [{ levels: [1, A.level] }, { levels: [0 / 0], last: true }] }
+}
+"""
+
+
+def test_parts_of_arrays_that_are_sent_can_be_expected() -> None:
+    player = session(supervisor_of(ROUTE))
+    play(player, "drive", "expect data drive names[0]: a, points[0].levels[1]: 0.5")
+    play(player, "expect data drive points[1].levels: [NaN]", 'expect data drive names: ["a"]')
+    play(player, 'expect data drive points: [{"levels": [1, 0.5]}, {"last": true}]')
+    for line, message in (
+        ("points: [1]", "points was "),
+        ("points: [1, 2]", "points was "),
+        ("points: 3", "points was "),
+        ('points: [{"levels": [1, 0.5], "last": true}, {"last": true}]', "points was "),
+        ("points[0].levels[1]: 0.25", r"points\[0\].levels\[1\] was 0.5, not 0.25"),
+        ("points[2].last: true", r"points\[2\].last was not sent; sent were names, points"),
+        ("points.last: true", "points.last was not sent"),
+    ):
+        with pytest.raises(Failed, match=message):
+            player.do(f"expect data drive {line}")

@@ -319,6 +319,11 @@ def test_arrays_are_written_as_in_json(seeing: Session) -> None:
         ("cloud ranges: [true]", "is a double, not true"),
         ('cloud points: [{"x": "far"}]', "is a double, not far"),
         ("cloud ranges: [1, 2", "cannot read"),
+        (
+            'cloud points: [{"x": 1, "z": 2}]',
+            "an element of points of cloud.response has no part 'z'",
+        ),
+        ("cloud [1, 2]", "cloud.response carries an object Cloud: write its parts"),
     ],
 )
 def test_wrong_arrays_are_told(seeing: Session, line: str, message: str) -> None:

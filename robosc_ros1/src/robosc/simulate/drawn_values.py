@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Collection
 from typing import cast
 
-from robosc.ir.automaton import Event, is_optional, value_parts, value_type
+from robosc.ir.automaton import Event, is_optional, value_type
 from robosc.model.entities import Robot
 from robosc.model.traversal import path_text
 from robosc.model.types import (
@@ -19,9 +18,9 @@ from robosc.model.types import (
     ObjectType,
     Type,
 )
-from robosc.simulate.event_data import Given, complete, is_test
+from robosc.simulate.event_data import Given, complete, is_test, outer_parts
 from robosc.simulate.faults import InvalidLine
-from robosc.simulate.literals import Path, Raw
+from robosc.simulate.literals import Raw
 
 __all__ = ["completed", "random_raw"]
 
@@ -33,17 +32,7 @@ def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
         return None
     if not isinstance(type_, ObjectType):
         return _random(type_, rng)
-    return {path_text(path): _random(part, rng) for path, part in _wholes(event)}
-
-
-def _wholes(event: Event, decided: Collection[Path] = ()) -> list[tuple[Path, Type]]:
-    """The parts that are read and hold none that are decided, but what lies within another one."""
-    found: dict[Path, Type] = {}
-    for path, part in sorted(value_parts(event).items(), key=lambda item: len(item[0])):
-        within = any(path[: len(other)] == other for other in found)
-        if not within and not any(path == other[: len(path)] for other in decided):
-            found[path] = part
-    return list(found.items())
+    return {path_text(path): _random(part, rng) for path, part in outer_parts(event).items()}
 
 
 def completed(
@@ -60,7 +49,9 @@ def completed(
     elif parts:
         raw = {path_text(path): value for path, value in parts.items()}
         if rng is not None:
-            raw.update((path_text(p), _random(part, rng)) for p, part in _wholes(event, parts))
+            raw.update(
+                (path_text(p), _random(part, rng)) for p, part in outer_parts(event, parts).items()
+            )
     elif rng is not None:
         raw = random_raw(robot, event, rng)
     try:

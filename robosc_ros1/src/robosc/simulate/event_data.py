@@ -9,7 +9,8 @@ What the plant takes as free, a test of data, may be chosen beside it: ``0.4, "A
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from itertools import product
 from types import SimpleNamespace
 from typing import Any, TypeAlias, cast
 
@@ -48,6 +49,7 @@ __all__ = [
     "hint",
     "parameter_values",
     "is_test",
+    "outer_parts",
     "part_given",
 ]
 
@@ -125,6 +127,12 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
     if raw is not None and not isinstance(raw, dict):
         raise InvalidLine(f"{label} carries {describe(type_)}: write its parts, x: 0.4, y: 2")
     fields = _by_path(raw or {}, type_, label)
+    for whole, path in product(fields, fields):
+        within = whole == path[: len(whole)] != path
+        if within and _written({whole: fields[whole]}, path) != fields[path]:
+            raise InvalidLine(
+                f"{path_text(path)} of {label} is not what {path_text(whole)} has there"
+            )
     needed = {parameter.path for parameter in event.parameters}
     given: dict[Path, Value | None] = {}
     for path, part in value_parts(event).items():
@@ -226,6 +234,9 @@ def _converted(type_: Type, raw: Raw, what: str) -> Value:
             items: Any = [_converted(element, item, f"an element of {what}") for item in raw]
             return cast(Value, items)
         case ObjectType(properties=properties) if isinstance(raw, dict):
+            for name in raw:
+                if type_.property(name) is None:
+                    raise InvalidLine(f"{what} has no part '{name}'")
             parts = {
                 name: _converted(inner, raw[name], what) if name in raw else _default(inner)
                 for name, inner in properties
@@ -278,6 +289,16 @@ def _by_rules(enum: EnumType, raw: Raw, what: str) -> Value:
     return enum.default
 
 
+def outer_parts(event: Event, decided: Collection[Path] = ()) -> dict[Path, Type]:
+    """The parts that are read and hold none that are decided, but what lies within another one."""
+    found: dict[Path, Type] = {}
+    for path, part in sorted(value_parts(event).items(), key=lambda item: len(item[0])):
+        within = any(path[: len(other)] == other for other in found)
+        if not within and not any(path == other[: len(path)] for other in decided):
+            found[path] = part
+    return found
+
+
 # --- words ---------------------------------------------------------------------------------------
 
 
@@ -288,10 +309,9 @@ def hint(robot: Robot, event: Event) -> str:
         return ""
     found = _choices(type_)
     if isinstance(type_, ObjectType):
-        parts = value_parts(event).items()
         found = ", ".join(
             f"{path_text(path)}: {_choices(part)}" if path else _choices(part)
-            for path, part in parts
+            for path, part in outer_parts(event).items()
         )
     return f"{found}, or missing" if is_optional(robot, event) else found
 

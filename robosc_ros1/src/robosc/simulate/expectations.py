@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from robosc.ir.automaton import Event
 from robosc.ir.formulas import to_dsl
 from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef
 from robosc.model.traversal import walk
+from robosc.runtime.values import jsonable
 from robosc.simulate.conditions import condition
 from robosc.simulate.event_data import complete
 from robosc.simulate.faults import Failed, InvalidLine
-from robosc.simulate.literals import literal_text, parse_raw
+from robosc.simulate.literals import literal_text, parse_raw, path_in
 from robosc.simulate.machine import Happening, Machine, brought, find_events, label
 from robosc.synthesis.formatting import listing
 
@@ -147,34 +148,40 @@ def _data(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
         raise InvalidLine("write what is sent: expect data move linear.x: 0.4")
     if not sent:
         raise Failed(f"{label(event)} was not sent")
-    flat = flattened(sent[-1].value or {})
+    data: Any = jsonable(sent[-1].value or {})
+    names = list(_leaves(data))
     if not isinstance(wanted, dict):
-        if len(flat) != 1:
-            raise InvalidLine(f"write which part: {', '.join(flat) or 'it has none'}")
-        wanted = {next(iter(flat)): wanted}
+        if len(names) != 1:
+            raise InvalidLine(f"write which part: {', '.join(names) or 'it has none'}")
+        wanted = {names[0]: wanted}
     for path, value in wanted.items():
-        if path not in flat:
-            raise Failed(f"{path} was not sent; sent were {', '.join(flat) or 'defaults alone'}")
-        if not _same(flat[path], value):
-            raise Failed(f"{path} was {literal_text(flat[path])}, not {literal_text(value)}")
+        found = data
+        try:
+            for step in path_in(path) or (path,):
+                found = found[step]
+        except (LookupError, TypeError):
+            there = ", ".join(names) or "defaults alone"
+            raise Failed(f"{path} was not sent; sent were {there}") from None
+        if not _same(found, jsonable(value)):
+            raise Failed(f"{path} was {literal_text(found)}, not {literal_text(value)}")
 
 
-def flattened(data: Any, before: str = "") -> dict[str, Any]:
-    """Nested fields by path: ``linear.x``."""
-    found: dict[str, Any] = {}
+def _leaves(data: Mapping[str, Any], before: str = "") -> Iterator[str]:
+    """The paths of nested fields, down to what is no object: ``linear.x``."""
     for name, value in data.items():
         if isinstance(value, dict):
-            found |= flattened(value, f"{before}{name}.")
+            yield from _leaves(value, f"{before}{name}.")
         else:
-            found[before + name] = value
-    return found
+            yield before + name
 
 
 def _same(left: Any, right: Any) -> bool:
-    if isinstance(left, bool) or isinstance(right, bool) or isinstance(left, str):
-        return left is right if isinstance(left, bool) else bool(left == right)
-    if isinstance(right, str) or right is None:
-        return literal_text(left) == right
-    if math.isnan(left):
-        return math.isnan(right)
-    return math.isclose(left, right, rel_tol=1e-9, abs_tol=1e-12)
+    """Whether a part that was sent is what was written: other fields of objects may differ."""
+    match left, right:
+        case list(), list():
+            return len(left) == len(right) and all(map(_same, left, right))
+        case dict(), dict():
+            return all(name in left and _same(left[name], part) for name, part in right.items())
+        case int() | float(), int() | float() if bool not in (type(left), type(right)):
+            return math.isclose(left, right, rel_tol=1e-9, abs_tol=1e-12)
+    return type(left) is type(right) and bool(left == right)

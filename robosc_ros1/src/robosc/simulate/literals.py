@@ -46,12 +46,12 @@ def parse_raw(text: str) -> Raw:
         raise _unread(text[tokens.faults[0] :])
     if not tokens:
         return None
-    at = _end(_LITERAL, tokens, 0)
+    whole, at = _value_at(tokens, 0) or (None, 0)
     if at == len(tokens):
-        return _literal(tokens, 0, at)
+        return whole
     fields: dict[str, Raw] = {}
     if tokens.kinds[at : at + 2] == kind_of(",") + STRING:
-        fields[""] = _literal(tokens, 0, at)
+        fields[""] = whole
         at += 1
     else:
         at = 0
@@ -70,7 +70,7 @@ def parse_raw(text: str) -> Raw:
 
 def _unread(text: str) -> InvalidLine:
     return InvalidLine(
-        f"cannot read '{text}': a value is 0.4, true, a name or \"text\";"
+        f"cannot read '{text}': a value is 0.4, true, a name, \"text\" or [0.4, NaN];"
         " that of an object x: 0.4, y: 2"
     )
 
