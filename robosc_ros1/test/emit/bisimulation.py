@@ -2,14 +2,18 @@
 
 What can happen in a state is what the engine can do there: any message of some samples, the end of
 what is under way, a timeout, the lapse of a time, or a command that both allow; then internal
-transitions run to completion. The engine performs cancels before requests, so while one is enabled
-nothing is said of requests. Two controllers without a difference do the same for these messages.
+transitions run to completion. A controller's engine performs cancels before requests, so while one
+is enabled nothing is said of requests; a supervisor lets either pass.
+
+Numbers and messages in variables have no end. Pairs of states that differ in nothing else are of
+one *class* if the same requirements hold and the same commands are allowed in them. Each pair that
+is reached is compared; of one class, what follows is looked at for some of them.
 """
 
 from __future__ import annotations
 
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -18,14 +22,16 @@ from robosc.runtime.values import Mismatch, Undefined
 
 __all__ = ["Comparison", "compare"]
 
+PAIRS_OF_CLASS = 6
+"""Of so many pairs of states of one class it is looked at what follows."""
 _FAULTS = (Mismatch, Undefined, AttributeError, TypeError, ValueError, LookupError)
 
 
 class Comparison(NamedTuple):
-    """How many pairs of states were looked at, whether these are all of them, and the shortest way
-    to a difference (None: there is none)."""
+    """How many classes of pairs of states were looked at, whether these are all of them, and the
+    shortest way to a difference (None: there is none)."""
 
-    pairs: int
+    classes: int
     is_complete: bool
     difference: str | None
 
@@ -33,8 +39,11 @@ class Comparison(NamedTuple):
 class _State:
     """A controller and which of its timers run."""
 
-    def __init__(self, controller: Controller, running: tuple[bool, ...] = ()) -> None:
+    def __init__(
+        self, controller: Controller, cancels_first: bool, running: tuple[bool, ...] = ()
+    ) -> None:
         self.controller = controller
+        self.cancels_first = cancels_first
         self.running = running
         self.told: list[Any] = []
         """What the last event showed, besides the state it led to."""
@@ -47,7 +56,7 @@ class _State:
 
     def after(self, event: Sequence[Any]) -> _State:
         """The state after an event: inputs with their message, a command, or a timer's number."""
-        twin = _State(self.controller.copy(), self.running)
+        twin = _State(self.controller.copy(), self.cancels_first, self.running)
         twin.controller.undefined = {}
         entries = twin._entries()
         for part in event:
@@ -95,10 +104,21 @@ class _State:
     def _entries(self) -> list[int]:
         return [self.controller.__dict__[row.entries] for row in self.controller.AFTERS]
 
-    def key(self) -> str:
+    def _values(self) -> list[tuple[str, Any]]:
         counters = {row.entries for row in self.controller.AFTERS} | {"undefined"}
         at = self.controller.__dict__
-        return repr((sorted((k, v) for k, v in at.items() if k not in counters), self.running))
+        return sorted((k, v) for k, v in at.items() if k not in counters)
+
+    def key(self) -> str:
+        return repr((self._values(), self.running))
+
+    def class_key(self) -> str:
+        """The state without the numbers and messages in it, but with what they decide."""
+        values = [(k, v) for k, v in self._values() if isinstance(v, bool | int | str)]
+        return repr((values, self.running, self._requirements(), sorted(self.enabled())))
+
+    def _requirements(self) -> list[Any]:
+        return [requirement.holds(self.controller) for requirement in self.controller.REQUIREMENTS]
 
     def enabled(self) -> dict[tuple[str, str], Any]:
         """The commands that are possible, with their data; cancels alone if there are any."""
@@ -110,7 +130,7 @@ class _State:
             if command.synchronisation is None or command.synchronisation(self.controller):
                 found[command.kind, command.key] = self._data(command)
         cancels = {event: data for event, data in found.items() if event[0] == "cancel"}
-        return cancels or found
+        return (self.cancels_first and cancels) or found
 
     def _data(self, command: Command) -> Any:
         try:
@@ -131,25 +151,32 @@ def compare(
     samples: Mapping[tuple[str, str], Sequence[Any]],
     topics: Sequence[Sequence[str]],
     seconds: float,
+    cancels_first: bool = True,
 ) -> Comparison:
-    """Compare two controllers of one model, for some seconds of processor time at most."""
+    """Compare two controllers of one model, for some seconds of processor time at most.
+
+    ``cancels_first``: they send commands, instead of guarding what another one sends.
+    """
     end = time.process_time() + seconds
-    start = _State(first).begin(), _State(second).begin()
-    seen = {(start[0].key(), start[1].key())}
-    queue = deque([(start, ())])
+    start = _State(first, cancels_first).begin(), _State(second, cancels_first).begin()
+    classes: Counter[tuple[str, str]] = Counter()
+    seen: set[tuple[str, str]] = set()
+    queue = deque([(start, ("at the start",))])
     while queue:
         pair, way = queue.popleft()
         if pair[0].shown() != pair[1].shown():
-            return Comparison(len(seen), False, ", ".join(way) or "at the start")
+            return Comparison(len(classes), False, ", ".join(way[1:]) or way[0])
         if time.process_time() > end:
-            return Comparison(len(seen), False, None)
+            return Comparison(len(classes), False, None)
+        key = pair[0].key(), pair[1].key()
+        class_key = pair[0].class_key(), pair[1].class_key()
+        if key in seen or classes[class_key] == PAIRS_OF_CLASS:
+            continue
+        seen.add(key)
+        classes[class_key] += 1
         for text, events in _events(pair, samples, topics):
-            twins = pair[0].after(events[0]), pair[1].after(events[1])
-            key = twins[0].key(), twins[1].key()
-            if key not in seen or twins[0].told != twins[1].told:
-                seen.add(key)
-                queue.append((twins, (*way, text)))
-    return Comparison(len(seen), True, None)
+            queue.append(((pair[0].after(events[0]), pair[1].after(events[1])), (*way, text)))
+    return Comparison(len(classes), True, None)
 
 
 def _events(

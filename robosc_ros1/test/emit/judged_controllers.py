@@ -30,7 +30,16 @@ from robosc.runtime.settings import read
 from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.supervisor import Supervisor
 
-__all__ = ["Robot", "class_of", "judged", "judging_modules", "message_of"]
+__all__ = [
+    "Robot",
+    "class_of",
+    "engine_of",
+    "guide_of",
+    "judged",
+    "judging_modules",
+    "message_of",
+    "play",
+]
 
 SILENCE = 0.3
 """Seconds: the timeout of messages, as in the test of a package."""
@@ -200,6 +209,10 @@ class Robot(PlayedPort):
         for key in keys:
             self.told.setdefault((key, "response"), deque()).append(message)
         self.last[keys[0]] = keys, message
+        self.deliver(engine, keys, message)
+
+    def deliver(self, engine: Any, keys: list[str], message: Any) -> None:
+        """Bring a message that was published to the node."""
         engine.poster(keys)(message)
 
     def _answer(self, engine: Engine, key: str, kind: str, message: Any) -> None:
@@ -228,21 +241,41 @@ def judged(
 
     What the controller sends arrives ``spoilt``.
     """
-    controller = class_of(source)
     robot = Robot(judging, seed, spoilt)
-    given = {f"timeout/{c.name}": SILENCE for c in controller.COMMUNICATIONS if c.timeout}
-    settings, _ = read(controller.COMMUNICATIONS, given, controller.PARAMETERS)
-    engine = Engine(controller(), robot, settings, steady=lambda: robot.time)
-    engine.recorder = EventRecorder(now=lambda: robot.time)
+    engine = engine_of(Engine, source, robot)
     topics: dict[str, tuple[str, ...]] = defaultdict(tuple)
     for key, communication in robot.plant.items():
         if communication["kind"] == "incoming message":
             topics[communication["identifier"]] += (key,)
     publications = [(topic, None, keys) for topic, keys in topics.items()]
+    judge = judging.Judge(robot, publications, guide_of(judging, robot))
+    play(engine, robot, judge, rounds, robot.act)
+    if not judge.faults:
+        judge.compare_messages()
+    return judge
+
+
+def guide_of(judging: Any, robot: Robot) -> Any:
+    """The guide of a robot as that of a package."""
     guiding = importlib.import_module("guide")
     draw = functools.partial(robot.samples, guiding.SAMPLES)
-    guide = guiding.Guide(judging.PLANT, draw, robot.topics)
-    judge = judging.Judge(robot, publications, guide)
+    return guiding.Guide(judging.PLANT, draw, robot.topics)
+
+
+def engine_of(kind: Callable[..., Engine], source: str, robot: Robot) -> Any:
+    """An engine with a controller, by the robot's clock."""
+    controller = class_of(source)
+    given = {f"timeout/{c.name}": SILENCE for c in controller.COMMUNICATIONS if c.timeout}
+    settings, _ = read(controller.COMMUNICATIONS, given, controller.PARAMETERS)
+    engine = kind(controller(), robot, settings, steady=lambda: robot.time)
+    recorder = EventRecorder(now=lambda: robot.time)
+    recorder.counters.update(engine.recorder.counters)
+    engine.recorder = recorder
+    return engine
+
+
+def play(engine: Engine, robot: Robot, judge: Any, rounds: int, act: Callable[..., None]) -> None:
+    """Have the robot ``act`` for some rounds, or until a fault was found."""
 
     def tell() -> None:
         for entry in engine.recorder.take():
@@ -261,7 +294,7 @@ def judged(
         is_waiting = step is not None and step[0] == "wait"
         has_lapsed, text = judge.lapse(step[1]) if is_waiting else (lambda: True, "")
         for _ in range(MOMENTS):
-            robot.act(engine, step, judge.shadow.fresh)
+            act(engine, step, judge.shadow.fresh)
             engine.cycle()
             tell()
             if has_lapsed():
@@ -269,6 +302,4 @@ def judged(
         else:
             judge.wait(has_lapsed, text)
         if judge.faults:
-            return judge
-    judge.compare_messages()
-    return judge
+            return

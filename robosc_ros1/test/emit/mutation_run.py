@@ -2,21 +2,24 @@
 
     ./dev mutants [MODEL...]
 
-Prints a table of how many mutants are found, by kind, with each that is not. Those are compared
-with the controller itself in all states that both reach (``bisimulation.py``): without a difference
-a mutant is equivalent, and no test can find it; it is undecided if the time was too short for all
-states; else it was missed, and the way to the difference is printed. The test's judge and guide are the same in the packages for both versions of ROS; they run without ROS.
+Prints a table of how many mutants are found in a controller and in a supervisor, by kind, with each
+that is not. Those are compared with the controller itself in all states that both reach
+(``bisimulation.py``): without a difference a mutant is equivalent, and no test can find it; it is
+undecided if the time was too short for all states; else it was missed, and the way to the
+difference is printed. The test's judge and guide are the same in the packages for both versions of
+ROS; they run without ROS.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import re
 import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,12 +29,20 @@ sys.path[:0] = [str(TESTS), str(TESTS.parent / "src")]
 from emit.bisimulation import Comparison, compare  # noqa: E402
 from emit.generated_code import controller_source  # noqa: E402
 from emit.judged_controllers import Robot, class_of, judged, judging_modules  # noqa: E402
+from emit.judged_supervisors import judged_supervisor  # noqa: E402
 from emit.mutants import Mutant, mutants  # noqa: E402
 
 from robosc import pipeline  # noqa: E402
+from robosc.emit.guarding import command_matches  # noqa: E402
 from robosc.errors import ModelError, RoboscError, render_all  # noqa: E402
 
 KINDS = ("guard", "data", "rule", "update")
+MODES: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {
+    "controller": (judged, (*KINDS, "preference")),
+    "supervisor": (judged_supervisor, ("guard", "rule", "update")),
+}
+"""How a package is tested, and the faults that show in it: a supervisor sends no data, and which
+command is preferred is not its choice."""
 SAMPLES = 64
 """Messages of each sort with which controllers are compared."""
 
@@ -43,26 +54,32 @@ class Verdict(NamedTuple):
     comparison: Comparison | None
 
 
-def verdicts(model: Path, rounds: int, every: int, seconds: float) -> Iterator[Verdict]:
+def verdicts(model: Path, mode: str, rounds: int, every: int, seconds: float) -> Iterator[Verdict]:
     """Yield what becomes of the mutants of a model's controller."""
     supervisor = pipeline.synthesize(pipeline.load(model).robot)
+    if mode == "supervisor":
+        command_matches(supervisor.plant.robot)  # an error where it cannot be guarded
     source = controller_source(supervisor, model.name)
+    play, kinds = MODES[mode]
     with (
         tempfile.TemporaryDirectory() as folder,
         judging_modules(Path(folder), supervisor) as judging,
     ):
-        faults = judged(judging, source, rounds=rounds).faults
+        faults = play(judging, source, rounds=rounds).faults
         assert not faults, f"{model}: the controller itself: {faults}"
-        for mutant in list(mutants(source))[::every]:
-            found = judged(judging, mutant.source, rounds=rounds).faults
-            yield Verdict(mutant, None if found else compared(judging, source, mutant, seconds))
+        for mutant in [m for m in mutants(source) if m.kind in kinds][::every]:
+            found = play(judging, mutant.source, rounds=rounds).faults
+            yield Verdict(
+                mutant, None if found else compared(judging, source, mutant, mode, seconds)
+            )
 
 
-def compared(judging: Any, source: str, mutant: Mutant, seconds: float) -> Comparison:
+def compared(judging: Any, source: str, mutant: Mutant, mode: str, seconds: float) -> Comparison:
     """A mutant beside the controller that it was made of."""
     robot = Robot(judging, 1, lambda data: data)
     both = class_of(source)(), class_of(mutant.source)()
-    return compare(*both, robot.samples(SAMPLES), robot.topics, seconds)
+    samples = robot.samples(SAMPLES)
+    return compare(*both, samples, robot.topics, seconds, cancels_first=mode == "controller")
 
 
 def print_row(name: str, found: list[Verdict], seconds: float) -> None:
@@ -83,7 +100,7 @@ def print_row(name: str, found: list[Verdict], seconds: float) -> None:
 
 def reason(comparison: Comparison) -> str:
     """Why a mutant is not found."""
-    pairs = f"{comparison.pairs:,} pairs of states"
+    pairs = f"{comparison.classes:,} classes of pairs of states"
     if comparison.difference is not None:
         return "missed; differs after: " + comparison.difference
     if comparison.is_complete:
@@ -109,11 +126,17 @@ def main() -> None:
     ]
     print("| model | guards | data | rules | updates | equivalent | undecided | missed | time |")
     print("|---|---|---|---|---|---|---|---|---|")
-    for model in models:
+    for model, mode in itertools.product(models, MODES):
         start = time.perf_counter()
-        options = arguments.rounds, arguments.every, arguments.seconds
-        found = list(verdicts(model, *options))
-        print_row(model.stem, found, time.perf_counter() - start)
+        options = mode, arguments.rounds, arguments.every, arguments.seconds
+        try:
+            found = list(verdicts(model, *options))
+        except ModelError as error:
+            if {d.code for d in error.diagnostics} != {"commands-alike"}:
+                raise
+            print(f"| {model.stem}, {mode} | its commands cannot be told apart |", flush=True)
+            continue
+        print_row(f"{model.stem}, {mode}", found, time.perf_counter() - start)
 
 
 def run() -> int:

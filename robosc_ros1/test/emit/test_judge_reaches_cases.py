@@ -11,6 +11,7 @@ import pytest
 from emit.bisimulation import compare
 from emit.generated_code import controller_source, supervisor_of
 from emit.judged_controllers import Robot, class_of, judged, judging_modules
+from emit.judged_supervisors import judged_supervisor
 from ros_support import EXAMPLES
 
 from robosc import pipeline
@@ -231,6 +232,7 @@ def test_it_comes_near_a_bound_that_a_scaled_integer_passes_in_steps(tmp_path: P
         assert judged(judging, source.replace("13.2", "15.89"), seed=5).faults != []
 
 
+@pytest.mark.parametrize("play", [judged, judged_supervisor])
 @pytest.mark.parametrize(
     "model",
     [
@@ -239,7 +241,30 @@ def test_it_comes_near_a_bound_that_a_scaled_integer_passes_in_steps(tmp_path: P
         if not re.search("^library ", path.read_text(encoding="utf-8"), re.MULTILINE)
     ],
 )
-def test_it_is_content_with_the_examples(tmp_path: Path, model: Path) -> None:
+def test_it_is_content_with_the_examples(tmp_path: Path, play: Any, model: Path) -> None:
     supervisor = pipeline.synthesize(pipeline.load(model).robot)
     with judging_modules(tmp_path, supervisor) as judging:
-        assert judged(judging, controller_source(supervisor, model.name), rounds=10).faults == []
+        assert play(judging, controller_source(supervisor, model.name), rounds=10).faults == []
+
+
+@pytest.mark.parametrize(
+    ("method", "guard"),
+    [
+        ("can_request_car_1_go", "False"),
+        ("can_request_car_1_go", "True"),
+        ("on_response_of_car_2_there", "None"),
+    ],
+)
+def test_it_knows_what_a_supervisor_has_to_let_pass(
+    tmp_path: Path, method: str, guard: str
+) -> None:
+    supervisor = supervisor_of(LANE)
+    source = controller_source(supervisor)
+    start = re.search(rf"    def {method}\(.*\n", source)
+    assert start is not None
+    faulty = f"{source[: start.end()]}        return {guard}\n{source[start.end() :]}"
+    with judging_modules(tmp_path, supervisor) as judging:
+        judge = judged_supervisor(judging, source)
+        assert judge.faults == []
+        assert min(judge.passed["Car[1].go"], judge.blocked["Car[1].go"]) > 0
+        assert judged_supervisor(judging, faulty).faults != []

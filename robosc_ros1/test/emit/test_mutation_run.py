@@ -28,22 +28,29 @@ def run(monkeypatch: pytest.MonkeyPatch, model: Path) -> int:
     return mutation_run.run()
 
 
-def test_a_row_tells_how_many_are_found(
+def test_rows_tell_how_many_are_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     model = tmp_path / "switch.rscd"
     model.write_text(SWITCH)
     assert run(monkeypatch, model) == 0
-    row = capsys.readouterr().out.splitlines()[2]
-    name, guards, data, rules, _, _, undecided, missed, _ = row.strip("| ").split(" | ")
-    assert (name, guards, data, rules, undecided, missed) == (
-        "switch",
-        "1/1",
-        "0/0",
-        "0/0",
-        "0",
-        "0",
-    )
+    rows = [line for line in capsys.readouterr().out.splitlines()[2:] if line.startswith("|")]
+    for mode, row in zip(("controller", "supervisor"), rows, strict=True):
+        name, guards, data, rules, _, _, undecided, missed, _ = row.strip("| ").split(" | ")
+        assert (name, guards, data, rules) == (f"switch, {mode}", "1/1", "0/0", "0/0")
+        assert (undecided, missed) == ("0", "0")
+
+
+def test_a_supervisor_that_cannot_tell_commands_apart_is_passed_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "switch.rscd"
+    both = 'incoming message glow with identifier: "/shine", type: none\n        outgoing'
+    model.write_text(SWITCH.replace("outgoing", both))
+    assert run(monkeypatch, model) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[2].startswith("| switch, controller |")
+    assert lines[-1] == "| switch, supervisor | its commands cannot be told apart |"
 
 
 def test_errors_of_a_model_are_told(

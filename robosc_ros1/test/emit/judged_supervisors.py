@@ -1,0 +1,76 @@
+"""The test of a generated supervisor, played without ROS: its judge and its guide beside it.
+
+The other controller wishes for commands against all requirements. A message of it is known by its
+topic alone here: what tells several commands on one topic apart is no part of ``controller.py``.
+"""
+
+from __future__ import annotations
+
+import importlib
+from types import SimpleNamespace
+from typing import Any
+
+from emit.judged_controllers import Robot, engine_of, guide_of, play
+
+from robosc.runtime.calls import Failure
+from robosc.runtime.matching import CommandPattern
+from robosc.runtime.supervisor_engine import SupervisorEngine
+
+__all__ = ["judged_supervisor"]
+
+
+class Both(Robot):
+    """The robot and the controller that is guarded, at the two sides of a supervisor."""
+
+    judge: Any
+
+    def __init__(self, judging: Any, seed: int) -> None:
+        super().__init__(judging, seed, lambda data: data)
+        self.commands = [k for k, c in self.plant.items() if c["kind"] != "outgoing message"]
+        self.withdrawn: list[tuple[str, int]] = []
+
+    def blocked(self, text: str) -> None:
+        self.judge.on_blocked(SimpleNamespace(data=text))
+
+    def cancel(self, key: str, token: int) -> None:
+        super().cancel(key, token)
+        self.withdrawn.append((key, token))
+
+    def act_both(self, engine: Any, step: Any, fresh: dict[str, bool]) -> None:
+        """Do as the step says, or whatever comes, on both sides."""
+        while self.withdrawn:
+            engine.report(*self.withdrawn.pop(), "error", Failure("", None))
+        self.act(engine, step, fresh)
+        if step is None or step[0] == "wait":
+            for _ in range(self.chance.randint(0, 2)):
+                self._wish_anything(engine)
+        elif step[0] == "request":
+            self._wish(engine, step[1])
+        elif step[0] == "cancel":
+            engine.withdraw(step[1])
+
+    def _wish_anything(self, engine: Any) -> None:
+        if self.running and self.chance.random() < 0.2:
+            actions = [key for key in self.running if self.plant[key]["kind"] == "action"]
+            if actions:
+                engine.withdraw(self.chance.choice(actions))
+        elif self.commands:
+            self._wish(engine, self.chance.choice(self.commands))
+
+    def _wish(self, engine: Any, key: str) -> None:
+        if self.plant[key]["kind"] == "incoming message":
+            engine.offer(self.plant[key]["identifier"], (CommandPattern(key),), None, None)
+        else:
+            engine.request(key, None, None, lambda kind, what: None)
+
+    def deliver(self, engine: Any, keys: list[str], message: Any) -> None:
+        engine.follow(keys, message, lambda: None)
+
+
+def judged_supervisor(judging: Any, source: str, seed: int = 1, rounds: int = 150) -> Any:
+    """The judge of a supervisor that has run for a while, or until a fault was found."""
+    both = Both(judging, seed)
+    guarding = importlib.import_module("guard_judge")
+    judge = both.judge = guarding.GuardJudge(both, [], guide_of(judging, both))
+    play(engine_of(SupervisorEngine, source, both), both, judge, rounds, both.act_both)
+    return judge
