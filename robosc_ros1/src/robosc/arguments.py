@@ -27,12 +27,12 @@ def _common(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         type=Path,
-        help="look here for libraries too (may be repeated)",
+        help="also look for libraries here (may be repeated)",
     )
     parser.add_argument(
         "--strict",
         action="store_true",
-        help="a message definition that is not installed is an error",
+        help="treat a message definition that is not installed as an error",
     )
 
 
@@ -153,7 +153,7 @@ def simulate(parser: argparse.ArgumentParser) -> None:
         "--junit",
         metavar="FILE",
         type=Path,
-        help="with --script: write what came of its expectations as JUnit XML",
+        help="with --script: write the results of its expectations as JUnit XML",
     )
     parser.add_argument(
         "--json", action="store_true", help="read and write JSON, a document per line"

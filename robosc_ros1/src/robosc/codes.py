@@ -84,25 +84,23 @@ _ALL = (
     _error(
         _TEXT,
         "syntax",
-        "The text does not follow the grammar at this place. The message says what could stand"
-        " here."
-        " Reading continues at the next declaration.",
+        "The text does not follow the grammar at this place. The message says what is expected"
+        " here. Reading continues at the next declaration.",
         "outgoing message distance with double",
         "Write what is expected, here `type: double`.",
     ),
     _error(
         _TEXT,
         "misplaced",
-        "This declaration exists, but not inside the one that it stands in.",
+        "This declaration is not allowed inside the one that contains it.",
         "component Motor { datatype object Twist {} }",
-        "Move it to where the message says that it belongs.",
+        "Move it to the place that the message names.",
     ),
     _error(
         _TEXT,
         "missing-brace",
-        "A block is not closed before something begins that cannot be part of it, or before"
-        " the file"
-        " ends.",
+        "A block is not closed before something begins that cannot be part of it, or before the"
+        " file ends.",
         "component Motor { behaviour {\ncomponent Light {}",
         "Add the closing brace.",
     ),
@@ -111,7 +109,7 @@ _ALL = (
         "unexpected-brace",
         "A closing brace has no opening one, or something follows the brace that ends its block.",
         "robot R { } }",
-        "Remove the brace that is too many.",
+        "Remove the extra brace.",
     ),
     _error(
         _TEXT,
@@ -123,9 +121,8 @@ _ALL = (
     _error(
         _TEXT,
         "reserved-name",
-        "`value`, `true`, `false`, `and` and `or` mean something everywhere, so as names they"
-        " need the"
-        " escape.",
+        "`value`, `true`, `false`, `and` and `or` have a meaning everywhere, so as names they need"
+        " the escape `^`.",
         "variable value: integer",
         "Write `^value`.",
     ),
@@ -134,12 +131,12 @@ _ALL = (
         "bad-character",
         "This character has no meaning in the language.",
         "transition if a & b",
-        "The hint says what is probably meant, here `and`.",
+        "Write what the hint suggests, here `and`.",
     ),
     _error(
         _TEXT,
         "bad-escape",
-        "A string knows only the escapes `\\n`, `\\t`, `\\\\`, `\\\"` and `\\'`.",
+        "A string may contain only the escapes `\\n`, `\\t`, `\\\\`, `\\\"` and `\\'`.",
         'message m with identifier: "a\\d", type: none',
         "Write the backslash twice, or remove it.",
     ),
@@ -160,7 +157,7 @@ _ALL = (
     _error(
         _TEXT,
         "unterminated-string",
-        "A string does not end on its line.",
+        "The string does not end on the line on which it begins.",
         'identifier: "/vel',
         "Add the closing quote.",
     ),
@@ -196,7 +193,7 @@ _ALL = (
     _error(
         _NAMES,
         "unknown-name",
-        "Nothing that can be seen from here has this name: no own variable or state, no enum value,"
+        "Nothing visible here has this name: no variable or state of this component, no enum value,"
         " no component.",
         "requirement move needs ObstacleGraber.idle",
         "Correct the spelling, or write `Component.name` for what belongs to another component.",
@@ -254,17 +251,17 @@ _ALL = (
     _error(
         _NAMES,
         "duplicate-name",
-        "Two things of one kind have one name: components, datatypes and interfaces of a file,"
-        " communications of all local components, states and variables of a component,"
-        " properties of an object. A boolean variable and a state of one component"
-        " cannot share a name either, since nothing could distinguish them.",
+        "Two things of one kind have the same name: components, datatypes and interfaces of a file,"
+        " communications of all local components, states and variables of a component, properties"
+        " of an object. A boolean variable and a state of one component cannot share a name either,"
+        " since nothing could distinguish them.",
         "component Motor {}\ncomponent Motor {}",
         "Give one of them another name.",
     ),
     _error(
         _NAMES,
         "ambiguous-name",
-        "A bare name can mean several things, and the type that is needed here does not decide.",
+        "A bare name can mean several things, and the type expected here does not decide which.",
         "requirement move needs slow = slow",
         "Write `Enum.value`, `Component.variable` or `Component.communication`.",
     ),
@@ -272,26 +269,25 @@ _ALL = (
     _error(
         _TYPES,
         "type-mismatch",
-        "A place needs one type and is given another. Integers widen to doubles, nothing else"
-        " converts"
-        " by itself; `/` always gives a double.",
+        "The expression has another type than the one expected. Integers become doubles where"
+        " needed; nothing else is converted implicitly. `/` always gives a double.",
         "transition if speed + 1",
         "Compare, convert by an enum, or change the declared type.",
     ),
     _error(
         _TYPES,
         "not-finite",
-        "Synthesis looks at every value of an integer with a range that takes part in decisions."
-        " So what is assigned to it must have a range, too. (Other numbers and strings may take"
+        "Synthesis examines every value of a variable with a range that takes part in decisions, so"
+        " whatever is assigned to it must have a range, too. (Other numbers and strings may take"
         " part in decisions where they are compared with something.)",
         "variable level: integer(0..9)\n…\non response from gauge do level := value  // an integer",
-        "Give the integer a range, or convert what comes in by an enum:"
-        " `datatype enum Level from integer to { value > 5 -> high default -> low }`.",
+        "Give the integer a range, or convert the received value by an enum: `datatype enum Level"
+        " from integer to { value > 5 -> high default -> low }`.",
     ),
     _error(
         _TYPES,
         "out-of-range",
-        "A constant is outside the range of what it is given to.",
+        "A constant is outside the range of the variable or parameter that gets it.",
         "variable gear: integer(1..5) = 0",
         "Use a value inside the range, or widen the range.",
     ),
@@ -300,7 +296,7 @@ _ALL = (
         "empty-range",
         "The lower bound of a range is above the upper one.",
         "variable gear: integer(5..1)",
-        "Exchange the bounds.",
+        "Swap the bounds.",
     ),
     _error(
         _NAMES,
@@ -313,9 +309,9 @@ _ALL = (
     _error(
         _STATEMENTS,
         "not-over-components",
-        "A function over components, or over a list of what is read, stands where it cannot be"
-        " written out: `count` is compared with a whole number, and `sum`, `min` and `max` have no"
-        " condition.",
+        "A function over components, or over a list of expressions, is used where it cannot be"
+        " expanded: `count` must be compared with a whole number, and `sum`, `min` and `max` must"
+        " not have a condition.",
         "requirement go needs count(s.busy for s in Station) < Robot.limit",
         "Compare the count with a number.",
     ),
@@ -352,7 +348,7 @@ _ALL = (
     _error(
         _TYPES,
         "missing-default",
-        "An enum must say what a value becomes that none of its rules matches.",
+        "An enum must say which value it gives if none of its rules matches.",
         "datatype enum Distance from double to { value > 0.5 -> free }",
         "Add `default -> obstructed`.",
     ),
@@ -366,34 +362,33 @@ _ALL = (
     _error(
         _TYPES,
         "enum-source",
-        "An enum converts what a message brings: not another enum, and not `none`.",
+        "An enum converts the data of a message: not another enum, and not `none`.",
         "datatype enum Danger from Distance to { default -> low }",
         "Convert from the type that the other enum converts.",
     ),
     _error(
         _TYPES,
         "initial-not-constant",
-        "An initial value, like a constant, is computed from literals, enum values and other"
-        " constants, and not from itself.",
+        "An initial value, like a constant, may only be computed from literals, enum values and"
+        " other constants, and not from itself.",
         "variable speed: integer = old_speed",
         "Write the constant, and assign the rest in a transition.",
     ),
     _error(
         _TYPES,
         "value-not-allowed",
-        "`value` is what has just come in: in the rules of an enum, and in transitions `on response"
-        " from`, `on feedback from` and, for an action, `on error from` a communication that"
-        " carries something. Elsewhere it has no meaning.",
+        "`value` is what was just received. It can be used in the rules of an enum, and in"
+        " transitions `on response from`, `on feedback from` and, for an action, `on error from` a"
+        " communication that carries something. Elsewhere it has no meaning.",
         "on request to move do speed := value",
-        "Keep what came in earlier in a variable.",
+        "Store the received value in a variable, and use that.",
     ),
     # --- communications
     _error(
         _COMMUNICATION,
         "enum-sent",
-        "An enum converts what comes in. There is no way back, so it cannot be sent, neither"
-        " alone nor"
-        " in an object.",
+        "An enum converts what is received, and not the reverse. So it cannot be sent, neither"
+        " alone nor in an object.",
         "incoming message drive with type: Distance",
         "Send the type that the enum converts from.",
     ),
@@ -415,7 +410,7 @@ _ALL = (
     _error(
         _ROS,
         "parameter-name",
-        "A parameter of the model has the name that another parameter of the generated node has.",
+        "A parameter of the model has the name of another parameter of the generated node.",
         "parameter rate: double = 5.0",
         "Give it another name.",
     ),
@@ -444,10 +439,9 @@ _ALL = (
     _error(
         _BEHAVIOUR,
         "no-marked-reachable",
-        "From some state that the component can get into, no marked state can be reached by its own"
-        " transitions. The supervisor keeps it possible to reach marked states, so it could"
-        " never let"
-        " the component get there.",
+        "From some state that the component can enter, no marked state can be reached by its own"
+        " transitions. The supervisor keeps marked states reachable, so it could never let the"
+        " component enter that state.",
         "initial marked state idle { on request to grab goto grabbing }\nstate grabbing {}",
         "Add the missing transition back (often `on error from` or `on response from`), or mark the"
         " state.",
@@ -455,8 +449,8 @@ _ALL = (
     _warning(
         _BEHAVIOUR,
         "unreachable-state",
-        "No transition of the component leads to this state, so all that is said about it never"
-        " happens.",
+        "No transition of the component leads to this state, so nothing that is declared in it can"
+        " happen.",
         "initial marked state idle {}\nmarked state busy {}",
         "Add a transition to it, or remove it.",
     ),
@@ -479,11 +473,11 @@ _ALL = (
     _warning(
         _BEHAVIOUR,
         "hidden-transition",
-        "A transition of a state stands before those for the same event that exist for every state."
-        " Their assignments are made together, but here something is lost: a goto, an assignment of"
-        " the same variable, or a request.",
+        "A transition of a state takes precedence over those for the same event that apply in every"
+        " state. Their assignments are made together, but here something of the others is lost: a"
+        " `goto`, an assignment to the same variable, or a transition for a request.",
         "on response from distance goto far\nstate sensing { on response from distance goto idle }",
-        "If both are meant, say here what the other one does as well.",
+        "If both are meant, repeat in this transition what the other one does.",
     ),
     _error(
         _BEHAVIOUR,
@@ -495,14 +489,15 @@ _ALL = (
     _error(
         _BEHAVIOUR,
         "not-assignable",
-        "The left side of `:=` is not a variable.",
+        "The left side of `:=` is not a variable of this component.",
         "on response from grab do idle := true",
         "Assign a variable, or change the state with `goto`.",
     ),
     _error(
         _BEHAVIOUR,
         "duplicate-assignment",
-        "The assignments of a transition happen at once, so a variable can be in only one of them.",
+        "The assignments of a transition are simultaneous, so only one of them may assign a"
+        " variable.",
         "do speed := 1, speed := 2",
         "Remove one of them.",
     ),
@@ -524,7 +519,7 @@ _ALL = (
     _error(
         _STATEMENTS,
         "preference-cycle",
-        "Commands are preferred to each other in a circle, so that none of them comes first.",
+        "The preferences between commands form a cycle, so none of the commands comes first.",
         "prefer drive over halt\nprefer halt over drive",
         "Remove one of the preferences.",
     ),
@@ -547,15 +542,15 @@ _ALL = (
         "repeated-communication",
         "One requirement names a communication twice.",
         "requirement { move, stop, move } needs Motor.ready",
-        "Remove one; perhaps another one is meant.",
+        "Remove one of them; perhaps another communication is meant.",
     ),
     # --- libraries
     _error(
         _LIBRARIES,
         "library-not-found",
         "No library of this name lies in the folder of the importing file, in `shared/` or"
-        " `libraries/` beside that folder, in a `--library-path`, or in what a ROS package"
-        " exports by"
+        " `libraries/` beside that folder, in a `--library-path`, or in what a ROS package exports"
+        " by"
         ' `<robosc libraries="…"/>`.',
         "component Left from Wheels import Wheel",
         "Correct the name, or add the folder with `--library-path`.",
@@ -577,9 +572,8 @@ _ALL = (
     _error(
         _LIBRARIES,
         "import-incomplete",
-        "A component of a library refers to another component of the library, which is not"
-        " imported,"
-        " or so often that it is open which one is meant.",
+        "A component of a library refers to another component of that library, which is not"
+        " imported, or imported so often that it is ambiguous which one is meant.",
         "component Arm from Arms import Arm   // reacts to a message of Arms' Hand",
         "Import the other component too; imports that belong together have one prefix.",
     ),
@@ -602,48 +596,47 @@ _ALL = (
     _error(
         _ROS,
         "field-kind",
-        "The field exists, but is of another kind. What is sent must fit into the field: a"
-        " double does"
-        " not go into an integer field. What is received must fit into the type of the model: an"
-        " integer field can be read as a double, not the reverse.",
+        "The field exists, but is of another kind. What is sent must fit into the field: a double"
+        " does not fit into an integer field. What is received must fit into the type of the model:"
+        " an integer field can be read as a double, not the reverse.",
         "datatype object Header { seq: string }   // uint32 in ROS",
         "Use the type that the message names.",
     ),
     _error(
         _ROS,
         "field-range",
-        "A constant or the range of an integer does not fit into the integer field that"
-        " carries it.",
+        "A constant or the range of an integer does not fit into the integer field that carries"
+        " it.",
         "incoming message speed with type: integer\nprovide speed with 40000   // std_msgs/Int16",
         "Use a smaller value, or link an interface with a wider field.",
     ),
     _error(
         _ROS,
         "field-index",
-        "An index lies beyond the end of an array whose length the definition fixes: the"
-        " expression would never have a value.",
+        "An index lies beyond the end of an array whose length the definition fixes: the expression"
+        " would never have a value.",
         "value.covariance[9] > 1 -> lost   // float64[9] covariance",
-        "Use an index from 0 to the length less one.",
+        "Use an index from 0 to the length minus one.",
     ),
     _error(
         _ROS,
         "no-single-field",
-        "A basic type, or an enum from one, travels through the only data field of the linked"
-        " interface. This one has several, or none.",
+        "A basic type, or an enum from one, stands for the only data field of the linked interface."
+        " This one has several, or none.",
         "outgoing message goal with type: double links twist",
         "Use an object that names the field.",
     ),
     _error(
         _ROS,
         "field-length",
-        "The field is an array of fixed length, and an array of another length is sent.",
+        "The field is an array of fixed length, but the array that is sent has another length.",
         "provide pose with { covariance: [0.1, 0.1] }   // float64[36] covariance",
         "Write as many elements as the field has.",
     ),
     _error(
         _ROS,
         "interface-not-found",
-        "The ROS package is there, but has no such message, service or action.",
+        "The ROS package is installed, but has no such message, service or action.",
         "interface twist use Twits from geometry_msgs",
         "Use one of those that it has.",
     ),
@@ -666,7 +659,7 @@ _ALL = (
     _error(
         _ROS,
         "ros-type-unknown",
-        "A type of the model is one of ROS itself, and its package is not found. The fields of"
+        "The model uses a ROS definition as a type, and its package is not found. The fields of"
         " such a type are known only from its definition.",
         "outgoing message scan with type: sensor_msgs/LaserScan   // on a machine without it",
         "Install what the hint names, or declare a datatype of your own and link it.",
@@ -675,8 +668,8 @@ _ALL = (
     _warning(
         _WHOLE,
         "topic-shared",
-        "There are several outgoing messages on one topic. Each message on it counts as an"
-        " event of all of them.",
+        "There are several outgoing messages on one topic. Each message on it counts as an event of"
+        " all of them.",
         'component A { outgoing message x with identifier: "/t", type: none }\n'
         'component B { outgoing message y with identifier: "/t", type: none }',
         "Declare it once; any component can react to it.",
@@ -684,10 +677,11 @@ _ALL = (
     _warning(
         _WHOLE,
         "stale-data",
-        "A command rests on a variable that only a message sets, and nothing says what is to happen"
-        " if that message falls silent: the robot would go on with the last value for ever.",
-        "outgoing message scan with type: Way\non response from scan do way := value\n"
-        "requirement drive needs Front.way = free",
+        "A command depends on a variable that only a message sets, and the model does not say what"
+        " happens if that message falls silent: the robot would go on with the last value for"
+        " ever.",
+        "outgoing message scan with type: Way\non response from scan do way := value\nrequirement"
+        " drive needs Front.way = free",
         "Give the message a `timeout:`, and the command a requirement that names its freshness:"
         " `requirement drive needs scan.fresh`.",
     ),
@@ -695,11 +689,10 @@ _ALL = (
         _WHOLE,
         "topic-types",
         "Two messages share a topic but not the ROS type. ROS connects only publishers and"
-        " subscribers"
-        " of one type.",
+        " subscribers of the same type.",
         'outgoing message a with identifier: "/t", type: double\n'
         'incoming message b with identifier: "/t", type: boolean',
-        "Use different topics, or one type.",
+        "Use different topics, or the same type.",
     ),
     _warning(
         _WHOLE,
@@ -748,18 +741,18 @@ _ALL = (
     _warning(
         _WHOLE,
         "unused-enum-value",
-        "No expression asks for this value, nor for any other of the enum.",
-        "datatype enum Distance from double to { value > 9 -> far value > 1 -> near default ->"
-        " here }",
+        "No expression reads this value, nor any other of the enum.",
+        "datatype enum Distance from double to { value > 9 -> far value > 1 -> near default -> here"
+        " }",
         "Use it, or remove its rule.",
     ),
     # --- the controlled system
     _plant(
         Severity.ERROR,
         "empty-supervisor",
-        "No controller can satisfy the requirements: even from the initial state the robot can,"
-        " on its own, reach a state in which a state requirement fails, a variable is out of range,"
-        " or from which no marked state can be reached.",
+        "No controller can satisfy the requirements: even from the initial state the robot can, on"
+        " its own, reach a state in which a state requirement fails, a variable is out of range, or"
+        " from which no marked state can be reached.",
         "requirement never Sensor.blocked   // the sensor alone decides that",
         "The message lists the events that nobody can prevent. Weaken the requirement, or model"
         " what the controller can do about it.",
@@ -767,8 +760,8 @@ _ALL = (
     _plant(
         Severity.WARNING,
         "never-allowed",
-        "The command can never be sent, because something could follow that nobody can prevent"
-        " and that must not happen. The message gives the shortest way there.",
+        "The command can never be sent, because something that must not happen could follow, and"
+        " nobody could prevent it. The message gives a shortest trace.",
         "state grabbing { on response from grab goto idle }   // and if the grab fails?",
         "Usually some event is not handled; the hint says which and where.",
     ),
@@ -776,10 +769,10 @@ _ALL = (
         Severity.WARNING,
         "restricted-command",
         "The command is allowed less often than its requirements say, because in some states"
-        " something could follow that nobody can prevent and that must not happen.",
+        " something that must not happen could follow, and nobody could prevent it.",
         "on response from fill do level := level + 1   // level: integer(0..3)",
-        "If that is what is wanted, nothing needs to be done: the controller takes care of it. If"
-        " not, the hint says what would lift the restriction.",
+        "If this is what you want, there is nothing to do: the controller takes care of it. If not,"
+        " the hint says what would lift the restriction.",
     ),
     _plant(
         Severity.WARNING,
@@ -813,7 +806,7 @@ _ALL = (
         " anything was assigned to it. It is not sent then; the running controller counts and"
         " reports that.",
         "provide drive with { target_pose: Operator.goal }   // before the first goal",
-        "Enter a state when the data come, and let the command need it.",
+        "Enter a state when the data arrive, and let the command need that state.",
     ),
     _plant(
         Severity.WARNING,
@@ -832,10 +825,10 @@ _ALL = (
     _plant(
         Severity.ERROR,
         "guard-overlap",
-        "Two transitions for one event leave one state, and a state can be reached in which both"
-        " guards hold: what the component does is not determined.",
-        "on response from distance if value > 1 goto near\n"
-        "on response from distance if value < 3 goto far",
+        "Two transitions for one event leave the same state, and the robot can reach a state in"
+        " which both guards hold: it is not determined what the component does.",
+        "on response from distance if value > 1 goto near\non response from distance if value < 3"
+        " goto far",
         "Make the guards exclude each other.",
     ),
     _plant(
@@ -850,10 +843,10 @@ _ALL = (
     _plant(
         Severity.WARNING,
         "properties-unchecked",
-        "There are internal transitions, and the controlled system has too many states to walk"
-        " through. What the message names was not checked: whether internal transitions always end,"
-        " whether they end in the same state in any order, whether the controller keeps reaching"
-        " marked states. Synthesis itself is complete.",
+        "There are internal transitions, and the controlled system has too many states to visit."
+        " What the message names was not checked: whether internal transitions always end, whether"
+        " they end in the same state in any order, whether the controller keeps reaching marked"
+        " states. Synthesis itself is complete.",
         "state a { transition goto b } state b {}, beside twenty boolean variables",
         "Narrow the ranges of variables that requirements read, or avoid internal transitions.",
     ),
@@ -868,36 +861,36 @@ _ALL = (
     _plant(
         Severity.WARNING,
         "order-matters",
-        "Several internal transitions are possible at once, and where that ends depends on which is"
-        " taken first. The controller takes them in the order of the file.",
+        "Several internal transitions are possible at once, and which one is taken first decides"
+        " where the run ends. The controller takes them in the order of the file.",
         "state a { transition goto left transition goto right }",
         "Let their guards exclude each other, or keep in mind that the first one wins.",
     ),
     _plant(
         Severity.WARNING,
         "blocking-under-control",
-        "A marked state can be reached, but the controller passes through it: it takes"
-        " internal transitions as soon as they are possible, and every run to completion ends in a"
-        " state that is not marked.",
+        "A marked state can be reached, but the controller passes through it: it takes internal"
+        " transitions as soon as they are possible, and every run to completion ends in a state"
+        " that is not marked.",
         "marked state a { transition goto b } state b {}",
-        "Mark the states in which the component does rest, or guard the transitions that leave"
+        "Mark the states in which the component comes to rest, or guard the transitions that leave"
         " the marked ones.",
     ),
     # --- supervisors
     _supervisor(
         "commands-alike",
-        "Several commands go out on one topic, and their data do not show which of them a message"
-        " of the other controller means. They do where the provide statements of all but one give"
-        " constants, or where a field has constant values in each that differ from the others'.",
-        "provide drive with { linear: { x: Sensor.wanted } }\n"
-        "provide turn with { linear: { x: Sensor.wanted }, angular: { z: 1.0 } }",
+        "Several commands share one topic, and their data do not show which of them a message of"
+        " the other controller means. They do so if the provide statements of all but one give"
+        " constants, or if some field has a different constant in each of them.",
+        "provide drive with { linear: { x: Sensor.wanted } }\nprovide turn with { linear: { x:"
+        " Sensor.wanted }, angular: { z: 1.0 } }",
         "Provide constant data for one of them, a field that distinguishes them, or give it a topic"
         " of its own.",
     ),
     _supervisor(
         "topic-both-ways",
-        "Robot and controller both send on one topic. A supervisor between them has a topic to"
-        " either side, and each message would be forwarded for ever.",
+        "Robot and controller both send on one topic. A supervisor between them listens on both"
+        " sides, so each message would be forwarded for ever.",
         'outgoing message pose with identifier: "/pose", type: double\n'
         'incoming message goto_pose with identifier: "/pose", type: double',
         "Use a topic for each direction.",
@@ -912,8 +905,8 @@ def page() -> str:
     lines = [
         "# Diagnostics",
         "",
-        "Every message of robosc about a model carries a code in brackets. This page says"
-        " what each",
+        "Every message of robosc about a model carries a code in brackets. This page says what"
+        " each",
         "code means. It is generated from `robosc/codes.py`.",
     ]
     group = ""

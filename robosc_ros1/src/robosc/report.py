@@ -68,7 +68,7 @@ def _supervisor_lines(result: Supervisor) -> Iterator[str]:
         yield from _explanation_lines(explanation)
     if result.plant.view.free:
         yield ""
-        yield "taken as free; as every outcome counts, more may be forbidden than needed:"
+        yield "taken as free: every outcome counts as possible, so too much may be forbidden:"
         yield from (f"    {text}: {reason}" for text, reason in result.plant.view.free.items())
     if result.properties:
         yield ""
@@ -132,7 +132,7 @@ def verify_text(found: VerifyReport) -> str:
     """Each property with ``yes`` or ``no`` and, where it fails, how."""
     lines = [f"{found.robot}: {found.states:,} states, {found.transitions:,} transitions"]
     if found.method == "symbolic":
-        lines.append("too many states to visit each: verified by sets, with diagrams of its own")
+        lines.append("too many states to visit one by one: verified with sets of states")
     for check in found.checks:
         lines.append(f"{check.name}: {'yes' if check.holds else 'no'}")
         if check.detail:

@@ -63,9 +63,7 @@ def test_where_errors_bring_a_value() -> None:
 
     assert faults("code = 3", "code = 4") == []
     assert faults("code = 3", "kode = 3") == ["Result has no property 'kode'"]
-    assert (
-        faults("response: Result,", "response: none,")[0] == "what comes in here carries no value"
-    )
+    assert faults("response: Result,", "response: none,")[0] == "this event carries no value"
     service = "service navigate with request: none, response: Result links nav"
     assert faults(
         "action navigate with request: none, response: Result, feedback: none links nav", service

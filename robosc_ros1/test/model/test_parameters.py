@@ -225,7 +225,7 @@ def test_several_imports_take_their_index(tmp_path: Path) -> None:
         ("count: 1", "Wheel has no constant or parameter 'count'"),
         ("limit: 11", "11 is outside the range of parameter 'limit'"),
         ("limit: 1.5", "parameter 'limit' needs an integer(0..9), this is a double"),
-        ("limit: 1, limit: 2", "another argument is called 'limit' already"),
+        ("limit: 1, limit: 2", "another argument is already called 'limit'"),
         ("wait: 3", "parameter 'wait' needs a duration, this is an integer"),
     ],
 )

@@ -74,7 +74,7 @@ def test_a_command_that_is_not_enabled_names_the_requirement_and_its_line(
             "it is busy", "blocked by Runner in running",
         ]  # fmt: skip
         (reason,) = cancel
-        assert reason["text"] == "not violated: requirement run needs Switches.run"
+        assert reason["text"] == "this requirement holds: requirement run needs Switches.run"
         assert "run needs Switches.run" in source[int(reason["place"].partition(":")[2]) - 1]
 
 

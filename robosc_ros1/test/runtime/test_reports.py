@@ -78,7 +78,7 @@ def test_the_state_tells_why_commands_are_not_enabled() -> None:
     assert reasons(document, "request", "halt") == []
     assert reasons(document, "cancel", "reach") == [
         ("phase", "it is idle"),
-        ("requirement", "not violated: reach needs blocked"),
+        ("requirement", "this requirement holds: reach needs blocked"),
     ]
     engine.cycle()
     document = state_of(engine)

@@ -143,7 +143,7 @@ def test_why_a_goal_is_not_cancelled(execute: bool) -> None:
         return [(r.kind, r.text) for r in cancel.reasons]
 
     requirement = "requirement DistanceSensor.current = free disables grab"
-    assert reasons() == [("requirement", f"not violated: {requirement}")]
+    assert reasons() == [("requirement", f"this requirement holds: {requirement}")]
     play(player, "distance 0.5")
     ((kind, text),) = reasons()
     assert kind == "synthesis" and text.startswith("grab.cancel can never be allowed: after")

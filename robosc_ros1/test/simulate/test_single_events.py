@@ -81,7 +81,7 @@ def test_undo_goes_back_step_by_step(player: Session) -> None:
         assert player.machine.state == state
         if player.history:
             player.do("undo")
-    with pytest.raises(Refused, match="there are no steps to take back"):
+    with pytest.raises(Refused, match="there are no steps to undo"):
         player.do("undo")
 
 

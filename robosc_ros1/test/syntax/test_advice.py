@@ -26,7 +26,7 @@ robot R {
     %s
 }
 """
-BITS = "whether bits are set is asked by has(number, mask)"
+BITS = "has(number, mask) tells whether bits are set"
 NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
 
 
@@ -43,7 +43,10 @@ NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
         ("S.b not in { 1, 2 }", "write !(x in { a, b })"),
         ("S.l between 0 and 1", "write a <= x and x <= b"),
         ("0 < S.l < 1", "write 0 < S.l and S.l < …"),
-        ("S.l > 0 ? true : false", "a condition chooses in 'provide … if' and in transitions"),
+        (
+            "S.l > 0 ? true : false",
+            "there is no conditional expression: use 'provide … if', or 'if' in transitions",
+        ),
         ("abs S.l < 1", "write abs(…)"),
         ("Math.abs(S.l) < 1", "write abs(…)"),
         ("pow(S.l, 2) > 1", "write x * x"),

@@ -177,7 +177,7 @@ robot R {
 }
 """,
         """\
-model.rscd:5:13: error[unexpected-brace]: 'state' cannot stand here
+model.rscd:5:13: error[unexpected-brace]: 'state' is not allowed here
     5 |             state t { }
       |             ^^^^^ is there an extra '}' above?
 """,
@@ -253,19 +253,19 @@ robot R {
 }
 """,
         """\
-model.rscd:3:9: error[misplaced]: 'datatype' cannot stand inside 'component A'
+model.rscd:3:9: error[misplaced]: 'datatype' is not allowed inside 'component A'
     3 |         datatype object T { x: double }
       |         ^^^^^^^^
 model.rscd:2:5: note: it is opened here
-model.rscd:4:9: error[misplaced]: 'requirement' cannot stand inside 'component A'
+model.rscd:4:9: error[misplaced]: 'requirement' is not allowed inside 'component A'
     4 |         requirement m needs A.s
       |         ^^^^^^^^^^^
 model.rscd:2:5: note: it is opened here
-model.rscd:6:13: error[misplaced]: 'incoming' cannot stand inside 'behaviour'
+model.rscd:6:13: error[misplaced]: 'incoming' is not allowed inside 'behaviour'
     6 |             incoming message m with type: T
       |             ^^^^^^^^
 model.rscd:5:9: note: it is opened here
-model.rscd:8:17: error[misplaced]: 'variable' cannot stand inside 'state s'
+model.rscd:8:17: error[misplaced]: 'variable' is not allowed inside 'state s'
     8 |                 variable v: boolean
       |                 ^^^^^^^^
 model.rscd:7:13: note: it is opened here
@@ -296,19 +296,19 @@ robot R {
 }
 """,
         """\
-model.rscd:2:27: error[bad-character]: '&&' means nothing here
+model.rscd:2:27: error[bad-character]: '&&' has no meaning here
     2 |     requirement a needs b && c
       |                           ^^ write 'and'
-model.rscd:3:26: error[bad-character]: ';' means nothing here
+model.rscd:3:26: error[bad-character]: ';' has no meaning here
     3 |     requirement d needs b;
-      |                          ^ nothing stands between declarations
-model.rscd:4:5: error[bad-character]: '#' means nothing here
+      |                          ^ no separator stands between declarations
+model.rscd:4:5: error[bad-character]: '#' has no meaning here
     4 |     # a comment
       |     ^ a comment begins with '//'
-model.rscd:5:27: error[bad-character]: 'ï' means nothing here
+model.rscd:5:27: error[bad-character]: 'ï' has no meaning here
     5 |     requirement e needs naïve.b
       |                           ^ names have the letters a-z and A-Z, digits and '_'
-model.rscd:6:27: error[bad-character]: '≤' means nothing here
+model.rscd:6:27: error[bad-character]: '≤' has no meaning here
     6 |     requirement f needs g ≤ 3
       |                           ^ write '<='
 model.rscd:7:25: error[syntax]: expected a condition after 'needs'
@@ -329,7 +329,7 @@ robot R {
 }
 """,
         """\
-model.rscd:3:5: error[bad-character]: '#' means nothing here
+model.rscd:3:5: error[bad-character]: '#' has no meaning here
     3 |     # a comment: it isn't one
       |     ^ a comment begins with '//'
 model.rscd:6:9: error[syntax]: expected ',' and 'type:'
@@ -531,10 +531,10 @@ library L {
 }
 """,
         """\
-model.rscd:3:5: error[misplaced]: a library holds no requirements: write this in the robot that imports it
+model.rscd:3:5: error[misplaced]: a library cannot contain requirements: write this in the robot that imports it
     3 |     requirement a needs b
       |     ^^^^^^^^^^^
-model.rscd:4:5: error[misplaced]: a library holds no provided data: write this in the robot that imports it
+model.rscd:4:5: error[misplaced]: a library cannot contain provided data: write this in the robot that imports it
     4 |     provide a with 3
       |     ^^^^^^^
 """,

@@ -302,13 +302,13 @@ KEPT = """
         ("levels := value.levels", "any(l > 0 for l in S.levels)", "any(l > 0 for l in S.levels)",
          "it goes through the elements of an array"),
         ("x := value.x", "abs(S.x) > 1", "abs(S.x) > 1", "it calls abs(…)"),
-        ("far := S.x > value.x", "S.far", "S.x > value.x", "it reads what comes in and what is kept"),
+        ("far := S.x > value.x", "S.far", "S.x > value.x", "it reads a received value and a variable"),
         ("x := value.x", "Odd(S.x) = odd", "Odd(S.x) = odd",
          "the rules of the enum do not only compare with constants"),
         ("x := levels[0]", "S.x > 1", "S.levels[0]",
          "it is a part of a variable, and is assigned to another variable"),
         ("levels := here.levels", "S.levels[0] > 1", "S.levels[0] > 1",
-         "a part of a variable is assigned, which may not be there"),
+         "it is assigned a part of a variable that may be missing"),
     ],
 )  # fmt: skip
 def test_each_free_test_has_its_reason(action: str, condition: str, free: str, reason: str) -> None:

@@ -96,7 +96,7 @@ def test_state_requirement_that_fails_is_unsafe() -> None:
 
 def test_request_against_a_requirement_is_unsafe() -> None:
     report = verify(with_guard(supervisor_of(ARM), "drop", TRUE))
-    assert failing(report)["safe"] == "the request of drop happens against a requirement"
+    assert failing(report)["safe"] == "the request of drop violates a requirement"
     assert trace(report, "safe") == ["lift", "lift", "drop"]
 
 
@@ -150,7 +150,7 @@ def test_event_forbidden_without_need_is_not_maximally_permissive() -> None:
         "controlled states",
         "controlled transitions",
     }
-    assert found["maximally permissive"] == "the request of lift is forbidden without need"
+    assert found["maximally permissive"] == "the request of lift is forbidden unnecessarily"
     assert trace(report, "maximally permissive") == ["lift"]
 
 
@@ -200,7 +200,7 @@ def test_document() -> None:
     assert {
         "name": "maximally permissive",
         "holds": False,
-        "detail": "the request of lift is forbidden without need",
+        "detail": "the request of lift is forbidden unnecessarily",
         "trace": [{"kind": "request", "name": "lift", "value": None}],
     } in document["checks"]
 

@@ -71,11 +71,11 @@ def test_a_forbidden_command_names_its_requirements(played: tuple[Played, Hub]) 
             "free or obstructed",
         ),
         ({"event": {"kind": "response", "name": "nobody"}}, "there is no event"),
-        ({"undo": 1}, "nothing to take back"),
-        ({"random": 10**9}, "cannot be done"),
-        ({"line": "save /tmp/x"}, "cannot be done"),
-        ([1], "cannot be done"),
-        (None, "cannot be done"),
+        ({"undo": 1}, "nothing to undo"),
+        ({"random": 10**9}, "no such request"),
+        ({"line": "save /tmp/x"}, "no such request"),
+        ([1], "no such request"),
+        (None, "no such request"),
     ],
 )
 def test_what_cannot_be_done_changes_nothing(

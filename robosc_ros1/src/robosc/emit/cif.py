@@ -123,7 +123,7 @@ class _Writer:
                 name = f"{event.name}.{event.kind.value}"
                 raise StateSpaceError(
                     f"CIF needs an event for each value, and {name} has more than"
-                    f" {_MOST_VALUES:,}: convert what comes in by an enum, or export as JSON"
+                    f" {_MOST_VALUES:,}: convert the received value by an enum, or export as JSON"
                 )
             for values in valuations(event):
                 words = [_event_name(event), *(_value_name(value) for value in values)]

@@ -154,7 +154,7 @@ def _owner(test: TestRef, parameters: str) -> str:
     if len(found) > 1:
         raise UsageError(
             f"CIF has no numbers without bounds, and '{test.name}' compares data of several"
-            " components: convert what comes in by an enum, or export as JSON"
+            " components: convert the received value by an enum, or export as JSON"
         )
     return found.pop() if found else parameters
 

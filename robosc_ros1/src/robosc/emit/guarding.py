@@ -84,7 +84,7 @@ def _check_directions(robot: Robot, report: Report) -> None:
                 message.span,
                 f"robot and controller both send on the topic '{message.identifier}'",
                 "give them a topic each",
-                [Note("the robot does here", other.span)],
+                [Note("the robot sends on it here", other.span)],
             )
 
 
@@ -130,7 +130,7 @@ def _by_field(
                 kept = dict.fromkeys(part.constants[path] for part in provided[message.key])
                 yield CommandMatch(message.key, field=(path, tuple(kept)))
             return
-    reason = "no field has constant values in the data of each that differ"
+    reason = "no field has a different constant in the data of each"
     _refuse(messages[1], messages[0], reason, robot, report)
 
 

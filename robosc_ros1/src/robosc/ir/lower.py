@@ -252,7 +252,7 @@ class _Context:
         if isinstance(values, Classes):
             labels = _labels(values, reference, self.robot)
         else:
-            values = _values(reference.type, "a value that comes in")
+            values = _values(reference.type, "a received value")
             if may_be_missing(reference):
                 values = (*values, None)
         optional = reference.optional

@@ -69,12 +69,12 @@ _TOKEN = re.compile(
 _DOUBLE = re.compile(r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 
 _ADVICE = {
-    ";": "nothing stands between declarations",
-    "&": "write 'and'; whether bits are set is asked by has(number, mask)",
-    "|": "write 'or'; whether bits are set is asked by has(number, mask)",
+    ";": "no separator stands between declarations",
+    "&": "write 'and'; has(number, mask) tells whether bits are set",
+    "|": "write 'or'; has(number, mask) tells whether bits are set",
     "&&": "write 'and'",
     "||": "write 'or'",
-    "?": "a condition chooses in 'provide … if' and in transitions",
+    "?": "there is no conditional expression: use 'provide … if', or 'if' in transitions",
     "#": "a comment begins with '//'",
     "~": "write '!' for 'not'",
     "\u00a0": "a plain space is meant",
@@ -353,7 +353,7 @@ def _bad_character(source: Source, start: int, end: int) -> Diagnostic:
         hint: str | None = "names have the letters a-z and A-Z, digits and '_'"
     else:
         hint = _ADVICE.get(found) or _ADVICE.get(found[0])
-    return _error(source, "bad-character", start, end, f"'{shown}' means nothing here", hint)
+    return _error(source, "bad-character", start, end, f"'{shown}' has no meaning here", hint)
 
 
 def _error(

@@ -142,7 +142,7 @@ def _choose(place: _Place, hint: str) -> Iterator[Action]:
 
 def _remove(place: _Place, hint: str) -> Iterator[Action]:
     code = place.diagnostic.code
-    if code == "bad-character" and hint == "nothing stands between declarations":
+    if code == "bad-character" and hint == "no separator stands between declarations":
         yield Action("Remove it", (Edit(place.span, ""),))
     elif code == "several-defaults":
         yield Action("Remove this default", (Edit(_line_of(place.span), ""),))

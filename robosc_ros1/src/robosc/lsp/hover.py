@@ -172,7 +172,7 @@ def _guards(key: str, derived: Derived) -> Iterator[str]:
         if guard.status == "never":
             yield head
         elif guard.text == "true":
-            yield f"{head}: always allowed where its component can do it"
+            yield f"{head}: always allowed where its component does not block it"
         else:
             yield f"{head}. Synthesis allows it where\n\n{_fenced('rscd', guard.text)}"
         for reason, remedy in guard.reasons:

@@ -99,7 +99,7 @@ _OBJECT = Snippet(
 )
 _ENUM = Snippet(
     "datatype enum { … }",
-    "A finite set of values of what comes in",
+    "A finite set of values, to which a message is converted",
     """\
 datatype enum ${1:Name} from ${2:double} to {
     value > ${3:0} -> ${4:high}

@@ -83,11 +83,11 @@ class Aggregates:
         operation = AGGREGATES.get(name)
         if operation is None:
             hint = self._report.suggest(name, AGGREGATES)
-            message = f"'{name}' goes through no array"
+            message = f"'{name}' is not a function over arrays"
             self._report.add("unknown-name", node.function.span, message, hint)
             return None
         if node.variable.text in self._bound or node.variable.text == "value":
-            message = f"'{node.variable.text}' means something else here"
+            message = f"'{node.variable.text}' already has another meaning here"
             self._report.add("duplicate-name", node.variable.span, message, "give it another name")
             return None
         if not isinstance(node.array, ArrayNode):
@@ -160,7 +160,7 @@ class Aggregates:
         numbers = [_of_element(parts[0], node.variable.text, element) for element in elements]
         if name == "count" or parts[1] is not None or any(map(may_be_undefined, numbers)):
             hint = "compare count(…) with a number" if name == "count" else None
-            message = f"'{name}' over a list of what is read cannot stand here"
+            message = f"'{name}' over a list of expressions is not allowed here"
             self._report.add("not-over-components", node.span, message, hint)
             return None
         operation = "+" if name == "sum" else name
@@ -192,7 +192,7 @@ class Aggregates:
             return None
         least, more = at_least(conditions, value), at_least(conditions, value + 1)
         if least is None or more is None:
-            message = "this count has too many cases to be written out"
+            message = "this count has too many cases to be expanded"
             hint = "compare it with a smaller number, or count fewer elements"
             self._report.add("not-over-components", many.span, message, hint)
             return None

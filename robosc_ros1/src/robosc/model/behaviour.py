@@ -121,7 +121,7 @@ class BehaviourResolver:
             self._report,
             self._instance.types,
             None,
-            no_value("an initial value cannot depend on what comes in"),
+            no_value("an initial value cannot depend on a received value"),
         )
         place = f"variable '{node.name.text}'"
         if isinstance(node.initial, Access) and self._reads_something(node.initial, type_):

@@ -36,8 +36,8 @@ def check_events(
             report.add(
                 "duplicate-transition",
                 node.event_span,
-                f"there is a transition for '{node.event}' of"
-                f" '{node.communication.span.text}' {where} already",
+                f"there is already a transition for '{node.event}' of"
+                f" '{node.communication.span.text}' {where}",
                 "join them, or give each an 'if' that excludes the other",
                 [Note("the first one is here", clash.event_span)],
             )
@@ -50,7 +50,7 @@ def check_initial(instance: Instance, report: Report, initial: Sequence[StateNod
         report.add(
             "several-initial-states",
             state.name.span,
-            f"{name} has an initial state already",
+            f"{name} already has an initial state",
             f"remove 'initial' from '{state.name.text}' or from '{initial[0].name.text}'",
             [Note("the first one is here", initial[0].name.span)],
         )
@@ -85,7 +85,7 @@ def check_hiding(behaviour: Behaviour, event_spans: Mapping[int, Span], report: 
                 event_spans[transition.span.start],
                 f"in state '{state.name}' this hides the transition for"
                 f" '{transition.event.value}'"
-                f" of '{name}' that exists for every state",
+                f" of '{name}' that applies in every state",
                 None,
                 [Note("the hidden one is here", event_spans[hidden[0].span.start])],
             )

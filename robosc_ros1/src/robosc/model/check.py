@@ -140,7 +140,7 @@ def _check_finite(assignment: Assignment, report: Report) -> None:
                 "not-finite",
                 part.span,
                 f"'{assignment.variable}', which takes part in decisions, cannot take"
-                f" {describe(part.type)} without range: it can be anything",
+                f" {describe(part.type)} without a range: it can be anything",
                 "compare it here, or convert it by an enum"
                 if computed
                 else "give it a range, integer(0..9), or convert it by an enum",

@@ -50,7 +50,7 @@ def declare(instance: Instance, report: Report) -> None:
                 report.add(
                     "several-behaviours",
                     _head(item, "behaviour"),
-                    f"component {instance.name} has a behaviour already",
+                    f"component {instance.name} already has a behaviour",
                     "put everything into one",
                     [Note("the first one is here", _head(instance.behaviour, "behaviour"))],
                 )
@@ -98,7 +98,7 @@ def _duplicate(
     report.add(
         "duplicate-name",
         second.name.span,
-        f"component {instance.name} has a {what} '{second.name.text}' already",
+        f"component {instance.name} already has a {what} '{second.name.text}'",
         "give one of them another name",
         [Note("the first one is here", first.name.span)],
     )
@@ -215,8 +215,8 @@ def check_local_names(component_table: ComponentTable, report: Report) -> None:
             report.add(
                 "duplicate-name",
                 info.node.name.span,
-                f"component {local[0].instance.name} has a communication '{info.name}' already",
-                "names of communications are unique in a robot; 'identifier:' can still be any",
+                f"component {local[0].instance.name} already has a communication '{info.name}'",
+                "communications of a robot have different names; 'identifier:' may be the same",
                 [Note("the first one is here", local[0].node.name.span)],
             )
 

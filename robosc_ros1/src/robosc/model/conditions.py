@@ -44,7 +44,7 @@ def typed_condition(node: ExprNode, robot: Robot, report: Report) -> Expr | None
     for component in robot.components:
         table.add(_instance(component, types))
     table.index_communications()
-    incoming = no_value("a condition on states has no incoming value")
+    incoming = no_value("a condition on states has no received value")
     return Typer(report, types, SymbolTable(table), incoming).check(node, BOOLEAN, "a condition")
 
 

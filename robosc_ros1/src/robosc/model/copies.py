@@ -330,7 +330,7 @@ class _Writer:
                 Access(node.function, (), span=node.function.span), tuple(elements), span=node.span
             )
         hint = "compare count(…) with a number" if function == "count" else "leave out the 'if'"
-        message = f"'{function}' over components cannot stand here"
+        message = f"'{function}' over components is not allowed here"
         self._report.add("not-over-components", node.span, message, hint)
         return LiteralNode(0, span=node.span)
 
@@ -367,7 +367,7 @@ class _Writer:
         elements = [self._element(many, member, scope) for member in members]
         written = at_least(operator, elements, number, many.span)
         if written is None:
-            message = "this count has too many cases to be written out"
+            message = "this count has too many cases to be expanded"
             hint = "compare it with a smaller number, or count fewer components"
             self._report.add("not-over-components", many.span, message, hint)
             return LiteralNode(True, span=node.span)

@@ -122,7 +122,9 @@ class TypeTable(KnownTypes):
                 inner = self.resolve(element)
                 if isinstance(inner, NoneType):
                     self._report.add(
-                        "none-not-allowed", element.span, "an array cannot consist of none"
+                        "none-not-allowed",
+                        element.span,
+                        "the elements of an array cannot be of type none",
                     )
                     return None
                 return None if inner is None else ArrayType(inner)
@@ -217,7 +219,7 @@ class TypeTable(KnownTypes):
                 "unknown-type",
                 node.name.span,
                 "only constants and parameters are durations",
-                "name what the message has: builtin_interfaces/Duration, or a double of seconds",
+                "use the type of the message: builtin_interfaces/Duration, or a double of seconds",
             )
             return
         basic = ("string", "boolean", "double", "integer", "none")
@@ -330,7 +332,7 @@ class TypeTable(KnownTypes):
             self._report.add(
                 "enum-source",
                 node.source.span,
-                f"{node.name.text} has nothing to convert from none",
+                f"{node.name.text} cannot convert from none, which carries nothing",
             )
 
     def _record_value(self, node: EnumNode, rule: EnumRuleNode) -> None:
@@ -349,7 +351,7 @@ class TypeTable(KnownTypes):
                     self._report.add(
                         "several-defaults",
                         rule.span,
-                        f"{node.name.text} has a default already",
+                        f"{node.name.text} already has a default",
                         "remove one of them",
                     )
                 default = rule.span

@@ -158,7 +158,7 @@ class Typer:
         if isinstance(expected.type, DurationType):
             hint = "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
         elif isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
-            hint = "a double never becomes an integer by itself"
+            hint = "a double is never converted to an integer implicitly"
         elif (comparison := of_three(node, place)) is not None:
             hint = comparison
         elif place == RULE and isinstance(node, LiteralNode):
@@ -363,9 +363,7 @@ class Typer:
                 )
             return None
         if isinstance(incoming.type, NoneType):
-            self._report.add(
-                "value-not-allowed", access.root.span, "what comes in here carries no value"
-            )
+            self._report.add("value-not-allowed", access.root.span, "this event carries no value")
             return None
         type_ = self._parts.type_of(access, incoming.type)
         if type_ is None:

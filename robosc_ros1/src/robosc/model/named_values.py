@@ -51,7 +51,7 @@ class NamedValueTyper:
         try:
             match node:
                 case ConditionNode():
-                    reason = "a named condition is about the state, not about what comes in"
+                    reason = "a named condition is about the state, not about a received value"
                     typer = Typer(self.report, self.types, self.symbols(), no_value(reason))
                     return typer.check(node.value, BOOLEAN, f"condition '{name}'")
                 case ConstantNode():
@@ -126,7 +126,7 @@ def _constant(
     That of an object is a dict, that of an array a tuple, as provided data have them.
     """
     word = what.partition(" ")[0]
-    typer = Typer(report, types, None, no_value(f"a {word} cannot depend on what comes in"))
+    typer = Typer(report, types, None, no_value(f"a {word} cannot depend on a received value"))
     data = DataTyper(typer, types, report).typed(node, type_, what)
     return None if data is None else _value(data, type_, what, node.span, report)
 

@@ -159,7 +159,7 @@ def report_duplicate(what: str, second: Name, first: Span, report: Report) -> No
     report.add(
         "duplicate-name",
         second.span,
-        f"another {what} is called '{second.text}' already",
+        f"another {what} is already called '{second.text}'",
         "give one of them another name",
         [Note("the first one is here", first)],
     )

@@ -44,7 +44,7 @@ class StatementResolver:
             report,
             types,
             symbols,
-            no_value("a decision on a command has no incoming value"),
+            no_value("a requirement or a condition of a command has no received value"),
         )
         self._data = DataTyper(self._typer, types, report)
 
@@ -61,7 +61,7 @@ class StatementResolver:
                 self._report.add(
                     "repeated-communication",
                     access.span,
-                    f"'{access.span.text}' stands twice in this requirement",
+                    f"'{access.span.text}' appears twice in this requirement",
                     None,
                     [Note("the first one is here", seen[info.key])],
                 )

@@ -23,7 +23,7 @@ class Targets:
         own, root = self._instance, access.root.text
         self._record(access)
         if is_value(access):
-            self._not_assignable(access, "'value' is what came in")
+            self._not_assignable(access, "'value' is the received value")
         elif not access.path:
             if root in own.variables:
                 return root

@@ -23,7 +23,7 @@ def of_three(node: ExprNode, place: str) -> str | None:
 
 
 VALUE_PLACES = (
-    "'value' may stand in enum rules and after 'on response', 'on feedback' and an action's"
+    "'value' can be used in enum rules and after 'on response', 'on feedback' and an action's"
     " 'on error'"
 )
 

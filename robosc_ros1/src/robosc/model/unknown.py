@@ -15,7 +15,7 @@ __all__ = ["NameFaults", "last_name"]
 _MEANINGS = ("component", "enum", "state", "variable")
 """Keywords of what a name in an expression may mean."""
 _NO_VALUE = "'%s' is a communication; conditions are about variables and states"
-_KEEP = "keep what it brings in a variable of its component"
+_KEEP = "store its value in a variable of its component"
 
 
 class NameFaults:

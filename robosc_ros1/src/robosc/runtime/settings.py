@@ -96,12 +96,12 @@ _GENERAL = (
     Parameter("seed", "integer", 0, "seed of the random order"),
     Parameter(
         "on_mismatch", "string", "ignore",
-        "what to do when the robot reports what the model says cannot happen",
+        "what to do on an event that the model excludes",
         choices=("ignore", "stop"),
     ),
     Parameter(
         "stop_command", "string", "",
-        "communication that is requested once at a safe stop and at shutdown, guard or not",
+        "communication that is requested once at a safe stop and at shutdown, allowed or not",
     ),
     Parameter("exit_on_stop", "boolean", False, "end the node after a safe stop"),
     Parameter(
@@ -127,7 +127,7 @@ _GENERAL = (
     ),
     Parameter(
         "allowed_publishers", "string", "",
-        "nodes, with blanks between, that may publish on topics of commands, too",
+        "nodes, separated by blanks, that may also publish on topics of commands",
     ),
 )  # fmt: skip
 
@@ -154,7 +154,7 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
     for communication in communications:
         name = parameter_name(communication.name)
         if communication.sort != "outgoing":
-            meaning = "how often %s is repeated, in Hz; 0: as all others" % communication.name
+            meaning = "how often %s is repeated, in Hz; 0: like all others" % communication.name
             result.append(Parameter("rate/" + name, "number", 0.0, meaning, minimum=0.0))
         timeout = _timeout(communication)
         if timeout is not None:

@@ -107,7 +107,7 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
     if command.kind == "cancel":
         if not failed:
             kept = [
-                {"kind": "requirement", "text": "not violated: " + requirement.text,
+                {"kind": "requirement", "text": "this requirement holds: " + requirement.text,
                  "place": requirement.place}
                 for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
             ]  # fmt: skip

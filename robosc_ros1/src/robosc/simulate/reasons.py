@@ -42,7 +42,9 @@ def _kept(supervisor: Supervisor, event: Event) -> Iterator[Reason]:
     """An action is cancelled only for a requirement that is violated."""
     for index in event.requirements:
         requirement = supervisor.plant.robot.requirements[index]
-        yield Reason("requirement", f"not violated: {requirement.text}", place(requirement.span))
+        yield Reason(
+            "requirement", f"this requirement holds: {requirement.text}", place(requirement.span)
+        )
     if not event.requirements:
         yield Reason("requirement", "no requirement concerns it")
 

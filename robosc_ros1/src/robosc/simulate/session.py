@@ -28,14 +28,14 @@ MakeMachine = Callable[[Mapping[str, Any]], Machine]
 """A machine in its initial state, with these parameters."""
 
 WORDS: Mapping[str, tuple[str, str]] = {
-    "show": ("show", "the state, what can happen, and what stands in the way of commands"),
+    "show": ("show", "the state, what can happen, and what forbids commands"),
     "why": ("why COMMAND", "the guard of a command and all that is known about it"),
-    "wait": ("wait SECONDS", "turn the clock on (with --execute)"),
-    "goto": ("goto CONDITION", "take the shortest way there: goto Motor.moving"),
-    "random": ("random N [SEED]", "N steps at random; the same seed takes the same ones"),
-    "undo": ("undo [N]", "take back the last N steps"),
+    "wait": ("wait SECONDS", "advance the clock (with --execute)"),
+    "goto": ("goto CONDITION", "take a shortest path to a state: goto Motor.moving"),
+    "random": ("random N [SEED]", "take N random steps; the same seed gives the same ones"),
+    "undo": ("undo [N]", "undo the last N steps"),
     "restart": ("restart", "begin again"),
-    "set": ("set NAME VALUE", "begin again with a parameter, as in: set limit 0.5"),
+    "set": ("set NAME VALUE", "restart with a parameter, as in: set limit 0.5"),
     "expect": ("expect …", "CONDITION, enabled EVENT, disabled EVENT, sent …, data …, marked …"),
     "save": ("save FILE", "write all steps so far as a script"),
     "play": ("play FILE", "run the lines of a script"),
@@ -218,12 +218,12 @@ class Session:
 
     def _undo(self, rest: str) -> Done:
         if rest and not re.fullmatch(r"\d{1,9}", rest):
-            raise InvalidLine("write how many steps to take back: undo 3")
+            raise InvalidLine("write how many steps to undo: undo 3")
         count = int(rest or 1)
         if count > len(self.history):
             steps = len(self.history)
             many = "is 1 step" if steps == 1 else f"are {steps or 'no'} steps"
-            raise Refused(f"there {many} to take back")
+            raise Refused(f"there {many} to undo")
         self.machine.undo(count)
         del self.history[len(self.history) - count :]
         self.latest = ()
@@ -244,7 +244,7 @@ class Session:
         self.machine = self._make(parameters)
         self._parameters = parameters
         self.history.clear()
-        return self._did(self._beginning(), f"{name} is {literal_text(value)}; begun again")
+        return self._did(self._beginning(), f"{name} is {literal_text(value)}; restarted")
 
     def _expect(self, rest: str) -> Done:
         expect(rest, self.machine, self.latest)

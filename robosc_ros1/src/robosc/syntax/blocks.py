@@ -316,7 +316,7 @@ class Block:
         if reading.reported_at != at:
             reading.reported_at = at
             hint = "is there an extra '}' above?"
-            reading.report("unexpected-brace", f"'{word}' cannot stand here", at, hint=hint)
+            reading.report("unexpected-brace", f"'{word}' is not allowed here", at, hint=hint)
         reading.reopened = True
         late: list[Any] = []
         end = self.child.block.read(reading, at, None, late)
@@ -328,7 +328,7 @@ class Block:
 
     def _misplaced(self, reading: Reading, at: int, word: str, header: Header) -> int:
         """A declaration that stands one block too deep: read it, and give it to the right one."""
-        message = f"'{word}' cannot stand inside {header.quoted(reading)}"
+        message = f"'{word}' is not allowed inside {header.quoted(reading)}"
         reading.report("misplaced", message, at, notes=header.note(reading))
         owner = self.parent
         while owner and word not in owner.items.rules:

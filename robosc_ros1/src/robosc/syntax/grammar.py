@@ -237,7 +237,7 @@ def _file_block(kind: str) -> Block:
     }
     if kind == "library":
         for word, plural in _NOT_IN_LIBRARIES.items():
-            refusal = f"a library holds no {plural}: write this in the robot that imports it"
+            refusal = f"a library cannot contain {plural}: write this in the robot that imports it"
             rules[word].refusal = refusal
     words = tuple(f"'{word}'" for word in rules if not rules[word].refusal)
     block = Block(Items(words, rules), child=Child(component_block, _adopt(ComponentNode)))

@@ -78,12 +78,12 @@ class Played:
                         self._machine.undo(count)
                         self._undoable -= count
                     case {"undo": int()}:
-                        raise Unable("there is nothing to take back")
+                        raise Unable("there is nothing to undo")
                     case {"restart": _}:
                         self._machine.restart()
                         self._begin(getattr(self._machine, "beginning", ()))
                     case _:
-                        raise Unable("this cannot be done")
+                        raise Unable("there is no such request")
             except LineFault as fault:
                 raise Unable(str(fault)) from None
             self._show()

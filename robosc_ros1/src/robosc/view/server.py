@@ -151,7 +151,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._reply(403, {"message": "only this server's own page may ask this"})
             return
         if answer is None:
-            self._reply(404, {"message": "this source has no such thing"})
+            self._reply(404, {"message": "this source does not offer that"})
             return
         try:
             length = int(self.headers.get("Content-Length") or 0)

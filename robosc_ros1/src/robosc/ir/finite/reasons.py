@@ -23,7 +23,7 @@ from robosc.model.traversal import walk
 
 __all__ = ["MAY_BE_MISSING", "SEVERAL_CHANGES", "WIDENED", "why_free"]
 
-MAY_BE_MISSING = "a part of a variable is assigned, which may not be there"
+MAY_BE_MISSING = "it is assigned a part of a variable that may be missing"
 SEVERAL_CHANGES = "one event changes several things that it reads"
 WIDENED = "an integer that may be too large for a double is assigned to one"
 
@@ -47,7 +47,7 @@ def why_free(term: TestRef | ChoiceRef) -> str:
     if len(read) > 1:
         incoming = [isinstance(each, ValueRef) for each in read]
         if any(incoming) and not all(incoming):
-            return "it reads what comes in and what is kept"
+            return "it reads a received value and a variable"
         return "it reads more than one number or string"
     if called:
         return f"it calls {called[0]}(…)"

@@ -56,7 +56,7 @@ def _kind_words(type_: Type, field: FieldType, sending: bool) -> str:
     if isinstance(type_, DoubleType) and field.base in INTEGERS:
         return "a double cannot be sent through it; use integer"
     if isinstance(type_, IntegerType) and field.base in ("float32", "float64"):
-        return "what comes in is not an integer; use double"
+        return "the field is not an integer; use double"
     if field.is_message:
         return f"it is a message itself, {type_} does not fit; use an object"
     if isinstance(type_, ObjectType):

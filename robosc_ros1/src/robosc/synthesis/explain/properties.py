@@ -96,7 +96,7 @@ def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -
         Severity.WARNING,
         "properties-unchecked",
         f"the controlled system has {amount(controlled_states)} states{outcomes},"
-        " too many to walk through:"
+        " too many to visit:"
         f" {listing(left_out)} {'was' if len(left_out) == 1 else 'were'} not checked",
         system.plant.robot.span,
         "narrow the ranges of variables that requirements read, or avoid internal transitions",

@@ -236,7 +236,7 @@ class ExplicitVerifier:
             if state in graph.violations:
                 label = graph.violations[state]
                 event = self._plant.events[self._labelled[label][0]]
-                detail = f"the {state_text(event)} happens against a requirement"
+                detail = f"the {state_text(event)} violates a requirement"
                 step = self._step(graph.codes[state], label)
                 return Check("safe", False, detail, (*self._trace(graph, reached, state), step))
         return Check("safe", True)
@@ -254,7 +254,7 @@ class ExplicitVerifier:
             for target, label in graph.steps(state):
                 if label < 0 and keepable[target] and graph.staying(state, label, keepable):
                     event = self._plant.events[self._labelled[~label][0]]
-                    detail = f"the {state_text(event)} is forbidden without need"
+                    detail = f"the {state_text(event)} is forbidden unnecessarily"
                     step = self._step(graph.codes[state], ~label)
                     trace = (*self._trace(graph, reached, state), step)
                     return Check("maximally permissive", False, detail, trace)

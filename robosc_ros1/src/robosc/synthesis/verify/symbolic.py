@@ -96,7 +96,7 @@ class _Proof:
         for number, relation in enumerate(self.relations):
             taken = reached & relation.possible & self.guards[number]
             if taken & ~self.required[number] != self.false:
-                return f"the {self.describe(relation.event)} happens against a requirement"
+                return f"the {self.describe(relation.event)} violates a requirement"
         return None
 
     def _blocking(self, reached: Bdd) -> str | None:
@@ -107,7 +107,7 @@ class _Proof:
         for number, relation in enumerate(self.relations):
             forbidden = reached & relation.possible & self.required[number] & ~self.guards[number]
             if forbidden & self._staying(relation, keepable) != self.false:
-                return f"the {self.describe(relation.event)} is forbidden without need"
+                return f"the {self.describe(relation.event)} is forbidden unnecessarily"
         return None
 
     def _transitions(self, reached: Bdd) -> int:

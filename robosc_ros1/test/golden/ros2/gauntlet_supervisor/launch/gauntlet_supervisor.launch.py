@@ -22,13 +22,13 @@ PARAMETERS = (
         "on_mismatch",
         "on_mismatch",
         "string",
-        "what to do when the robot reports what the model says cannot happen (ignore, stop)",
+        "what to do on an event that the model excludes (ignore, stop)",
     ),
     (
         "stop_command",
         "stop_command",
         "string",
-        "communication that is requested once at a safe stop and at shutdown, guard or not",
+        "communication that is requested once at a safe stop and at shutdown, allowed or not",
     ),
     ("exit_on_stop", "exit_on_stop", "boolean", "end the node after a safe stop"),
     (
@@ -69,7 +69,7 @@ PARAMETERS = (
         "allowed_publishers",
         "allowed_publishers",
         "string",
-        "nodes, with blanks between, that may publish on topics of commands, too",
+        "nodes, separated by blanks, that may also publish on topics of commands",
     ),
     (
         "timeout_reach",

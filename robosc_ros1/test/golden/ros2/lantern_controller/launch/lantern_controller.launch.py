@@ -31,13 +31,13 @@ PARAMETERS = (
         "on_mismatch",
         "on_mismatch",
         "string",
-        "what to do when the robot reports what the model says cannot happen (ignore, stop)",
+        "what to do on an event that the model excludes (ignore, stop)",
     ),
     (
         "stop_command",
         "stop_command",
         "string",
-        "communication that is requested once at a safe stop and at shutdown, guard or not",
+        "communication that is requested once at a safe stop and at shutdown, allowed or not",
     ),
     ("exit_on_stop", "exit_on_stop", "boolean", "end the node after a safe stop"),
     (
@@ -78,19 +78,19 @@ PARAMETERS = (
         "allowed_publishers",
         "allowed_publishers",
         "string",
-        "nodes, with blanks between, that may publish on topics of commands, too",
+        "nodes, separated by blanks, that may also publish on topics of commands",
     ),
     (
         "rate_kindle",
         "rate.kindle",
         "number",
-        "how often kindle is repeated, in Hz; 0: as all others (at least 0)",
+        "how often kindle is repeated, in Hz; 0: like all others (at least 0)",
     ),
     (
         "rate_snuff",
         "rate.snuff",
         "number",
-        "how often snuff is repeated, in Hz; 0: as all others (at least 0)",
+        "how often snuff is repeated, in Hz; 0: like all others (at least 0)",
     ),
     (
         "qos_brightness_reliability",
