@@ -10,11 +10,9 @@ topic, service or action. Runs under the test bed's Python.
 from __future__ import annotations
 
 import contextlib
-import importlib
 import json
 import os
 import queue
-import re
 import sys
 import threading
 import time
@@ -28,58 +26,13 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "templates" / "ros2"))
 
 from action_client import Client
+from peer_messages import fill, load, plain, profile
 
 PATIENCE = 60.0
-
-
-def load(name: str) -> Any:
-    package, kind, type_ = name.split("/")
-    return getattr(importlib.import_module(f"{package}.{kind}"), type_)
-
-
-def fill(message: Any, data: dict[str, Any]) -> Any:
-    for name, value in data.items():
-        if isinstance(value, dict):
-            fill(getattr(message, name), value)
-        elif isinstance(value, list) and value and isinstance(value[0], dict):
-            kind = message.get_fields_and_field_types()[name]
-            package, _, type_ = re.sub(r"sequence<|[>,[].*", "", kind).partition("/")
-            setattr(message, name, [fill(load(f"{package}/msg/{type_}")(), v) for v in value])
-        elif isinstance(getattr(message, name), float):
-            setattr(message, name, float(value))
-        elif isinstance(getattr(message, name), bytes):
-            setattr(message, name, bytes([value]))
-        elif message.get_fields_and_field_types()[name] == "sequence<octet>":
-            setattr(message, name, [bytes([part]) for part in value])
-        else:
-            setattr(message, name, value)
-    return message
-
-
-def plain(value: Any) -> Any:
-    if hasattr(value, "get_fields_and_field_types"):
-        return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
-    if isinstance(value, bool | int | float | str):
-        return value
-    if hasattr(value, "tolist"):  # of numpy, or an array
-        return value.tolist()
-    if isinstance(value, bytes):
-        return list(value) if len(value) != 1 else value[0]
-    return [plain(part) for part in value]
-
-
-def profile(reliability: str = "reliable", durability: str = "volatile", depth: int = 1000) -> Any:
-    return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST,
-        depth=depth,
-        reliability=ReliabilityPolicy[reliability.upper()],
-        durability=DurabilityPolicy[durability.upper()],
-    )
 
 
 class Peer:

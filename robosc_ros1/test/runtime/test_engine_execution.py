@@ -1,4 +1,4 @@
-"""How the engine executes a controller: order, pace, calls, mismatches, safe stop."""
+"""How the engine executes a controller: order, rate, calls, deadlines, suspension."""
 
 from __future__ import annotations
 
@@ -6,54 +6,11 @@ import math
 import threading
 
 import pytest
-from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
+from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController
+from runtime.played_engine import Played
 
 from robosc.runtime.engine import INACTIVE, Engine
 from robosc.runtime.settings import Settings
-
-
-class Played:
-    """An engine whose clock and inputs the test moves."""
-
-    def __init__(self, **settings: object) -> None:
-        self.port = PlayedPort()
-        self.controller = LampController()
-        self.engine = Engine(
-            self.controller,
-            self.port,
-            Settings(**settings),
-            steady=lambda: self.port.time,  # type: ignore[arg-type]
-        )
-
-    def begin(self) -> list[str]:
-        self.engine.begin()
-        self.engine.cycle()
-        return self.port.take()
-
-    def see(self, value: float) -> list[str]:
-        self.engine.post(SENSOR, "response", value)
-        self.engine.cycle()
-        return self.port.take()
-
-    def end(self, key: str, kind: str = "response", payload: object = None) -> list[str]:
-        self.engine.report(key, self.port.tokens[key], kind, payload)
-        self.engine.cycle()
-        return self.port.take()
-
-    def wait(self, seconds: float) -> list[str]:
-        """Let time pass as the engine's thread would: waking whenever the engine asks to."""
-        end = self.port.time + seconds
-        while True:
-            patience = self.engine.time_to_deadline()
-            if patience is None or self.port.time + patience > end:
-                break
-            self.port.time += patience
-            self.engine.cycle()
-        self.port.time = end
-        return self.port.take()
-
-    def counter(self, name: str) -> int:
-        return self.engine.recorder.counters[name]
 
 
 def test_what_is_allowed_at_first_is_sent_at_once() -> None:
@@ -186,100 +143,6 @@ def test_a_silent_server_is_lost() -> None:
     lost = [e for e in played.engine.recorder.take() if e.name == "reach" and e.kind == "error"]
     assert lost[0].detail is not None
     assert lost[0].detail.startswith("server lost")
-
-
-def test_values_out_of_range_are_mismatches_and_change_nothing() -> None:
-    played = Played()
-    played.begin()
-    assert played.see(500) == []
-    assert played.counter("mismatches") == 1
-    assert played.controller.variables()["Motor.speed"] == 0.0
-
-
-def test_what_repeats_is_logged_once_per_second_with_how_often() -> None:
-    played = Played()
-    played.begin()
-    for _ in range(250):
-        played.port.time += 0.01
-        played.see(500)
-    assert played.counter("mismatches") == 250
-    texts = [text for _, text in played.port.logs if "outside" in text]
-    assert [text.partition(" (")[2] for text in texts] == [
-        "", "99 more since the last report)", "99 more since the last report)",
-    ]  # fmt: skip
-
-
-def test_messages_that_are_not_what_the_model_says_are_mismatches() -> None:
-    played = Played()
-    played.begin()
-    played.engine.post(SENSOR, "response", "far")
-    played.engine.cycle()
-    assert played.counter("mismatches") == 1
-    assert played.engine.stopped is None
-
-
-def test_an_unusable_response_ends_its_request_as_an_error() -> None:
-    played = Played()
-    played.begin()
-    played.end(LAMP, payload="nonsense")
-    assert (played.counter("mismatches"), played.counter("errors")) == (1, 1)
-    assert not played.controller.lamp_busy
-
-
-def test_the_policy_stop_makes_a_safe_stop_of_a_mismatch() -> None:
-    played = Played(on_mismatch="stop", stop_command=HALT, exit_on_stop=True)
-    played.begin()
-    played.see(50)
-    token = played.port.tokens[ARM]
-    assert played.see(500) == [HALT]
-    assert played.engine.stopped == "mismatch: range is 500, outside 0..100"
-    assert (ARM, token) in played.port.cancelled
-    assert played.port.exits == [1]
-    assert played.wait(10.0) == []
-    assert played.see(5) == []
-
-
-def test_a_cycle_of_own_steps_is_a_safe_stop() -> None:
-    played = Played()
-    played.controller.spin = 1000
-    played.begin()
-    assert played.engine.stopped is not None
-    assert "never end" in played.engine.stopped
-
-
-def test_an_unforeseen_exception_is_a_safe_stop() -> None:
-    played = Played()
-    broken = LampController.COMMANDS[0]._replace(guard=lambda _: 1 / 0 > 0)
-    played.controller.COMMANDS = (broken,)
-    played.engine = Engine(played.controller, played.port)
-    played.begin()
-    assert played.engine.stopped is not None
-    assert "ZeroDivisionError" in played.engine.stopped
-
-
-def test_a_message_that_cannot_be_sent_changes_nothing_and_is_tried_again_at_the_rate() -> None:
-    played = Played(rate=10.0)
-    played.port.broken = {HALT}
-    played.begin()
-    assert played.counter("commands") == 2  # the lamp and the arm
-    played.wait(0.95)
-    assert played.counter("failed") == 10
-    assert played.engine.stopped is None
-
-
-@pytest.mark.parametrize("key", [LAMP, ARM])
-def test_a_call_that_cannot_be_started_is_a_request_and_an_error(key: str) -> None:
-    played = Played(rate=10.0)
-    played.port.broken = {key}
-    played.begin()
-    played.wait(0.95)
-    ends = [
-        (e.kind, e.detail)
-        for e in played.engine.recorder.take()
-        if e.name == {LAMP: "light", ARM: "reach"}[key]
-    ]
-    assert ends == [("request", None), ("error", "ValueError: broken")] * 10
-    assert played.counter("failed") == 0
 
 
 @pytest.mark.parametrize(

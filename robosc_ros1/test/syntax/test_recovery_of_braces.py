@@ -1,0 +1,162 @@
+"""After a brace that is missing or too many, the parser finds the block that was meant."""
+
+from __future__ import annotations
+
+import pytest
+from syntax_support import faults, read, shown
+
+CASES = {
+    "a missing brace of a state": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            initial state s {
+                transition goto t
+            state t {
+                transition goto s
+            }
+        }
+    }
+    requirement a needs b
+}
+""",
+        """\
+model.rscd:6:13: error[missing-brace]: expected '}' to close 'initial state s' before 'state'
+    6 |             state t {
+      |             ^^^^^
+model.rscd:4:13: note: it is opened here
+""",
+    ),
+    "missing braces of a component and its behaviour": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            initial state s { }
+    component B { }
+}
+""",
+        """\
+model.rscd:5:5: error[missing-brace]: expected '}' to close 'behaviour' before 'component'
+    5 |     component B { }
+      |     ^^^^^^^^^
+model.rscd:3:9: note: it is opened here
+""",
+    ),
+    "a brace too many in the middle of a behaviour": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            initial state s { } }
+            state t { }
+            state u { }
+        }
+        incoming message m with type: none
+    }
+    component B { }
+}
+""",
+        """\
+model.rscd:5:13: error[unexpected-brace]: 'state' is not allowed here
+    5 |             state t { }
+      |             ^^^^^ is there an extra '}' above?
+""",
+    ),
+    "a brace too many behind a component": (
+        """\
+robot R {
+    component A { } }
+    component B { }
+    requirement a needs b
+}
+""",
+        """\
+model.rscd:3:5: error[unexpected-brace]: the robot has ended before this
+    3 |     component B { }
+      |     ^^^^^^^^^ is there an extra '}' above?
+""",
+    ),
+    "the opening brace of a state is missing": (
+        """\
+robot R {
+    component A {
+        behaviour
+            state s
+                on request to m
+            }
+            state t }
+        }
+    }
+}
+""",
+        """\
+model.rscd:4:13: error[missing-brace]: expected '{' to open 'behaviour'
+    4 |             state s
+      |             ^^^^^
+model.rscd:5:17: error[missing-brace]: expected '{' to open 'state s'
+    5 |                 on request to m
+      |                 ^^
+model.rscd:7:21: error[missing-brace]: expected '{' to open 'state t'
+    7 |             state t }
+      |                     ^
+""",
+    ),
+    "an object that is not closed": (
+        """\
+robot R {
+    provide move with {
+        linear: { x: 0.4 },
+        angular: { z: 1 }
+    provide stop with { }
+    requirement a needs b
+}
+""",
+        """\
+model.rscd:5:5: error[syntax]: expected ',' or '}'
+    5 |     provide stop with { }
+      |     ^^^^^^^
+""",
+    ),
+    "a file that ends too early": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            variable v:
+""",
+        """\
+model.rscd:4:24: error[syntax]: expected a type after ':', but the file ends here
+    4 |             variable v:
+      |                        ^
+""",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_messages(case: str) -> None:
+    text, expected = CASES[case]
+    assert faults(text) == expected
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        "a missing brace of a state",
+        "missing braces of a component and its behaviour",
+        "a brace too many in the middle of a behaviour",
+        "a brace too many behind a component",
+        "the opening brace of a state is missing",
+    ],
+)
+def test_a_wrong_brace_loses_nothing(case: str) -> None:
+    text, _ = CASES[case]
+    tree, _ = read(text)
+    assert tree is not None
+    assert not tree.broken
+    everything = shown(tree)
+    assert everything.count("Component(") == text.count("component ")
+    assert everything.count("State(") == text.count("state ")
+    assert everything.count("Requirement(") == text.count("requirement ")
