@@ -30,11 +30,13 @@ _BOOLEAN = BooleanType()
 
 def condition_on_data(expr: Expr) -> Expr:
     """The condition; True just where the given one is defined and true."""
-    reads_whole = any(
-        isinstance(part, VariableRef) and isinstance(part.type, ArrayType | ObjectType)
-        for part in walk(expr)
-    )
-    return _truth(expr, True) if reads_whole else expr
+    return _truth(expr, True) if any(map(_reads_stored, walk(expr))) else expr
+
+
+def _reads_stored(part: Expr) -> bool:
+    """Whether this reads an array or an object that a variable holds or the model fixes."""
+    stored = isinstance(part, VariableRef | Literal)
+    return stored and isinstance(part.type, ArrayType | ObjectType)
 
 
 def _truth(expr: Expr, wanted: bool) -> Expr:

@@ -8,15 +8,16 @@ circuits", 1949: the expansion by one variable).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from robosc.ir.formulas import conjunction, evaluate, negation
+from robosc.ir.formulas import conjunction, disjunction, evaluate, negation
 from robosc.model.expr import (
     FALSE,
     TRUE,
     Aggregate,
     Binary,
+    ElementRef,
     Expr,
     Holds,
     Leaf,
@@ -27,9 +28,9 @@ from robosc.model.expr import (
     Unary,
 )
 from robosc.model.traversal import fold, may_be_undefined, parameters_of, walk, with_operands
-from robosc.model.types import Value
+from robosc.model.types import ArrayType, BooleanType, Value, domain
 
-__all__ = ["by_state", "reads_states"]
+__all__ = ["by_state", "by_value", "reads_arrays", "reads_states"]
 
 
 def reads_states(expr: Expr) -> bool:
@@ -48,6 +49,37 @@ def by_state(expr: Expr) -> Iterator[tuple[Expr, Expr]]:
         given = {part: part == current for part in named}
         where = conjunction(map(negation, named)) if current is None else current
         yield where, _given(expr, given)
+
+
+def reads_arrays(expr: Expr) -> bool:
+    """Whether an expression goes through an array."""
+    return any(isinstance(part.type, ArrayType) for part in walk(expr))
+
+
+def by_value(expr: Expr) -> Expr:
+    """A condition as one over the values of all that it reads, which is finite."""
+    read = (part for part in walk(expr) if not isinstance(part, Literal | Operation | ElementRef))
+    return _by_values(expr, tuple(dict.fromkeys(read)), {})
+
+
+def _by_values(expr: Expr, read: Sequence[Leaf], given: Mapping[Leaf, Value]) -> Expr:
+    if not read:
+        # An undefined condition does not hold.
+        return TRUE if evaluate(Holds(expr), given.get) else FALSE
+    first, *others = read
+    cases: dict[Expr, list[Expr]] = {}
+    for value in domain(first.type) or ():
+        found = _by_values(expr, others, {**given, first: value})
+        cases.setdefault(found, []).append(_is_value(first, value))
+    if len(cases) == 1:
+        return next(iter(cases))
+    return disjunction(conjunction([disjunction(values), found]) for found, values in cases.items())
+
+
+def _is_value(leaf: Leaf, value: Value) -> Expr:
+    if isinstance(leaf.type, BooleanType):
+        return leaf if value else negation(leaf)
+    return Binary("=", leaf, Literal(value, leaf.type), BooleanType())
 
 
 def _owner(part: StateRef | PhaseRef) -> tuple[type, str]:

@@ -15,13 +15,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
-from robosc.ir.finite.cases import by_state, reads_states
+from robosc.ir.finite.cases import by_state, by_value, reads_arrays, reads_states
 from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation
 from robosc.language.operators import MIRRORED
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
     Convert,
+    ElementRef,
     Expr,
     Holds,
     Literal,
@@ -37,7 +38,14 @@ from robosc.model.expr import (
     condition_of,
 )
 from robosc.model.presence import condition_on_data
-from robosc.model.traversal import may_be_undefined, parameters_of, reads_value, rewritten, walk
+from robosc.model.traversal import (
+    may_be_undefined,
+    parameters_of,
+    reads_value,
+    rewritten,
+    walk,
+    with_operands,
+)
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -79,7 +87,7 @@ def reads_data(expr: Expr) -> bool:
     return any(
         reads_parameters(part)
         if isinstance(part, Convert)
-        else domain(part.type) is None and not isinstance(part, Literal | Operation)
+        else domain(part.type) is None and not isinstance(part, Literal | Operation | ElementRef)
         for part in walk(expr)
     )
 
@@ -167,13 +175,13 @@ def kept_where_undefined(variable: VariableRef, value: Expr) -> Expr:
     """What a boolean variable becomes: what is assigned, or what it was if that is not there.
 
     So it is put if each comparison in it asks for one element of a variable, which the plant
-    knows. Else the value itself, which is undefined where something is not there.
+    knows, or for what is finite. Else the value itself, undefined where something is not there.
     """
     if not isinstance(variable.type, BooleanType):
         return value
     true, false = (condition_on_data(e) for e in (value, Unary("!", value, _BOOLEAN)))
     asked = [part for side in (true, false) for part in walk(side) if isinstance(part, Holds)]
-    if not asked or any(element_asked_for(part) is None for part in asked):
+    if not asked or any(reads_data(p) and element_asked_for(p) is None for p in asked):
         return value
     return disjunction([true, conjunction([variable, negation(false)])])
 
@@ -209,7 +217,7 @@ class Terms:
                     return replace(expr, left=self.finite(left), right=self.finite(right))
                 if reads_data(expr) and reads_states(expr):
                     return self._by_states(expr)
-                if isinstance(left.type, EnumType):
+                if isinstance(left.type, EnumType) and (reads_data(expr) or not reads_arrays(expr)):
                     return replace(expr, left=self.finite(left), right=self.finite(right))
                 return self._comparison(expr) if reads_data(expr) else self._whole(expr)
             case VariableRef() | ValueRef() | StateRef() | PhaseRef() | Literal():
@@ -232,12 +240,22 @@ class Terms:
         return disjunction(conjunction(case) for case in cases)
 
     def _whole(self, expr: Expr) -> Expr:
-        """An expression over what is finite, with parameters as the state has them."""
+        """An expression over what is finite, with parameters as the state has them.
+
+        Engines know no arrays: one that the model fixes is gone here.
+        """
 
         def leaf(node: Literal | Leaf) -> Expr:
             return self.computed(node) if isinstance(node, ParameterRef) else node
 
-        return rewritten(expr, leaf) if reads_parameters(expr) else expr
+        found = rewritten(expr, leaf) if reads_parameters(expr) else expr
+        if not reads_arrays(expr):
+            return found
+        if isinstance(expr.type, BooleanType):
+            return by_value(found)
+        if isinstance(expr, Operation) and domain(expr.type) is None:  # of parts with ranges
+            return with_operands(expr, tuple(map(self._whole, expr.operands)))
+        return self.choice(self.computed(expr))  # it is assigned
 
     def _comparison(self, expr: Binary) -> Expr:
         if is_constant(expr.right):
