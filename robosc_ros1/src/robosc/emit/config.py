@@ -17,6 +17,7 @@ from typing import Any
 from robosc.emit.python import duration
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Kind, Robot
+from robosc.model.expr import Literal, ParameterRef
 from robosc.model.types import (
     BooleanType,
     DurationType,
@@ -30,7 +31,7 @@ from robosc.runtime import qos, settings
 from robosc.runtime.model import Communication as Declared
 
 __all__ = [
-    "DEFAULTS", "EVENT_LOG", "OWN", "Config", "declared_communications", "declared_parameters",
+    "ATTRIBUTES", "DEFAULTS", "EVENT_LOG", "OWN", "Config", "declared_communications", "declared_parameters",
     "read_own", "read_text", "shared_topics",
 ]  # fmt: skip
 
@@ -95,16 +96,23 @@ DEFAULTS = Config()
 """Without any file."""
 
 
+ATTRIBUTES = Declared._fields[Declared._fields.index("timeout") :]
+"""What the runtime knows of a communication from its attributes, by the names in the model."""
+
+
 def declared_communications(robot: Robot) -> list[Declared]:
     """The communications as the runtime knows them."""
+    return [
+        Declared(c.key, robot.display_names[c.key], c.sort.name, **_attributes(c))
+        for c in robot.communications.values()
+    ]
 
-    def declared(communication: Communication) -> Declared:
-        key = communication.key
-        timeout = communication.timeout
-        seconds = None if timeout is None else duration(timeout)
-        return Declared(key, robot.display_names[key], communication.sort.name, timeout=seconds)
 
-    return [declared(c) for c in robot.communications.values()]
+def _attributes(communication: Communication) -> dict[str, Any]:
+    values = {name: getattr(communication, name) for name in ATTRIBUTES}
+    return {
+        n: duration(v) if isinstance(v, Literal | ParameterRef) else v for n, v in values.items()
+    }
 
 
 def declared_parameters(

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from robosc.emit.config import declared_communications, declared_parameters
+from robosc.emit.config import ATTRIBUTES, declared_communications, declared_parameters
 from robosc.emit.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.copies import with_copies
 from robosc.emit.guards import GuardTexts, comment_lines, holds_where
@@ -181,7 +181,7 @@ class _Builder:
         if phases is not None:
             parts.append(literal(self.attributes.phases[declared.key]))
             parts += [f"phases={phases.names}".replace("'", '"')]
-        more = [(field, getattr(declared, field)) for field in Declared._fields[5:]]
+        more = [(field, getattr(declared, field)) for field in ATTRIBUTES]
         parts += [f"{field}={literal(value)}" for field, value in more if value is not None]
         return ", ".join(parts)
 

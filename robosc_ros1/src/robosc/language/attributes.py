@@ -21,25 +21,31 @@ class Value(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Attribute:
-    """``name: value`` of some kinds of communication; a required one stands in all of them."""
+    """``name: value`` of some kinds of communication; a required one stands in all of them.
+
+    ``meaning`` continues a sentence: "as a label, …".
+    """
 
     name: str
     value: Value
     communications: tuple[str, ...]
     required: bool
+    meaning: str
 
 
 _MESSAGES = ("incoming", "outgoing")
 _CALLS = ("service", "action")
 
 ATTRIBUTES = (
-    Attribute("identifier", Value.STRING, (*_MESSAGES, *_CALLS), required=False),
-    Attribute("timeout", Value.DURATION, ("outgoing", *_CALLS), required=False),
-    Attribute("type", Value.TYPE, _MESSAGES, required=True),
-    Attribute("request", Value.TYPE, _CALLS, required=True),
-    Attribute("response", Value.TYPE, _CALLS, required=True),
-    Attribute("feedback", Value.TYPE, ("action",), required=True),
-)
+    Attribute("identifier", Value.STRING, (*_MESSAGES, *_CALLS), False,
+              "the name of the topic, service or action in ROS"),
+    Attribute("timeout", Value.DURATION, ("outgoing", *_CALLS), False,
+              "the time after which a message is silent, or the deadline of a service or action"),
+    Attribute("type", Value.TYPE, _MESSAGES, True, "the type of a message"),
+    Attribute("request", Value.TYPE, _CALLS, True, "the type of what is sent"),
+    Attribute("response", Value.TYPE, _CALLS, True, "the type of what comes back"),
+    Attribute("feedback", Value.TYPE, ("action",), True, "the type of what is reported"),
+)  # fmt: skip
 """All of them, in the order in which they stand."""
 
 

@@ -47,7 +47,11 @@ class Keyword:
 
     @property
     def meaning(self) -> str:
-        return _MEANINGS[self.word]
+        said = _MEANINGS.get(self.word, "")
+        label = next((a.meaning for a in ATTRIBUTES if a.name == self.word), None)
+        if label is None:
+            return said
+        return f"{said[:-1]}; as a label, {label}." if said else f"As a label, {label}."
 
     @property
     def reserved(self) -> bool:
@@ -154,16 +158,13 @@ _MEANINGS = {
     "over": "The commands that are not sent while a preferred one is enabled.",
     "in": "`E in { a, b }` is true if E equals one of them; in `for` and `any` the range.",
     "request": "A command to the component: sending a message, calling a service, starting an"
-    " action; as a label, the type of what is sent.",
+    " action.",
     "response": "What the component sends: a message, the answer of a service, the result of an"
-    " action; as a label, its type.",
-    "feedback": "What an action reports while it runs; as a label, its type.",
+    " action.",
+    "feedback": "What an action reports while it runs.",
     "error": "A service or action failed, was aborted, or missed its deadline.",
     "cancel": "A running goal of an action is cancelled.",
-    "timeout": "As an event, nothing came for the time that the communication's `timeout:` gives;"
-    " of a service or action, `timeout:` is its deadline.",
-    "identifier": "The name of the topic, service or action in ROS.",
-    "type": "What a message carries.",
+    "timeout": "No message was received for the time that its `timeout:` gives.",
     "prefix": "Is put before all ROS names of the imported component.",
     "string": "Text; it can be sent and compared with literals.",
     "boolean": "`true` or `false`.",
