@@ -64,10 +64,8 @@ def _warning(
     remedy: str,
     *,
     strict: bool = False,
-    needs_plant: bool = False,
 ) -> Code:
-    warning = Severity.WARNING
-    return Code(code, warning, group, explanation, example, remedy, strict, needs_plant)
+    return Code(code, Severity.WARNING, group, explanation, example, remedy, strict)
 
 
 def _plant(severity: Severity, code: str, explanation: str, example: str, remedy: str) -> Code:

@@ -31,8 +31,8 @@ from robosc.runtime import qos, settings
 from robosc.runtime.model import Communication as Declared
 
 __all__ = [
-    "ATTRIBUTES", "DEFAULTS", "EVENT_LOG", "OWN", "Config", "declared_communications", "declared_parameters",
-    "read_own", "read_text", "shared_topics",
+    "ATTRIBUTES", "DEFAULTS", "EVENT_LOG", "OWN", "Config", "declared_communications",
+    "declared_parameters", "read_own", "read_text", "shared_topics",
 ]  # fmt: skip
 
 EVENT_LOG = "~/.ros/log/{package}.jsonl"

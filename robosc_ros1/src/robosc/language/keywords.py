@@ -51,7 +51,7 @@ class Keyword:
         label = next((a.meaning for a in ATTRIBUTES if a.name == self.word), None)
         if label is None:
             return said
-        return f"{said[:-1]}; as a label, {label}." if said else f"As a label, {label}."
+        return f"{said[:-1]}; as a label, {label}." if said else f"{label[0].upper()}{label[1:]}."
 
     @property
     def reserved(self) -> bool:

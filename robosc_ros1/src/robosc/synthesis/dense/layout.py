@@ -35,7 +35,6 @@ from robosc.synthesis.vectorised import Bools, Indexes
 __all__ = ["Layout"]
 
 _LARGEST_GRID = 2**22
-_BYTES = BITS // 8
 
 
 @dataclass(frozen=True, eq=False, slots=True)
