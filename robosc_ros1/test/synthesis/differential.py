@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from synthesis.explored import explore_document
 from synthesis.oracle import Event, Oracle
 
 from robosc import pipeline
@@ -13,7 +14,7 @@ from robosc.errors import has_errors
 from robosc.model.entities import EventKind, Robot
 from robosc.supervisor import Supervisor
 from robosc.synthesis import compute, explore
-from robosc.synthesis.documents import explore_document, synthesize_document
+from robosc.synthesis.documents import synthesize_document
 from robosc.synthesis.verify.verification import verify
 
 Document = dict[str, Any]

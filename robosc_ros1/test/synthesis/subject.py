@@ -7,13 +7,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Protocol
 
+from synthesis.explored import explore_document
 from synthesis.oracle import Oracle
 
 from robosc import pipeline
 from robosc.errors import EmptySupervisorError, ModelError, render_all
 from robosc.model.entities import Robot
 from robosc.supervisor import Supervisor
-from robosc.synthesis.documents import explore_document, synthesize_document
+from robosc.synthesis.documents import synthesize_document
 
 Document = dict[str, Any]
 

@@ -10,13 +10,13 @@ import random
 
 import pytest
 from random_models import random_model
+from synthesis.explored import explore_document
 from synthesis.oracle import Oracle
 from synthesis.subject import robot_of
 
 from robosc.ir.lower import lower
 from robosc.synthesis import compute, explore, synthesize
 from robosc.synthesis.dense import layout, operations, stages, transitions
-from robosc.synthesis.documents import explore_document
 
 pytestmark = pytest.mark.slow
 

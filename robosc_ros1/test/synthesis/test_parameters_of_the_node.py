@@ -6,6 +6,7 @@ import random
 
 import pytest
 from emit.generated_code import supervisor_of
+from synthesis.explored import explore_document
 
 from robosc import pipeline
 from robosc.ir.automaton import VariableKind
@@ -15,7 +16,6 @@ from robosc.model.resolve import load
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import explore
-from robosc.synthesis.documents import explore_document
 
 ENGINES = ("dense", "bdd")
 

@@ -8,11 +8,12 @@ from typing import Any
 import families
 import pytest
 import steep_families
+from synthesis.explored import explore_document
 from synthesis.plants import plant_of, supervisor_of
 
 from robosc.errors import StateSpaceError
 from robosc.synthesis import documents, explore
-from robosc.synthesis.documents import explore_document, explore_json, synthesize_document
+from robosc.synthesis.documents import explore_json, synthesize_document
 from robosc.synthesis.verify.verification import verify
 
 BODY = """

@@ -17,7 +17,6 @@ from robosc.synthesis.system import make_step
 
 __all__ = [
     "event_document",
-    "explore_document",
     "explore_json",
     "step_document",
     "synthesize_document",
@@ -86,7 +85,7 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
 
 
 def explore_json(graph: Graph) -> Iterator[str]:
-    """The text of :func:`explore_document`, in parts: a state and a transition to a line."""
+    """The text of ``explore --json``, in parts: a state and a transition to a line."""
     plant = graph.plant
     head = {"version": 1, "robot": plant.robot.name, **_initial(graph)}
     yield json.dumps(head)[:-1] + ',\n "states": [\n'
@@ -129,36 +128,6 @@ def _transition_texts(graph: Graph) -> Iterator[str]:
             sign = "true" if event.controllable else "false"
             text = known[t.event, key] = f'"event": {told}, "controllable": {sign}'
         yield f'{{"source": {t.source}, {text}, "target": {t.target}}}'
-
-
-def explore_document(graph: Graph) -> dict[str, Any]:
-    """``explore --json``."""
-    plant = graph.plant
-    return {
-        "version": 1,
-        "robot": plant.robot.name,
-        **_initial(graph),
-        "states": [
-            _state(plant, number, state) for number, state in enumerate(graph.states)
-        ],
-        "transitions": [
-            {
-                "source": t.source,
-                "event": step_document(
-                    make_step(
-                        plant,
-                        plant.events[t.event],
-                        t.values,
-                        graph.states[t.source],
-                        graph.states[t.target],
-                    )
-                ),
-                "controllable": plant.events[t.event].controllable,
-                "target": t.target,
-            }
-            for t in graph.transitions
-        ],
-    }  # fmt: skip
 
 
 def _any_value(plant: Plant, event: Event) -> dict[str, Any]:
