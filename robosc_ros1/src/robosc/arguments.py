@@ -40,6 +40,20 @@ def _json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print a JSON document")
 
 
+def _robot(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+
+
+def _parameters(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--parameter",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="a parameter of the model or, with --execute, any of its node (may be repeated)",
+    )
+
+
 def check(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("models", metavar="MODEL", nargs="+", help="a .rscd file")
     _json(parser)
@@ -47,7 +61,7 @@ def check(parser: argparse.ArgumentParser) -> None:
 
 
 def synthesize(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    _robot(parser)
     _json(parser)
     parser.add_argument("--engine", choices=["auto", "dense", "bdd"], default="auto")
     parser.add_argument(
@@ -61,7 +75,7 @@ def synthesize(parser: argparse.ArgumentParser) -> None:
 
 
 def explore(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    _robot(parser)
     _json(parser)
     parser.add_argument("--plant", action="store_true", help="without control")
     parser.add_argument(
@@ -75,13 +89,13 @@ def explore(parser: argparse.ArgumentParser) -> None:
 
 
 def verify(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    _robot(parser)
     _json(parser)
     _common(parser)
 
 
 def generate(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    _robot(parser)
     parser.add_argument("--target", choices=["ros1", "ros2"], default="ros1")
     parser.add_argument(
         "--mode",
@@ -109,7 +123,7 @@ def generate(parser: argparse.ArgumentParser) -> None:
 
 
 def export(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    _robot(parser)
     parser.add_argument(
         "--format", choices=["cif", "dot", "svg", "json"], required=True, help="what to write"
     )
@@ -135,19 +149,13 @@ def format(parser: argparse.ArgumentParser) -> None:
 
 
 def simulate(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
+    _robot(parser)
     parser.add_argument(
         "--execute",
         action="store_true",
         help="let the controller execute on a virtual clock; only the robot's events are typed",
     )
-    parser.add_argument(
-        "--parameter",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="a parameter of the controller's node, with --execute (may be repeated)",
-    )
+    _parameters(parser)
     parser.add_argument("--script", metavar="FILE", help="run the lines of a file, and end")
     parser.add_argument(
         "--junit",
@@ -192,13 +200,7 @@ def view(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="let the controller execute, as time passes; only the robot's events are played",
     )
-    parser.add_argument(
-        "--parameter",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="a parameter of the controller's node, with --execute (may be repeated)",
-    )
+    _parameters(parser)
     parser.add_argument(
         "--host", default="127.0.0.1", help="address to listen on (default: this machine only)"
     )

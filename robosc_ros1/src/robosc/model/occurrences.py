@@ -120,7 +120,7 @@ class NameIndex:
                 yield occurrence
 
 
-Declaration: TypeAlias = (
+_Named: TypeAlias = (
     FileNode
     | ComponentNode
     | ImportNode
@@ -130,10 +130,10 @@ Declaration: TypeAlias = (
     | ObjectNode
     | PropertyNode
     | EnumNode
-    | EnumRuleNode
     | InterfaceNode
     | ValueNode
 )
+Declaration: TypeAlias = _Named | EnumRuleNode
 
 
 class NameRecorder:
@@ -202,19 +202,7 @@ def _symbol_of(node: Declaration, owner: str) -> Symbol:
     return Symbol(kind, name.text, owner, name.span, node.span, detail)
 
 
-def _kind_and_detail(
-    node: FileNode
-    | ComponentNode
-    | ImportNode
-    | CommunicationNode
-    | StateNode
-    | VariableNode
-    | ObjectNode
-    | PropertyNode
-    | EnumNode
-    | InterfaceNode
-    | ValueNode,
-) -> tuple[SymbolKind, str]:
+def _kind_and_detail(node: _Named) -> tuple[SymbolKind, str]:
     match node:
         case FileNode(kind="robot"):
             return SymbolKind.ROBOT, "robot"

@@ -32,7 +32,7 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
         if execute:
             return Execution(chosen, settings)
         if not settings.more.keys() >= given.keys():
-            raise InvalidLine("parameters are those of the executing controller: use --execute")
+            raise InvalidLine("this is a parameter of the controller's node: use --execute")
         return SingleEvents(chosen)
 
     return make
