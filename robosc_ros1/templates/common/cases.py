@@ -22,6 +22,7 @@ _COMING = {
     "action": ("response", "feedback", "error"),
 }
 _ANY = "any state"
+TRUE = ["literal", True]
 
 
 class Cases:
@@ -186,6 +187,9 @@ class Cases:
             taken = shadow.transitions(component, kind, key, content)
             for number, transition in enumerate(transitions):
                 if transition["from"] not in (None, state):
+                    # Only the state speaks against it.
+                    if not taken and holds_in(shadow, transition["guard"] or TRUE, content):
+                        found.add(("transition", component, kind, key, number, "not in", state))
                     continue
                 name = (component, kind, key, number, transition["from"] or _ANY)
                 decision = self._guards.get(id(transition))

@@ -28,6 +28,10 @@ EXPANSIONS = 4
 """So many states are looked at anew, or with other messages, for one step."""
 HORIZON = 2000
 """And so many known ones."""
+RETURN = 200
+"""Among so many states a way back is looked for."""
+RIVALS = 20
+"""Before a step without a way back is taken, so many other aims are looked at."""
 LONGEST = 5.0
 """Seconds: longer times of the model are not awaited."""
 PATIENCE = 12
@@ -158,21 +162,25 @@ class Guide:
         start = self._node(shadow)
         known = {id(start)}
         queue = deque([(start, None)])
-        while queue and len(known) < HORIZON:
+        found = []
+        while queue and len(known) < HORIZON and len(found) < RIVALS:
             node, first = queue.popleft()
             if node.turns < turns and self._expansions < EXPANSIONS:
                 self._expansions += 1
                 node.expand(list(self._edges(node)))
             node.unseen -= self.seen
             if node.unseen:
-                # Some states are never come to again: what shows most goes first.
-                step, _, cases = max(node.edges, key=lambda edge: len(edge[2] & node.unseen))
-                return first or step, min(cases & node.unseen, key=str), first is None
+                # What shows most goes first.
+                step, target, cases = max(node.edges, key=lambda edge: len(edge[2] & node.unseen))
+                found.append((first or step, min(cases & node.unseen, key=str), first is None))
+                if _leads_back(target, start):
+                    return found[-1]
             for target, step in node.ways:
                 if id(target) not in known:
                     known.add(id(target))
                     queue.append((target, first or step))
-        return None
+        # Some states are never come to again: they are left when there is nothing else near.
+        return found[0] if found else None
 
     def _node(self, shadow):
         state = tuple(shadow.states.values())
@@ -275,6 +283,21 @@ class Guide:
                 if tau["guard"] is None or holds_in(shadow, tau["guard"]):
                     return tau
         return None
+
+
+def _leads_back(node, start):
+    """Whether a way from one state to another is known."""
+    known = {id(node)}
+    queue = deque([node])
+    while queue and len(known) < RETURN:
+        node = queue.popleft()
+        if node is start:
+            return True
+        for target, _ in node.ways:
+            if id(target) not in known:
+                known.add(id(target))
+                queue.append(target)
+    return False
 
 
 def _path(shadow, component, transition):

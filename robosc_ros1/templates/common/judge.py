@@ -81,8 +81,7 @@ class Judge:
         return True
 
     def await_silence(self):
-        """Wait, while the robot says nothing, for the timeout of a message that is heard, if any
-        is: one of those that have been silent least often."""
+        """Wait, while the robot is silent, for the timeout of the heard message with the fewest."""
         with self._lock:
             heard = [key for key, fresh in self.shadow.fresh.items() if fresh]
             if not heard:
@@ -96,7 +95,8 @@ class Judge:
         timeout of a message, by its key, or what a component does after some time, or no longer."""
         with self._lock:
             if what in self.shadow.fresh:
-                silences = self.silences(what)
+                # It may have come since the step was chosen.
+                silences = self.silences(what) - (not self.shadow.fresh[what])
                 return lambda: self.silences(what) > silences, "the timeout of " + what
             lapses, entered = self.lapses, self.shadow.entered[what]
 
@@ -237,7 +237,9 @@ class Judge:
         elsewhere = bool(told["phase"] or told["synchronisation"])
         if bool(told["phase"]) != state.busy.get(key, False):
             yield "its phase"
-        if bool(told["synchronisation"]) == state.synchronises("request", key):
+        blocking = state.blocking("request", key)
+        texts = {"blocked by %s in %s" % (name, state.states[name]) for name in blocking}
+        if texts != {reason["text"] for reason in told["synchronisation"]}:
             yield "the synchronisation of components"
         if not requirements <= violated:
             yield "a requirement that is met"

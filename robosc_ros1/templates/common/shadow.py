@@ -320,15 +320,19 @@ class Shadow(Expressions):
 
     def synchronises(self, kind, key):
         """Whether a command is possible in all components, its phase apart."""
+        return not any(self.blocking(kind, key))
+
+    def blocking(self, kind, key):
+        """Yield the components in which a command is not possible, its phase apart."""
         for component in self.mentions.get((kind, key), ()):
             taken = self.transitions(component, kind, key, None)
-            if kind == "request" and not taken:
-                return False
             try:
                 self._follow(component, taken, None, {}, {})
             except Wrong:
-                return False  # a variable would leave its range
-        return True
+                yield component  # a variable would leave its range
+            else:
+                if kind == "request" and not taken:
+                    yield component
 
     def _check_cancel(self, key):
         if not self.violated(key):

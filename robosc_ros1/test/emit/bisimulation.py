@@ -5,6 +5,11 @@ what is under way, a timeout, the lapse of a time, or a command that both allow;
 transitions run to completion. A controller's engine performs cancels before requests, so while one
 is enabled nothing is said of requests; a supervisor lets either pass.
 
+A mutant differs from its controller in one method. So all that the controller itself does is
+recorded once (:class:`Recording`), with the methods that are called on the way, and a mutant is run
+only where its method is called. If that leads nowhere else, both reach the same states. A mutant
+that leads to states that differ in what nobody sees is compared state by state (:func:`compare`).
+
 Numbers and messages in variables have no end. Pairs of states that differ in nothing else are of
 one *class* if the same requirements hold and the same commands are allowed in them. Each pair that
 is reached is compared; of one class, what follows is looked at for some of them.
@@ -14,15 +19,16 @@ from __future__ import annotations
 
 import time
 from collections import Counter, deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from robosc.runtime.model import Command, Controller, Input
+from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Mismatch, Undefined
 
-__all__ = ["Comparison", "compare"]
+__all__ = ["Comparison", "Recording", "compare"]
 
-PAIRS_OF_CLASS = 6
+PAIRS_OF_CLASS = 4
 """Of so many pairs of states of one class it is looked at what follows."""
 _FAULTS = (Mismatch, Undefined, AttributeError, TypeError, ValueError, LookupError)
 
@@ -112,6 +118,10 @@ class _State:
     def key(self) -> str:
         return repr((self._values(), self.running))
 
+    def digest(self) -> tuple[int, int]:
+        """What is seen of the state, and the state, as numbers."""
+        return hash(self.shown()), hash(self.key())
+
     def class_key(self) -> str:
         """The state without the numbers and messages in it, but with what they decide."""
         values = [(k, v) for k, v in self._values() if isinstance(v, bool | int | str)]
@@ -138,11 +148,112 @@ class _State:
         except Undefined:
             return "undefined"
 
+    def _reasons(self, command: Command) -> list[Any]:
+        """Why a command is blocked; where it cannot happen anyway, a guard may say anything."""
+        reasons = blocked_by(self.controller, command)
+        if command.kind == "cancel":
+            return [bool(reasons)]
+        impossible = [r for r in reasons if r["kind"] in ("phase", "synchronisation")]
+        return impossible or reasons
+
     def shown(self) -> str:
         phases = [c.phase for c in self.controller.COMMUNICATIONS if c.phase is not None]
         phase = [self.controller.__dict__[name] for name in phases]
         state = self.controller.components(), self.controller.variables(), phase, self.running
-        return repr((state, self.enabled(), self.told))
+        reasons = [self._reasons(command) for command in self.controller.COMMANDS]
+        return repr((state, self.enabled(), reasons, self.told))
+
+
+class _Step(NamedTuple):
+    """One event in a state of the recording: which of its events, and what the state after it is;
+    the state and the event None for the start."""
+
+    state: int | None
+    event: int
+    digest: tuple[int, int]
+    called: frozenset[str]
+
+
+class Recording:
+    """All that a controller does, for some seconds of processor time at most.
+
+    ``called`` is the set into which its methods, which are ``make``'s, put their names.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[], Controller],
+        called: set[str],
+        samples: Mapping[tuple[str, str], Sequence[Any]],
+        topics: Sequence[Sequence[str]],
+        seconds: float,
+        cancels_first: bool = True,
+    ) -> None:
+        self._samples, self._topics, self._cancels_first = samples, topics, cancels_first
+        self._called = called
+        self._states: list[_State] = []
+        self._ways: list[tuple[str, ...]] = []
+        self._steps: list[_Step] = []
+        self._digests: set[tuple[int, int]] = set()
+        self.classes: Counter[str] = Counter()
+        start = _State(make(), cancels_first).begin()
+        self._note(None, 0, start)
+        end = time.process_time() + seconds
+        queue = deque([(start, ())])
+        self.is_complete = True
+        while queue and self.is_complete:
+            self.is_complete = time.process_time() < end
+            state, way = queue.popleft()
+            class_key = state.class_key()
+            if self.classes[class_key] == PAIRS_OF_CLASS:
+                continue
+            self.classes[class_key] += 1
+            self._states.append(state)
+            self._ways.append(way)
+            for number, (text, events) in enumerate(_events((state, state), samples, topics)):
+                called.clear()
+                after = state.after(events[0])
+                if self._note(len(self._states) - 1, number, after):
+                    queue.append((after, (*way, text)))
+
+    def _note(self, state: int | None, event: int, after: _State) -> bool:
+        """Note a step; whether it leads to something new."""
+        during = frozenset(self._called)
+        digest = after.digest()
+        is_new = digest not in self._digests
+        self._digests.add(digest)
+        called = frozenset(self._called) if is_new else during
+        self._steps.append(_Step(state, event, digest, called))
+        return is_new
+
+    def compare(self, make: Callable[[], Controller], method: str) -> Comparison | None:
+        """Compare a controller that differs in one method; None: the states that it reaches differ
+        in what nobody sees."""
+        found = len(self.classes)
+        if _State(make(), self._cancels_first).begin().digest() != self._steps[0].digest:
+            return None
+        events: list[tuple[str, Any]] = []
+        twin, last = None, None
+        for step in self._steps[1:]:
+            if method not in step.called:
+                continue
+            assert step.state is not None
+            if step.state != last:
+                last, state = step.state, self._states[step.state]
+                twin = _State(make(), self._cancels_first, state.running)
+                twin.controller.__dict__.update(state.controller.copy().__dict__)
+                pair = state, twin
+                events = list(_events(pair, self._samples, self._topics))
+            assert twin is not None
+            if step.event >= len(events):
+                return None
+            text, both = events[step.event]
+            shown, key = twin.after(both[1]).digest()
+            if shown != step.digest[0]:
+                return Comparison(found, False, ", ".join((*self._ways[step.state], text)))
+            if key != step.digest[1]:
+                return None
+        return Comparison(found, self.is_complete, None)
 
 
 def compare(

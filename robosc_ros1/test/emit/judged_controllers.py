@@ -6,6 +6,7 @@ states as the node would publish them. So many faults can be planted in little t
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import functools
 import importlib
@@ -97,6 +98,7 @@ class Robot(PlayedPort):
     def __init__(self, judging: Any, seed: int, spoilt: Callable[[Any], Any]) -> None:
         super().__init__()
         self.chance = random.Random(seed)
+        self.plant_data = judging.PLANT
         self.enums = judging.PLANT["enums"]
         self.values = importlib.import_module("random_messages").Values(random.Random(seed))
         self.values.as_it_arrives = lambda message: message
@@ -171,6 +173,18 @@ class Robot(PlayedPort):
         }
         return {sort: [self.message(*sort) for _ in range(count)] for sort in sorted(kinds)}
 
+    def boundaries(self, key: str, kind: str) -> Iterator[Any]:
+        """Messages in which one field has a number of the model, and all others their defaults."""
+        type_, field = self.plant[key][kind], self.plant[key][kind + "_field"]
+        numbers = importlib.import_module("random_messages").literals(self.plant_data)
+        numbers = {n for n in numbers if isinstance(n, int | float) and not isinstance(n, bool)}
+        for path in _numbers_in(type_, (field,) if field else ()):
+            for number in sorted(numbers):
+                message = self.blank(type_, field)
+                *outer, name = path
+                setattr(functools.reduce(getattr, outer, message), name, number)
+                yield message
+
     def act(self, engine: Engine, step: Any, fresh: dict[str, bool]) -> None:
         """Do as the step says, or whatever comes, or fall silent for a while."""
         if step is not None and step[0] == "wait":
@@ -221,10 +235,22 @@ class Robot(PlayedPort):
         engine.report(key, token, kind, Failure("", message) if kind == "error" else message)
 
 
-def class_of(source: str) -> type[Controller]:
-    """The class in the source of a controller."""
-    namespace: dict[str, Any] = {"__name__": "controller"}
-    exec(source.replace("from ._runtime.", "from robosc.runtime."), namespace)
+def _numbers_in(type_: Any, path: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """The paths of the numbers in messages of a type, those in arrays and conversions apart."""
+    if type_[0] in ("integer", "double"):
+        yield path
+    for name, inner in type_[1] if type_[0] == "object" else ():
+        yield from _numbers_in(inner, (*path, name))
+
+
+def class_of(source: str, called: set[str] | None = None) -> type[Controller]:
+    """The class in the source of a controller; its methods put their names into ``called``."""
+    namespace: dict[str, Any] = {"__name__": "controller", "_called": called}
+    tree = ast.parse(source.replace("from ._runtime.", "from robosc.runtime."))
+    for node in ast.walk(tree) if called is not None else ():
+        if isinstance(node, ast.FunctionDef):
+            node.body[:0] = ast.parse(f"_called.add({node.name!r})").body
+    exec(compile(tree, "controller.py", "exec"), namespace)
     classes = [c for c in namespace.values() if isinstance(c, type)]
     (found,) = (c for c in classes if c.__base__ is Controller)
     return found

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS), str(TESTS.parent / "src")]
 
-from emit.bisimulation import Comparison, compare  # noqa: E402
+from emit.bisimulation import Comparison, Recording, compare  # noqa: E402
 from emit.generated_code import controller_source  # noqa: E402
 from emit.judged_controllers import Robot, class_of, judged, judging_modules  # noqa: E402
 from emit.judged_supervisors import judged_supervisor  # noqa: E402
@@ -44,7 +44,7 @@ MODES: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {
 """How a package is tested, and the faults that show in it: a supervisor sends no data, and which
 command is preferred is not its choice."""
 SAMPLES = 64
-"""Messages of each sort with which controllers are compared."""
+"""Random messages of each sort with which controllers are compared."""
 
 
 class Verdict(NamedTuple):
@@ -67,19 +67,20 @@ def verdicts(model: Path, mode: str, rounds: int, every: int, seconds: float) ->
     ):
         faults = play(judging, source, rounds=rounds).faults
         assert not faults, f"{model}: the controller itself: {faults}"
+        robot = Robot(judging, 1, lambda data: data)
+        samples = robot.samples(SAMPLES)
+        for sort, messages in samples.items():
+            messages += robot.boundaries(*sort)
+        options = samples, robot.topics, seconds, mode == "controller"
+        called: set[str] = set()
+        recording = Recording(class_of(source, called), called, *options)
         for mutant in [m for m in mutants(source) if m.kind in kinds][::every]:
-            found = play(judging, mutant.source, rounds=rounds).faults
-            yield Verdict(
-                mutant, None if found else compared(judging, source, mutant, mode, seconds)
-            )
-
-
-def compared(judging: Any, source: str, mutant: Mutant, mode: str, seconds: float) -> Comparison:
-    """A mutant beside the controller that it was made of."""
-    robot = Robot(judging, 1, lambda data: data)
-    both = class_of(source)(), class_of(mutant.source)()
-    samples = robot.samples(SAMPLES)
-    return compare(*both, samples, robot.topics, seconds, cancels_first=mode == "controller")
+            comparison = None
+            if not play(judging, mutant.source, rounds=rounds).faults:
+                both = class_of(source), class_of(mutant.source)
+                comparison = recording.compare(both[1], mutant.method)
+                comparison = comparison or compare(both[0](), both[1](), *options)
+            yield Verdict(mutant, comparison)
 
 
 def print_row(name: str, found: list[Verdict], seconds: float) -> None:
@@ -100,7 +101,7 @@ def print_row(name: str, found: list[Verdict], seconds: float) -> None:
 
 def reason(comparison: Comparison) -> str:
     """Why a mutant is not found."""
-    pairs = f"{comparison.classes:,} classes of pairs of states"
+    pairs = f"{comparison.classes:,} classes of states"
     if comparison.difference is not None:
         return "missed; differs after: " + comparison.difference
     if comparison.is_complete:
@@ -116,7 +117,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=150, help="as in a test of ten seconds")
     parser.add_argument("--every", type=int, default=1, help="take one of so many mutants")
     parser.add_argument(
-        "--seconds", type=float, default=10.0, help="of processor, for a comparison"
+        "--seconds", type=float, default=20.0, help="of processor, for a comparison"
     )
     arguments = parser.parse_args()
     models = arguments.models or [

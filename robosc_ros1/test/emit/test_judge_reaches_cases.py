@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from emit.bisimulation import compare
+from emit.bisimulation import Recording, compare
 from emit.generated_code import controller_source, supervisor_of
 from emit.judged_controllers import Robot, class_of, judged, judging_modules
 from emit.judged_supervisors import judged_supervisor
@@ -76,6 +76,18 @@ def test_a_transition_that_waits_is_wanted_for_its_own_sake(watched: tuple[Any, 
     assert not [text for text in judge.guide.unseen(judge.shadow) if "after" in text]
 
 
+def test_a_silence_that_came_while_the_guide_thought_is_not_awaited(
+    watched: tuple[Any, str],
+) -> None:
+    judging, source = watched
+    judge = judged(judging, source)
+    key = next(iter(judge.shadow.fresh))
+    for is_fresh in (True, False):
+        judge.shadow.fresh[key] = is_fresh
+        has_lapsed, _ = judge.lapse(key)
+        assert has_lapsed() != is_fresh
+
+
 def test_mutants_without_a_difference_are_equivalent(watched: tuple[Any, str]) -> None:
     judging, source = watched
     robot = Robot(judging, 1, lambda data: data)
@@ -87,6 +99,30 @@ def test_mutants_without_a_difference_are_equivalent(watched: tuple[Any, str]) -
 
     assert comparison("self.motor_entries + 2")[1:] == (True, None)
     assert comparison("self.motor_entries + 0").difference is not None
+
+
+def test_mutants_are_compared_with_a_recording_where_they_differ(
+    watched: tuple[Any, str],
+) -> None:
+    judging, source = watched
+    robot = Robot(judging, 1, lambda data: data)
+    samples = robot.samples(8)
+    called: set[str] = set()
+    recording = Recording(class_of(source, called), called, samples, robot.topics, 30.0)
+
+    def comparison(before: str, after: str, method: str) -> Any:
+        start, rest = source.split(f"    def {method}(", 1)
+        assert before in rest
+        faulty = f"{start}    def {method}({rest.replace(before, after, 1)}"
+        return recording.compare(class_of(faulty), method)
+
+    assert recording.is_complete
+    assert comparison("+ 1", "+ 2", "request_halt")[1:] == (True, None)
+    for before, after in (("+ 1", "+ 0"), ('self.motor = "rest"', "pass")):
+        difference = comparison(before, after, "request_halt").difference
+        assert difference.endswith("request of Motor.halt")
+    guard = comparison("not self.scan_fresh and", "", "requirement_2")
+    assert guard.difference is not None
 
 
 LANE = """
@@ -268,3 +304,15 @@ def test_it_knows_what_a_supervisor_has_to_let_pass(
         assert judge.faults == []
         assert min(judge.passed["Car[1].go"], judge.blocked["Car[1].go"]) > 0
         assert judged_supervisor(judging, faulty).faults != []
+
+
+def test_it_knows_which_components_block(tmp_path: Path) -> None:
+    model = EXAMPLES / "navigation" / "navigation.rscd"
+    supervisor = pipeline.synthesize(pipeline.load(model).robot)
+    source = controller_source(supervisor, model.name)
+    start, rest = source.split("    def partner_2_in_request_of_navigate(", 1)
+    faulty = f"{start}    def partner_2_in_request_of_navigate({rest.replace('==', '!=', 1)}"
+    with judging_modules(tmp_path, supervisor) as judging:
+        for play in (judged, judged_supervisor):
+            assert play(judging, source).faults == []
+            assert play(judging, faulty).faults != []

@@ -119,6 +119,34 @@ def test_it_connects_where_rospy_forgets_who_publishes(lantern: Workspace) -> No
         script.write_text(source, encoding="utf-8")
 
 
+LATE = """
+        while not os.path.exists(rospy.get_param("~log")):
+            time.sleep(0.01)
+"""
+
+
+def test_it_judges_what_was_done_before_it_could_listen(lantern: Workspace) -> None:
+    package = lantern.folder / "src/lantern_controller"
+    script, module = (
+        package / "test/play_robot.py",
+        package / "src/lantern_controller/controller.py",
+    )
+    sources = {path: path.read_text(encoding="utf-8") for path in (script, module)}
+    begin = "\n        robot = Robot(seed)\n"
+    initial = 'self.flame = "cold"  #'
+    assert begin in sources[script]
+    assert initial in sources[module]
+    script.write_text(sources[script].replace(begin, LATE + begin), encoding="utf-8")
+    module.write_text(sources[module].replace(initial, 'self.flame = "sparking"  #'), "utf-8")
+    test = ("rostest", "--text", "lantern_controller", "lantern_controller.test")
+    try:
+        done = lantern.run(*test, check=False)
+    finally:
+        for path, source in sources.items():
+            path.write_text(source, encoding="utf-8")
+    assert "FAULT: event 1: step 1 of Flame" in done.stdout + done.stderr
+
+
 @pytest.mark.parametrize("fault", FAULTS)
 def test_it_finds_a_faulty_controller(lantern: Workspace, fault: str) -> None:
     before, after, complaint = FAULTS[fault]

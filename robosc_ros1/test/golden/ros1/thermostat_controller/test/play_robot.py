@@ -8,8 +8,10 @@ The test publishes the robot's messages and serves its services and actions, par
 right data. What arrives at the robot must be what the events say.
 """
 
+import contextlib
 import functools
 import io
+import os
 import random
 import sys
 import threading
@@ -234,12 +236,15 @@ class PlayRobot(unittest.TestCase):
         print("seed: %d" % seed)
         robot = Robot(seed)
         guide = Guide(PLANT, robot.samples, [keys for _, _, keys in SUBSCRIPTIONS])
-        judge = Judge(robot, PUBLICATIONS, guide, rospy.is_shutdown)
+        log = rospy.get_param("~log", "")
+        judge = Judge(robot, PUBLICATIONS, guide, rospy.is_shutdown, log)
         if follow(robot, judge):
             robot.serve()
             play(robot, judge, rospy.get_param("~seconds", 10.0))
         if not judge.faults:
             judge.compare_messages()
+        with contextlib.suppress(OSError):
+            os.remove(log)
         print_coverage(judge)
         for fault in judge.faults[:10]:
             print("FAULT: " + fault)
