@@ -84,3 +84,16 @@ def test_an_element_that_is_assigned_is_any_of_the_array_or_none(engine: str, ta
     supervisor = supervisor_of(text, engine)
     assert supervisor.plant_states == 4 * 4 * 2
     assert guard_text(supervisor, "go.request") == ("Switch.n > Switch.m", "as required")
+
+
+def test_a_condition_with_too_many_cases_is_free() -> None:
+    wide = SWITCH.replace(
+        "integer(0..3)\n        variable far", "integer(0..9999)\n        variable far"
+    )
+    text = (
+        wide % "do n := value" + "requirement go needs any(x > Switch.n + Switch.m for x in levels)"
+    )
+    supervisor = supervisor_of(text)
+    condition = "any(x > Switch.n + Switch.m for x in [1, 2, 3])"
+    assert guard_text(supervisor, "go.request") == (condition, "as required")
+    assert supervisor.plant.view.free.keys() == {condition}

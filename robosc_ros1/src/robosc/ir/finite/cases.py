@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from math import prod
 
 from robosc.ir.formulas import conjunction, disjunction, evaluate, negation
 from robosc.model.expr import (
@@ -56,10 +57,19 @@ def reads_arrays(expr: Expr) -> bool:
     return any(isinstance(part.type, ArrayType) for part in walk(expr))
 
 
-def by_value(expr: Expr) -> Expr:
-    """A condition as one over the values of all that it reads, which is finite."""
-    read = (part for part in walk(expr) if not isinstance(part, Literal | Operation | ElementRef))
-    return _by_values(expr, tuple(dict.fromkeys(read)), {})
+_MOST_CASES = 10_000
+
+
+def by_value(expr: Expr) -> Expr | None:
+    """A condition as one over the values of all that it reads, which is finite.
+
+    None if there are too many combinations of them.
+    """
+    parts = (part for part in walk(expr) if not isinstance(part, Literal | Operation | ElementRef))
+    read = tuple(dict.fromkeys(parts))
+    if prod(len(domain(leaf.type) or ()) for leaf in read) > _MOST_CASES:
+        return None
+    return _by_values(expr, read, {})
 
 
 def _by_values(expr: Expr, read: Sequence[Leaf], given: Mapping[Leaf, Value]) -> Expr:

@@ -226,11 +226,13 @@ class Terms:
                 return expr
         if not reads_data(expr):
             return self._whole(expr)
-        if not reads_states(expr):
-            return self._seen(self.computed(expr))
-        if isinstance(expr.type, BooleanType):
-            return self._by_states(expr)
+        if isinstance(expr.type, BooleanType) or not reads_states(expr):
+            return self._free(expr)
         return self.choice(self.computed(expr))  # it is assigned: no later state depends on it
+
+    def _free(self, expr: Expr) -> Expr:
+        """A test whose outcomes the plant does not derive from what it reads."""
+        return self._by_states(expr) if reads_states(expr) else self._seen(self.computed(expr))
 
     def _by_states(self, expr: Expr) -> Expr:
         """A test of data that reads states, as a test without them in each of these states."""
@@ -252,7 +254,8 @@ class Terms:
         if not reads_arrays(expr):
             return found
         if isinstance(expr.type, BooleanType):
-            return by_value(found)
+            written = by_value(found)
+            return self._free(expr) if written is None else written
         if isinstance(expr, Operation) and domain(expr.type) is None:  # of parts with ranges
             return with_operands(expr, tuple(map(self._whole, expr.operands)))
         return self.choice(self.computed(expr))  # it is assigned
