@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 
 import pytest
+import robot_families
 import steep_families
 from random_models import random_model
 from synthesis.differential import ENGINES, differences
@@ -57,6 +58,7 @@ def test_engines_agree_with_the_oracle(family: str, engine: str) -> None:
         ("token", (18,), 20),  # !Place17.have, rather than all the other places
         ("budget", (5, 7), 80),  # the requirement's own words
         ("crew", (8,), 140),
+        ("conveyor", (12,), 40),  # what the requirements demand after the next response
         # 4,356 combinations that the requirements' own words tell
         pytest.param("tanks", (66,), 70, marks=pytest.mark.slow),
     ],
@@ -66,6 +68,26 @@ def test_guards_are_short(family: str, size: tuple[int, ...], longest: int, engi
     robot = robot_of(text)
     guards = [to_dsl(guard.expr, robot) for guard in synthesize(plant_of(text), engine).guards]
     assert max(map(len, guards)) <= longest
+
+
+UNTUNED = {
+    "dining": (3,),
+    "lift": (3, 1),
+    "quotas": (4, 1),
+    "ring": (3, 2),
+    "served_copies": (4, 2),
+    "warehouse": (3, 2),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("family", UNTUNED)
+def test_engines_agree_with_the_oracle_on_families_that_none_was_tuned_for(
+    family: str, engine: str
+) -> None:
+    robot = robot_of(getattr(robot_families, family)(*UNTUNED[family]))
+    assert differences(robot, Oracle(robot), engine) == []
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from itertools import islice
 from operator import is_not
 from typing import TypeGuard
@@ -27,6 +28,7 @@ from robosc.model.expr import (
     Unary,
     VariableRef,
 )
+from robosc.model.quantified import Cases
 from robosc.model.traversal import may_be_undefined, rewritten, walk
 from robosc.model.types import BooleanType
 
@@ -101,6 +103,7 @@ class _Finder:
         self._chains = chains
         self._found: dict[int, tuple[Expr, Expr]] = {}
         self._counts: dict[int, tuple[Expr, Count | None]] = {}
+        self._sizes: dict[int, tuple[int, int]] = {}
 
     def found(self, expr: Expr) -> Expr:
         if id(expr) not in self._found:
@@ -144,15 +147,28 @@ class _Finder:
     def _count(self, expr: Binary) -> Count | None:
         """The count that this is all the cases of; None if it is none, or ``any`` or ``all``."""
         if id(expr) not in self._counts:
-            self._counts[id(expr)] = expr, _count_of(expr)
+            self._counts[id(expr)] = expr, _count_of(expr, *self._size(expr))
         return self._counts[id(expr)][1]
 
+    def _size(self, expr: Expr) -> tuple[int, int]:
+        """How many conditions must hold, if no two operands of an ``and`` have some in common, and
+        how many conditions it is written with."""
+        if not _is_junction(expr):
+            return 1, 1
+        if id(expr) not in self._sizes:
+            (left, few), (right, many) = map(self._size, expr.operands)
+            fewest = left + right if expr.operator == "and" else min(left, right)
+            self._sizes[id(expr)] = fewest, few + many
+        return self._sizes[id(expr)]
 
-def _count_of(expr: Binary) -> Count | None:
+
+def _count_of(expr: Binary, number: int, written: int) -> Count | None:
+    if number < 2 or written == number:
+        return None
     conditions = list(_conditions(expr))
-    number = _fewest(expr, {})
     if (
-        not 1 < number < len(conditions)
+        number >= len(conditions)
+        or written != _written(len(conditions), number)
         or any(map(may_be_undefined, conditions))
         or (len(conditions) < _LEAST_LISTED and _copies(conditions) is None)
     ):
@@ -183,14 +199,10 @@ def _is_junction(expr: Expr) -> TypeGuard[Binary]:
     return isinstance(expr, Binary) and expr.operator in ("and", "or")
 
 
-def _fewest(expr: Expr, known: dict[int, int]) -> int:
-    """How many conditions must hold, if no two operands of an ``and`` have some in common."""
-    if not isinstance(expr, Binary) or expr.operator not in ("and", "or"):
-        return 1
-    if id(expr) not in known:
-        sides = [_fewest(side, known) for side in expr.operands]
-        known[id(expr)] = sum(sides) if expr.operator == "and" else min(sides)
-    return known[id(expr)]
+@cache
+def _written(conditions: int, number: int) -> int:
+    """With how many conditions it is written out that ``number`` of them hold."""
+    return Cases[int](lambda _, parts: sum(parts), (-1, 0)).least([1] * conditions, number)
 
 
 def _grouped(operator: str, parts: Sequence[Expr]) -> list[Expr]:

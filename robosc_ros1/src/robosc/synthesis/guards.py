@@ -14,7 +14,7 @@ Engines hand in their sets as a :class:`CareSet`; nothing here depends on their 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -25,7 +25,7 @@ from robosc.model.expr import FALSE, TRUE, Count, Expr, Unary
 from robosc.model.traversal import walk
 from robosc.supervisor import Guard, Status
 from robosc.synthesis.dropping import drop
-from robosc.synthesis.precondition import precondition
+from robosc.synthesis.precondition import next_precondition, precondition
 from robosc.synthesis.sum_of_products import TooLarge
 from robosc.synthesis.vectorised import support
 
@@ -33,7 +33,7 @@ __all__ = ["CareSet", "GuardInputs", "make_guard"]
 
 _SMALL = 2**6
 """Up to this many combinations a cover is found at once."""
-_LARGE = 2**12
+_LARGE = 2**9
 """From here on a cover takes longer than to look for the guard in the requirements' own words."""
 _LONG = 40
 """Guards with more to read than this are worth looking for shorter ones."""
@@ -113,8 +113,8 @@ def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
         found += _attempt(left, rank)
         if found and min(map(_length, found)) <= _LONG:
             return min(found, key=_length)
-    demanded = precondition(plant, event)
-    if demanded is not None and care_set.separates(demanded):
+    demanded = _demanded(plant, event, care_set)
+    if demanded is not None:
         found.append(demanded)
         if _length(demanded) <= _LONG:
             return min(found, key=_length)
@@ -135,6 +135,22 @@ def _counts(plant: Plant, event: Event) -> Iterator[Expr]:
     for condition in plant.tighter_counts:
         if not written.isdisjoint(support(plant, condition)):
             yield condition
+
+
+def _demanded(plant: Plant, event: Event, care_set: CareSet) -> Expr | None:
+    """What state requirements demand before the event, if that is the guard."""
+    direct = precondition(plant, event)
+    if care_set.separates(direct):
+        return direct
+    parts = next_precondition(plant, event)
+    if not care_set.separates(conjunction(parts)):
+        return None
+
+    def without(left: Iterable[Expr], some: Sequence[Expr]) -> Iterable[Expr] | None:
+        fewer = [part for part in left if part not in some]
+        return fewer if care_set.separates(conjunction(fewer)) else None
+
+    return conjunction(drop(parts, parts, without))
 
 
 def _attempt(care_set: CareSet, rank: Callable[[int], Any]) -> list[Expr]:

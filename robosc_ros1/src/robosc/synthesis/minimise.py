@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -33,13 +34,15 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import walk
 from robosc.model.types import BooleanType, IntegerType
-from robosc.synthesis.sum_of_products import Diagrams, Product, TooLarge
-from robosc.synthesis.vectorised import Bools
+from robosc.synthesis.sum_of_products import Diagrams, Product, TooLarge, full_mask
+from robosc.synthesis.vectorised import Bools, Indexes
 
 __all__ = ["LARGEST_TABLE", "Table", "condition_of", "condition_of_products"]
 
 _BOOLEAN = BooleanType()
 _Reference: TypeAlias = VariableRef | TestRef
+_Box: TypeAlias = list[Bools]
+"""Per state variable the values that may be in."""
 
 LARGEST_TABLE = 2**10
 """Combinations beyond which a greedy cover takes too long: it looks at all of them for each box."""
@@ -68,14 +71,6 @@ class Table:
         if (allowed & refused).any():
             return None
         return Table(self.variables[:place] + self.variables[place + 1 :], allowed, refused)
-
-
-@dataclass(frozen=True, eq=False)
-class _Box:
-    """Per state variable the values that must be in, and those that may."""
-
-    needed: tuple[Bools, ...]
-    free: tuple[Bools, ...]
 
 
 def condition_of(plant: Plant, table: Table) -> Expr:
@@ -110,35 +105,38 @@ def condition_of_products(
         TooLarge: neither set has a sum of products of a reasonable length.
     """
     found: list[Expr] = []
+    places = [plant.variables[variable] for variable in variables]
     for inside, outside, positive in ((allowed, refused, True), (refused, allowed, False)):
         try:
             products = diagrams.products(inside, diagrams.complement(outside))
         except TooLarge:
             continue
-        boxes = [_box_of(product, diagrams.sizes) for product in products]
-        found.append(
-            _joined(plant, [plant.variables[variable] for variable in variables], boxes, positive)
-        )
+        found.append(_joined(plant, places, products, positive))
     if not found:
         raise TooLarge("a guard would be too long")
     return min(found, key=_cost)
 
 
-def _box_of(product: Product, sizes: Sequence[int]) -> _Box:
-    masks = [
-        [np.array([mask >> value & 1 for value in range(size)], np.bool_) for mask in pair]
-        for pair, size in zip(product, sizes, strict=True)
-    ]
-    return _Box(tuple(needed for needed, _ in masks), tuple(free for _, free in masks))
-
-
 def _joined(
-    plant: Plant, variables: Sequence[StateVariable], boxes: Iterable[_Box], positive: bool
+    plant: Plant, variables: Sequence[StateVariable], boxes: Iterable[Product], positive: bool
 ) -> Expr:
     """What holds in some box, or in none if not ``positive``."""
+
+    @cache
+    def literal(place: int, needed: int, free: int) -> Expr:
+        return _literal(plant, variables[place], needed, free)
+
+    def literals(box: Product) -> Iterable[Expr]:
+        """What the box says of each state variable, or what its negation says."""
+        for place, (needed, free) in enumerate(box):
+            full = full_mask(variables[place].size)
+            if free != full:
+                low, high = (needed, free) if positive else (full - free, full - needed)
+                yield literal(place, low, high)
+
     if positive:
-        return disjunction(conjunction(_literals(plant, variables, box, True)) for box in boxes)
-    return conjunction(disjunction(_literals(plant, variables, box, False)) for box in boxes)
+        return disjunction(conjunction(literals(box)) for box in boxes)
+    return conjunction(disjunction(literals(box)) for box in boxes)
 
 
 def _cost(expr: Expr) -> tuple[int, int]:
@@ -154,117 +152,120 @@ def _cost(expr: Expr) -> tuple[int, int]:
 # --- boxes ---------------------------------------------------------------------------------------
 
 
-def _cover(inside: Bools, outside: Bools) -> list[_Box]:
+def _cover(inside: Bools, outside: Bools) -> list[Product]:
     """Boxes that hold all of ``inside`` and nothing of ``outside``."""
+    refused = np.argwhere(outside)
+    orders = _orders(inside.ndim)
     left = inside.copy()
     boxes: list[_Box] = []
     while left.any():
         seed = np.unravel_index(int(np.argmax(left)), left.shape)
-        grown = [_grow(seed, outside, order) for order in _orders(left.ndim)]
-        best = max(grown, key=lambda free: (int(left[np.ix_(*free)].sum()), _dropped(free)))
-        boxes.append(_box(left, best))
+        grown = _grown(np.array(seed), refused, left.shape, orders)
+        box = _best(grown, np.argwhere(left))
+        boxes.append(box)
         if len(boxes) > _MOST_BOXES:
             raise TooLarge("a cover takes too many boxes")
-        left[np.ix_(*best)] = False
+        left[np.ix_(*box)] = False
     return _irredundant(inside, boxes)
 
 
-def _orders(count: int) -> list[list[int]]:
+def _orders(count: int) -> Indexes:
     """Some orders in which to grow a box; each state variable comes first once, both ways round."""
     forward = list(range(count))
     found = []
     for start in range(count):
         turned = forward[start:] + forward[:start]
         found += [turned, turned[:1] + turned[:0:-1]]
-    return found or [[]]
+    return np.array(found)
 
 
-def _grow(seed: Sequence[Any], outside: Bools, order: Sequence[int]) -> list[Bools]:
-    """A box around one combination, as wide as ``outside`` lets it be."""
-    free = [np.arange(size) == at for size, at in zip(outside.shape, seed, strict=True)]
-    for variable in order:
-        everything = np.ones(outside.shape[variable], np.bool_)
-        slab = [everything if other == variable else values for other, values in enumerate(free)]
-        others = tuple(other for other in range(len(free)) if other != variable)
-        free[variable] = ~outside[np.ix_(*slab)].any(axis=others)
-    return free
+def _grown(seed: Indexes, refused: Indexes, shape: tuple[int, ...], orders: Indexes) -> list[Bools]:
+    """Boxes around one combination, one per order, as wide as refused combinations let them be.
+
+    Per state variable, an array of which values (columns) are in the box of each order (rows). All
+    boxes grow at once: a value gets in unless a refused combination has it and misses the box in
+    nothing else.
+    """
+    numbers = np.arange(len(orders))
+    values = np.arange(max(shape))
+    free = np.repeat((values == seed[:, None])[None], len(orders), axis=0)
+    misses = np.repeat((refused != seed).T[None], len(orders), axis=0)
+    total = misses.sum(axis=1)
+    for variable in orders.T:
+        theirs = refused.T[variable]
+        own = misses[numbers, variable]
+        free[numbers, variable] = True
+        order, row = np.nonzero(total == own)
+        free[order, variable[order], theirs[order, row]] = False
+        misses[numbers, variable] = ~free[numbers[:, None], variable[:, None], theirs]
+        total += misses[numbers, variable].astype(np.intp) - own
+    return [free[:, variable, :size] for variable, size in enumerate(shape)]
 
 
-def _dropped(free: Sequence[Bools]) -> int:
-    return sum(bool(values.all()) for values in free)
+def _best(grown: Sequence[Bools], left: Indexes) -> _Box:
+    """The box that holds most of what is left, and leaves most state variables free."""
+    held = np.logical_and.reduce([free[:, left[:, at]] for at, free in enumerate(grown)])
+    dropped = np.sum([free.all(axis=1) for free in grown], axis=0)
+    order = max(range(len(held)), key=lambda each: (held[each].sum(), dropped[each]))
+    return [free[order] for free in grown]
 
 
-def _box(left: Bools, free: Sequence[Bools]) -> _Box:
-    """A box that need not hold more than the combinations that no earlier one holds."""
-    here = left[np.ix_(*free)]
-    needed = []
-    for variable, values in enumerate(free):
-        others = tuple(other for other in range(len(free)) if other != variable)
-        used = np.zeros(len(values), np.bool_)
-        used[np.flatnonzero(values)] = here.any(axis=others)
-        needed.append(used)
-    return _Box(tuple(needed), tuple(free))
+def _product(left: Bools, box: _Box) -> Product:
+    """A box as masks; it need not hold more than the combinations that no earlier one holds."""
+    here = left[np.ix_(*box)]
+    found = []
+    for variable, free in enumerate(box):
+        others = tuple(other for other in range(len(box)) if other != variable)
+        used = np.zeros(len(free), np.bool_)
+        used[np.flatnonzero(free)] = here.any(axis=others)
+        found.append((_mask(used), _mask(free)))
+    return tuple(found)
 
 
-def _irredundant(inside: Bools, boxes: list[_Box]) -> list[_Box]:
+def _irredundant(inside: Bools, boxes: list[_Box]) -> list[Product]:
     """Without boxes that the others make superfluous; what is needed is computed anew."""
-    if len(boxes) < 2:
-        return boxes
     count = np.zeros(inside.shape, np.int32)
     for box in boxes:
-        count[np.ix_(*box.free)] += 1
-    kept = []
+        count[np.ix_(*box)] += 1
+    left = inside.copy()
+    found = []
     for box in boxes:
-        grid = np.ix_(*box.free)
+        grid = np.ix_(*box)
         if ((count[grid] > 1) | ~inside[grid]).all():
             count[grid] -= 1
         else:
-            kept.append(box)
-    left = inside.copy()
-    result = []
-    for box in kept:
-        result.append(_box(left, box.free))
-        left[np.ix_(*box.free)] = False
+            found.append(_product(left, box))
+            left[grid] = False
     # Model order reads better than the order in which they were found.
-    return sorted(result, key=lambda box: [at for at, f in enumerate(box.free) if not f.all()])
+    full = [full_mask(size) for size in inside.shape]
+    return sorted(found, key=lambda box: [n for n, (_, free) in enumerate(box) if free != full[n]])
 
 
 # --- wording -------------------------------------------------------------------------------------
 
 
-def _literals(
-    plant: Plant, variables: Sequence[StateVariable], box: _Box, positive: bool
-) -> list[Expr]:
-    """What a box says of each state variable, or what its negation says."""
-    found = []
-    for variable, needed, free in zip(variables, box.needed, box.free, strict=True):
-        if not free.all():
-            low, high = (needed, free) if positive else (~free, ~needed)
-            found.append(_literal(plant, variable, low, high))
-    return found
-
-
-def _literal(plant: Plant, index: StateVariable, needed: Bools, free: Bools) -> Expr:
+def _literal(plant: Plant, index: StateVariable, needed: int, free: int) -> Expr:
     """A condition on one state variable: all needed values, and no others than the free."""
     match index.kind:
         case VariableKind.PHASE:
             active = PhaseRef(index.name, str(index.values[1]))
-            return active if free[1] else negation(active)
+            return active if free & 2 else negation(active)
         case VariableKind.LOCATION:
-            return _member(needed, free, lambda v: StateRef(index.name, str(index.values[v])))
+            return _member(
+                index.size, needed, free, lambda v: StateRef(index.name, str(index.values[v]))
+            )
     variable = _reference(plant, index)
     type_ = variable.type
     if isinstance(index.values, Classes):
-        values = [[int(v) for v in np.flatnonzero(those)] for those in (needed, free)]
-        return index.values.condition(*values).of(variable)
+        return index.values.condition(_values(needed), _values(free)).of(variable)
     if isinstance(type_, BooleanType):
-        value = bool(index.values[int(np.flatnonzero(needed)[0])])
+        value = bool(index.values[_values(needed)[0]])
         return variable if value else negation(variable)
 
     def equals(value: int) -> Expr:
         return Binary("=", variable, Literal(index.values[value], type_), _BOOLEAN)
 
-    members = _member(needed, free, equals)
+    members = _member(index.size, needed, free, equals)
     if isinstance(type_, IntegerType):
         return min(_interval(index, variable, needed, free), members, key=_cost)
     return members
@@ -284,17 +285,27 @@ def _variables(plant: Plant, component: str) -> tuple[Variable, ...]:
     return () if behaviour is None else behaviour.variables
 
 
-def _member(needed: Bools, free: Bools, is_value: Callable[[int], Expr]) -> Expr:
+def _member(size: int, needed: int, free: int, is_value: Callable[[int], Expr]) -> Expr:
     """One of some values, or none of the others: whichever names fewer."""
-    some = [is_value(int(v)) for v in np.flatnonzero(needed)]
-    others = [negation(is_value(int(v))) for v in np.flatnonzero(~free)]
-    return disjunction(some) if len(some) <= len(others) else conjunction(others)
+    some, others = _values(needed), _values(full_mask(size) - free)
+    if len(some) <= len(others):
+        return disjunction(map(is_value, some))
+    return conjunction(negation(is_value(value)) for value in others)
 
 
-def _interval(index: StateVariable, variable: _Reference, needed: Bools, free: Bools) -> Expr:
+def _mask(values: Bools) -> int:
+    return sum(1 << value for value in np.flatnonzero(values).tolist())
+
+
+def _values(mask: int) -> list[int]:
+    return [value for value, bit in enumerate(reversed(f"{mask:b}")) if bit == "1"]
+
+
+def _interval(index: StateVariable, variable: _Reference, some: int, most: int) -> Expr:
     """Runs of values, each given by its bounds; they stretch over free values where that helps."""
+    needed, free = ([mask >> v & 1 for v in range(index.size)] for mask in (some, most))
     runs: list[Expr] = []
-    last = len(needed) - 1
+    last = index.size - 1
     place = 0
     while place <= last:
         if not needed[place]:

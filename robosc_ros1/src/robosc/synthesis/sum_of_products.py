@@ -17,7 +17,7 @@ import numpy as np
 from robosc.errors import StateSpaceError
 from robosc.synthesis.vectorised import Indexes
 
-__all__ = ["END", "NOTHING", "Diagrams", "Product", "TooLarge"]
+__all__ = ["END", "NOTHING", "Diagrams", "Product", "TooLarge", "full_mask"]
 
 NOTHING = 0
 """The empty set, at every depth."""
@@ -30,6 +30,9 @@ _LARGEST_TABLE = 2**22
 
 Product: TypeAlias = tuple[tuple[int, int], ...]
 """Per variable the values that are needed and those that may be added, as masks of bits."""
+
+_Term: TypeAlias = tuple[Product, int]
+"""A product over the last variables, and the set that it holds with all that may be added."""
 
 
 class TooLarge(StateSpaceError):
@@ -51,7 +54,8 @@ class Diagrams:
         self._steps = 0
         self._unions: dict[tuple[int, int], int] = {}
         self._differences: dict[tuple[int, int], int] = {}
-        self._sums: dict[tuple[int, int], tuple[tuple[Product, ...], int]] = {}
+        self._within: dict[tuple[int, int], bool] = {}
+        self._sums: dict[tuple[int, int], tuple[tuple[_Term, ...], int]] = {}
         full = [END]
         for size in reversed(self.sizes):
             full.append(self.node((full[-1],) * size))
@@ -138,74 +142,78 @@ class Diagrams:
         Raises:
             TooLarge: it takes too long.
         """
-        return self._sum(inside, upper, 0)[0]
+        return tuple(product for product, _ in self._sum(inside, upper, 0)[0])
 
-    def _sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[Product, ...], int]:
+    def _sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[_Term, ...], int]:
         """Products over the variables from ``depth`` on, and the set that they hold."""
         if not lower:
             return (), NOTHING
         if upper == self._full[depth]:
-            return (tuple((full, full) for full in map(_all, self.sizes[depth:])),), upper
+            everything = tuple((full, full) for full in map(full_mask, self.sizes[depth:]))
+            return ((everything, upper),), upper
         found = self._sums.get((lower, upper))
         if found is None:
             found = self._sums[lower, upper] = self._new_sum(lower, upper, depth)
         return found
 
-    def _new_sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[Product, ...], int]:
+    def _new_sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[_Term, ...], int]:
         self._steps += self.sizes[depth]
         if self._steps > _MOST_STEPS:
             raise TooLarge("a guard would be too long")
         low, high = self._children[lower], self._children[upper]
         common = reduce(self._intersection, dict.fromkeys(high))
-        needed: dict[Product, int] = {}
+        needed: dict[_Term, int] = {}
         covered = [NOTHING] * len(low)
         for (one, most), values in _groups(zip(low, high, strict=True)):
             rest = self.difference(one, common)
             if not rest:
                 continue
-            products, held = self._sum(rest, most, depth + 1)
-            for product in products:
-                needed[product] = needed.get(product, 0) | sum(1 << value for value in values)
+            terms, held = self._sum(rest, most, depth + 1)
+            for term in terms:
+                needed[term] = needed.get(term, 0) | sum(1 << value for value in values)
             for value in values:
                 covered[value] = held
         left = NOTHING
         for one, held in zip(low, covered, strict=True):
             left = self.union(left, self.difference(one, held))
-        products, held = self._sum(left, common, depth + 1)
-        full = _all(self.sizes[depth])
-        found = [((mask, self._free(high, p, mask, depth)), *p) for p, mask in needed.items()]
-        found += [((full, full), *product) for product in products]
+        terms, held = self._sum(left, common, depth + 1)
+        full = full_mask(self.sizes[depth])
+        found = [
+            self._term((mask, self._free(high, term[1], mask)), term)
+            for term, mask in needed.items()
+        ]
+        found += [self._term((full, full), term) for term in terms]
         return tuple(found), self.node([self.union(one, held) for one in covered])
 
-    def _free(self, high: Sequence[int], product: Product, mask: int, depth: int) -> int:
-        """The values with which a product still stays in the upper set."""
-        known: dict[int, bool] = {}
+    def _term(self, values: tuple[int, int], rest: _Term) -> _Term:
+        """A product that holds some values of the variable before those of another product."""
+        _, free = values
+        size = self.sizes[len(self.sizes) - len(rest[0]) - 1]
+        node = self.node(rest[1] if free >> value & 1 else NOTHING for value in range(size))
+        return (values, *rest[0]), node
+
+    def _free(self, high: Sequence[int], held: int, mask: int) -> int:
+        """The values with which a product that holds a set still stays in the upper set."""
         for value, upper in enumerate(high):
-            if upper not in known:
-                known[upper] = bool(mask >> value & 1) or self._holds(product, upper, depth + 1)
-            if known[upper]:
+            if self._is_within(held, upper):
                 mask |= 1 << value
         return mask
 
-    def _holds(self, product: Product, upper: int, depth: int) -> bool:
-        """Whether a product stays in a set."""
-        level = {upper}
-        for number, (_, free) in enumerate(product):
-            if NOTHING in level:
-                return False
-            if level == {self._full[depth + number]}:
-                return True
-            self._steps += len(level)
-            level = {
-                child
-                for node in level
-                for value, child in enumerate(self._children[node])
-                if free >> value & 1
-            }
-        return NOTHING not in level
+    def _is_within(self, first: int, second: int) -> bool:
+        if first == second or not first:
+            return True
+        if not second:
+            return False
+        found = self._within.get((first, second))
+        if found is None:
+            self._steps += 1
+            pairs = {*zip(self._children[first], self._children[second], strict=True)}
+            found = self._within[first, second] = all(self._is_within(a, b) for a, b in pairs)
+        return found
 
 
-def _all(size: int) -> int:
+def full_mask(size: int) -> int:
+    """All values of a variable, as a mask."""
     return (1 << size) - 1
 
 

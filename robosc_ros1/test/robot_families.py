@@ -1,0 +1,187 @@
+"""Families of models that no engine was tuned for, as model text. Each grows with its numbers."""
+
+from __future__ import annotations
+
+from families import robot_text
+
+__all__ = ["dining", "lift", "quotas", "ring", "served_copies", "warehouse"]
+
+
+def ring(n: int, most: int) -> str:
+    """A token among n nodes that count their passes, of which the first two may not both be full."""
+    parts = [
+        f"  component Node{i} {{\n"
+        f"    incoming message pass{i} with type: none\n"
+        f"    incoming message reset{i} with type: none\n"
+        f"    outgoing message lost{i} with type: none\n"
+        "    behaviour {\n"
+        f"      variable have: boolean = {'true' if i == 0 else 'false'}\n"
+        f"      variable passes: integer(0..{most}) = 0\n"
+        "      initial marked state s {\n"
+        f"        on request to pass{i} if have do have := false, passes := passes + 1\n"
+        f"        on request to pass{(i - 1) % n} do have := true\n"
+        f"        on request to reset{i} do passes := 0\n"
+        f"        on response from lost{i} if have and passes > 0 do passes := passes - 1\n"
+        "      }\n"
+        "    }\n"
+        "  }\n"
+        for i in range(n)
+    ]
+    parts.append(f"  requirement never Node0.passes = {most} and Node1.passes = {most}\n")
+    parts.append(f"  requirement reset0 needs Node{n - 1}.have\n")
+    return robot_text("Ring", parts)
+
+
+def dining(n: int) -> str:
+    """n robots that take two tools in turn; every second one may not work at the same time."""
+    parts = [
+        f"  component Tool{i} {{ behaviour {{\n"
+        "    initial marked state free {\n"
+        f"      on request to left{i} goto used\n"
+        f"      on request to right{(i - 1) % n} goto used\n"
+        "    }\n"
+        "    state used {\n"
+        f"      on response from done{i} goto free\n"
+        f"      on response from done{(i - 1) % n} goto free\n"
+        "    }\n"
+        "  } }\n"
+        f"  component Robot{i} {{\n"
+        f"    incoming message left{i} with type: none\n"
+        f"    incoming message right{i} with type: none\n"
+        f"    outgoing message done{i} with type: none\n"
+        "    behaviour {\n"
+        f"      initial marked state waits {{ on request to left{i} goto one }}\n"
+        f"      state one {{ on request to right{i} goto works }}\n"
+        f"      state works {{ on response from done{i} goto waits }}\n"
+        "    }\n"
+        "  }\n"
+        for i in range(n)
+    ]
+    working = " and ".join(f"Robot{i}.works" for i in range(0, n, 2))
+    return robot_text("Dining", [*parts, f"  requirement never {working}\n"])
+
+
+def lift(n: int, most: int) -> str:
+    """A cabin for ``most`` persons and n floors with doors; full, it may not move."""
+    parts = [
+        "  component Cabin {\n"
+        "    incoming message up with type: none\n"
+        "    incoming message down with type: none\n"
+        "    outgoing message arrived with type: none\n"
+        "    outgoing message enter with type: none\n"
+        "    outgoing message leave with type: none\n"
+        "    behaviour {\n"
+        f"      variable floor: integer(0..{n - 1}) = 0\n"
+        f"      variable load: integer(0..{most}) = 0\n"
+        "      variable rising: boolean = false\n"
+        "      initial marked state stands {\n"
+        "        on request to up do rising := true goto moves\n"
+        "        on request to down do rising := false goto moves\n"
+        f"        on response from enter if load < {most} do load := load + 1\n"
+        "        on response from leave if load > 0 do load := load - 1\n"
+        "      }\n"
+        "      state moves {\n"
+        "        on response from arrived if rising do floor := floor + 1 goto stands\n"
+        "        on response from arrived if !rising do floor := floor - 1 goto stands\n"
+        "      }\n"
+        "    }\n"
+        "  }\n"
+        f"  requirement never Cabin.load = {most} and Cabin.moves\n"
+    ]
+    parts += [
+        f"  component Door{i} {{\n"
+        f"    outgoing message call{i} with type: none\n"
+        f"    incoming message open{i} with type: none\n"
+        f"    outgoing message closed{i} with type: none\n"
+        "    behaviour {\n"
+        "      variable called: boolean = false\n"
+        "      initial marked state shut {\n"
+        f"        on response from call{i} do called := true\n"
+        f"        on request to open{i} do called := false goto open\n"
+        "      }\n"
+        f"      state open {{ on response from closed{i} goto shut }}\n"
+        "    }\n"
+        "  }\n"
+        f"  requirement open{i} needs Cabin.floor = {i} and Cabin.stands\n"
+        f"  requirement Door{i}.open disables up\n"
+        f"  requirement Door{i}.open disables down\n"
+        for i in range(n)
+    ]
+    return robot_text("Lift", parts)
+
+
+def warehouse(width: int, carts: int) -> str:
+    """Carts on a square grid that never meet, and of which each may be pushed in one column."""
+    pairs = [(a, b) for a in range(1, carts + 1) for b in range(a + 1, carts + 1)]
+    steps = {
+        "east": "x := x + 1",
+        "west": "x := x - 1",
+        "north": "y := y + 1",
+        "south": "y := y - 1",
+    }
+    return robot_text(
+        "Warehouse",
+        [
+            f"  component Cart[1..{carts}] {{\n",
+            *(
+                f'    incoming message {name} with identifier: "/c{{index}}/{name}", type: none\n'
+                for name in steps
+            ),
+            '    outgoing message pushed with identifier: "/c{index}/pushed", type: none\n'
+            "    behaviour {\n"
+            f"      variable x: integer(0..{width - 1}) = index - 1\n"
+            f"      variable y: integer(0..{width - 1}) = 0\n"
+            "      initial marked state s {\n",
+            *(f"        on request to {name} do {update}\n" for name, update in steps.items()),
+            f"        on response from pushed if y > 0 and x = {width // 2} do y := y - 1\n"
+            "      }\n"
+            "    }\n"
+            "  }\n",
+            *(
+                f"  requirement never Cart[{a}].x = Cart[{b}].x and Cart[{a}].y = Cart[{b}].y\n"
+                for a, b in pairs
+            ),
+        ],
+    )
+
+
+def quotas(n: int, most: int) -> str:
+    """n users with numbers of their own, of which ``most`` may have more than two units."""
+    return f"""robot Quotas {{
+  component User[1..{n}] {{
+    incoming message take with identifier: "/u{{index}}/take", type: none
+    outgoing message spill with identifier: "/u{{index}}/spill", type: none
+    outgoing message done with identifier: "/u{{index}}/done", type: none
+    behaviour {{
+      variable used: integer(0..4) = 0
+      initial marked state s {{
+        on request to take do used := used + 1
+        on response from spill if used = 2 do used := 3
+        on response from done do used := 0
+      }}
+    }}
+  }}
+  requirement never count(u.used > 2 for u in User) > {most}
+  requirement always all(u.used < 4 for u in User)
+}}
+"""
+
+
+def served_copies(n: int, most: int) -> str:
+    """n stations, each of which may be served only while fewer than ``most`` are."""
+    return f"""robot Copies {{
+  component Station[1..{n}] {{
+    outgoing message button with identifier: "/s{{index}}/button", type: none
+    incoming message serve with identifier: "/s{{index}}/serve", type: none
+    outgoing message served with identifier: "/s{{index}}/served", type: none
+    behaviour {{
+      initial marked state idle {{ on response from button goto waiting }}
+      state waiting {{ on request to serve goto busy }}
+      state busy {{ on response from served goto idle }}
+    }}
+  }}
+  for i in 1..{n} {{
+    requirement Station[i].serve needs count(s.busy for s in Station) < {most}
+  }}
+}}
+"""
