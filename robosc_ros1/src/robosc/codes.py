@@ -816,9 +816,10 @@ _ALL = (
     _plant(
         Severity.WARNING,
         "requirement-never-met",
-        "The requirement holds in no state in which its commands could happen.",
+        "The requirement, or several of one command together, hold in no state in which the command"
+        " could happen: it can never be sent.",
         "requirement move needs Arm.idle and Arm.busy",
-        "Correct the condition.",
+        "Correct the condition, or what keeps the system from getting there.",
     ),
     _plant(
         Severity.ERROR,

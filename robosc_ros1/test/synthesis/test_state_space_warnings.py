@@ -163,6 +163,44 @@ def test_requirement_that_is_true_wherever_the_plant_can_but_not_everywhere() ->
     assert codes(body) == []
 
 
+def test_requirements_that_are_never_met_together_are_named() -> None:
+    """Each of them by itself is met, and the third has nothing to do with it."""
+    body = (
+        SWITCH
+        + SWITCH.replace("Switch", "Lamp").replace("flip", "turn")
+        + "component A { incoming message go with type: none }"
+        " requirement go needs Lamp.off"
+        " requirement Switch.off disables go"
+        " requirement go needs Lamp.off => Switch.off"
+    )
+    (found,) = told(body)
+    assert found.code == "requirement-never-met"
+    assert found.message == (
+        "'requirement go needs Lamp.off', 'requirement Switch.off disables go' and 'requirement go"
+        " needs Lamp.off => Switch.off' can never be met together: go can never happen"
+    )
+    assert [note.message for note in found.notes] == ["together with this one"] * 2
+    (found,) = told(body + " requirement go needs Switch.off")
+    assert found.message == (
+        "'requirement Switch.off disables go' and 'requirement go needs Switch.off' can never be"
+        " met together: go can never happen"
+    )
+
+
+def test_requirements_that_wait_for_each_other() -> None:
+    """Either would be met if the other command could be sent."""
+    parts = [
+        f"component {name} {{ incoming message go{name} with type: none behaviour {{"
+        f" initial marked state off {{ on request to go{name} goto on }} marked state on {{ }} }} }}"
+        f" requirement go{name} needs {other}.on"
+        for name, other in ("AB", "BA")
+    ]
+    assert [d.message for d in told(" ".join(parts))] == [
+        "'requirement goA needs B.on' can never be met under control: goA can never happen",
+        "'requirement goB needs A.on' can never be met under control: goB can never happen",
+    ]
+
+
 # --- guarded transitions
 
 GUARDED = """

@@ -17,6 +17,7 @@ from robosc.model.entities import EventKind, Kind, Provide, Requirement
 from robosc.model.expr import TRUE, Expr, StateRef
 from robosc.source import Span
 from robosc.supervisor import Guard
+from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import for_some
 from robosc.synthesis.formatting import listing, trace_text
 from robosc.synthesis.stepper import Stepper
@@ -172,14 +173,17 @@ class _Examiner:
     def requirements(self) -> Iterator[Diagnostic]:
         numbers = {number for _, number in self.plant.invariants}
         numbers.update(number for event in self.plant.events for number in event.requirements)
+        told: set[str] = set()
         for number in sorted(numbers):
-            yield from self._requirement(self.robot.requirements[number])
+            yield from self._requirement(self.robot.requirements[number], told)
+        for key, guard in self.requests.items():
+            if guard.status == "never" and key not in told:
+                yield from self._unmet_together(guard.event)
 
-    def _requirement(self, requirement: Requirement) -> Iterator[Diagnostic]:
-        kept = self.plant.view.expression(requirement.condition)
-        forbids = requirement.kind in ("disables", "never")
-        if forbids:
-            kept = negation(kept)
+    def _requirement(self, requirement: Requirement, told: set[str]) -> Iterator[Diagnostic]:
+        """``told`` gets the commands that can never happen because of it."""
+        kept = self._kept(requirement)
+        forbids = _forbids(requirement)
         if self.system.plant_reaches(negation(kept)) is False:
             yield Diagnostic(
                 Severity.WARNING,
@@ -195,6 +199,7 @@ class _Examiner:
             where = conjunction([kept, possible(self.plant, self.requests[key].event)])
             if self.system.plant_reaches(where) is False:
                 unmet.append(self.robot.display_names[key])
+                told.add(key)
         if unmet:
             yield Diagnostic(
                 Severity.WARNING,
@@ -203,6 +208,39 @@ class _Examiner:
                 requirement.span,
                 "correct the condition",
             )
+
+    def _unmet_together(self, event: Event) -> Iterator[Diagnostic]:
+        """Requirements of a command that the controlled system never meets where it is possible."""
+        here = possible(self.plant, event)
+
+        def never_met(requirements: Sequence[Requirement]) -> bool:
+            kept = map(self._kept, requirements)
+            return self.system.nearest(conjunction([here, *kept])) is None
+
+        def without(
+            left: list[Requirement], some: Sequence[Requirement]
+        ) -> list[Requirement] | None:
+            fewer = [requirement for requirement in left if requirement not in some]
+            return fewer if never_met(fewer) else None
+
+        found = [self.robot.requirements[number] for number in event.requirements]
+        if not found or never_met([]) or not never_met(found):
+            return
+        first, *others = drop(found, found, without)
+        texts = listing([f"'{requirement.text}'" for requirement in (first, *others)])
+        yield Diagnostic(
+            Severity.WARNING,
+            "requirement-never-met",
+            f"{texts} can never be met{' together' if others else ' under control'}:"
+            f" {event.name} can never happen",
+            first.span,
+            "correct the condition, or what keeps the system from getting there",
+            tuple(Note("together with this one", other.span) for other in others),
+        )
+
+    def _kept(self, requirement: Requirement) -> Expr:
+        condition = self.plant.view.expression(requirement.condition)
+        return negation(condition) if _forbids(requirement) else condition
 
     # --- guarded transitions
 
@@ -239,6 +277,10 @@ class _Examiner:
                 "make the guards exclude each other",
                 (Note("the other transition", first.span),),
             )
+
+
+def _forbids(requirement: Requirement) -> bool:
+    return requirement.kind in ("disables", "never")
 
 
 def _guarded_pairs(automaton: LocalAutomaton) -> Iterator[tuple[Edge, Edge]]:
