@@ -67,10 +67,15 @@ def synthesize(
         symbolic = engine == "bdd" or (engine == "auto" and usable())
         parts = independent_parts(plant, _TOGETHER["bdd" if symbolic else "dense"])
     found = []
-    for part in parts:
-        found.append(_synthesize(part, engine, max_states, progress))
-        if found[-1].engine == "bdd" and part is not plant:
-            gc.collect()  # else the diagrams of one part stay beside those of the next
+    try:
+        for part in parts:
+            found.append(_synthesize(part, engine, max_states, progress))
+            if found[-1].engine == "bdd" and part is not plant:
+                gc.collect()  # else the diagrams of one part stay beside those of the next
+                gc.freeze()  # what is left is not gone through again
+    finally:
+        if len(parts) > 1:
+            gc.unfreeze()
     return found[0] if len(found) == 1 else combined(plant, found)
 
 
