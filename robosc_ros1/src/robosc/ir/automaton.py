@@ -203,6 +203,11 @@ class Plant:
         return tuple(_writes(event) for event in self.events)
 
     @cached_property
+    def supports(self) -> dict[int, tuple[Expr, tuple[int, ...]]]:
+        """What large conditions read, by their identity: copies have them in common."""
+        return {}
+
+    @cached_property
     def tighter_counts(self) -> tuple[Expr, ...]:
         """For each count in a state requirement, that there is room for one more.
 

@@ -75,7 +75,10 @@ def disjunction(parts: Iterable[Expr]) -> Expr:
 
 
 def _chain(operator_: str, parts: Iterable[Expr], unit: Literal, zero: Literal) -> Expr:
-    kept = [p for p in dict.fromkeys(parts) if p != unit]
+    distinct = [*parts]
+    if len(distinct) > 1:  # hashing goes through all of what may be large
+        distinct = [*dict.fromkeys(distinct)]
+    kept = [p for p in distinct if p != unit]
     if zero in kept:
         return zero
     return _joined(operator_, kept) if kept else unit

@@ -24,7 +24,7 @@ from robosc.model.entities import (
     display_names,
 )
 from robosc.model.expr import Expr, PhaseRef, VariableRef
-from robosc.model.traversal import reads_value, walk
+from robosc.model.traversal import reads_value, walk_all
 from robosc.source import Span
 
 __all__ = ["check_freshness"]
@@ -44,10 +44,14 @@ def check_freshness(
     behaviours = {c.name: c.behaviour for c in components}
     names = display_names(communications)
     stale: dict[str, dict[str, VariableRef]] = defaultdict(dict)
+    known: dict[int, tuple[bool, tuple[VariableRef, ...]]] = {}
     for command, expressions in _read_by_commands(requirements, provides).items():
-        if any(_names_freshness(expr) for expr in expressions):
+        for expr in expressions:
+            if id(expr) not in known:  # copies of a command have their conditions in common
+                known[id(expr)] = _names_freshness(expr), tuple(_variables(expr))
+        if any(known[id(expr)][0] for expr in expressions):
             continue
-        for ref in _variables(expressions):
+        for ref in (ref for expr in expressions for ref in known[id(expr)][1]):
             message = messages.get(f"{ref.component}.{ref.variable}")
             behaviour = behaviours[ref.component]
             if message is not None and behaviour and not _uses_up(behaviour, command, message.key):
@@ -78,11 +82,10 @@ def _read_by_commands(
     return found
 
 
-def _variables(expressions: Sequence[Expr]) -> Iterator[VariableRef]:
-    for expr in expressions:
-        for part in walk(expr):
-            if isinstance(part, VariableRef):
-                yield part
+def _variables(expr: Expr) -> Iterator[VariableRef]:
+    for part in walk_all([expr]):
+        if isinstance(part, VariableRef):
+            yield part
 
 
 def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, str]:
@@ -153,4 +156,4 @@ def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:
 
 
 def _names_freshness(expr: Expr) -> bool:
-    return any(isinstance(part, PhaseRef) and part.phase == _FRESH for part in walk(expr))
+    return any(isinstance(part, PhaseRef) and part.phase == _FRESH for part in walk_all([expr]))

@@ -30,7 +30,7 @@ from robosc.model.expr import (
     TestRef,
     VariableRef,
 )
-from robosc.model.traversal import fold, walk
+from robosc.model.traversal import fold, walk_all
 from robosc.model.types import EnumType, StringType, Type
 
 __all__ = ["Bools", "IndexArrays", "Indexes", "variable_of", "evaluate_vectorised", "support"]
@@ -57,8 +57,12 @@ def variable_of(plant: Plant, leaf: Expr) -> int | None:
 
 def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
     """The state variables that an expression reads, ascending."""
-    found = {variable for node in walk(expr) if (variable := variable_of(plant, node)) is not None}
-    return tuple(sorted(found))
+    known = plant.supports.get(id(expr))
+    if known is None:
+        read = (variable_of(plant, node) for node in walk_all([expr]))
+        known = expr, tuple(sorted({variable for variable in read if variable is not None}))
+        plant.supports[id(expr)] = known
+    return known[1]
 
 
 def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArray[Any]:

@@ -50,7 +50,7 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
 )
-from robosc.model.traversal import may_be_undefined, rewritten, walk
+from robosc.model.traversal import may_be_undefined, rewritten, walk, walk_all
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -89,8 +89,9 @@ class ViewBuilder:
         """Why an event has a choice that stands for no test."""
 
     def build(self) -> FiniteView:
-        for scope, expr in self._deciding():
-            self._note(scope, self.terms.finite(expr))
+        deciding = ((scope, self.terms.finite(expr)) for scope, expr in self._deciding())
+        for scope, expr in {(scope, id(expr)): (scope, expr) for scope, expr in deciding}.values():
+            self._note(scope, expr)
         self.small = all(
             abs(constant) < _EXACT_IN_DOUBLE
             for found in self.comparisons.values()
@@ -153,7 +154,7 @@ class ViewBuilder:
 
     def _note(self, scope: Scope, expr: Expr) -> None:
         """The terms of a deciding expression, and what they are compared with."""
-        for part in walk(expr):
+        for part in walk_all([expr]):
             if isinstance(part, TestRef):
                 self.states.setdefault(part)
                 if _follows_assignments(part):

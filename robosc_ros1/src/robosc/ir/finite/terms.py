@@ -206,9 +206,18 @@ class Terms:
     def __init__(self, text: Callable[[Expr], str]) -> None:
         self._text = text
         self._pairs: dict[tuple[Expr, Expr], TestRef] = {}
+        self._finite: dict[int, tuple[Expr, Expr]] = {}
 
     def finite(self, expr: Expr) -> Expr:
-        """A deciding expression with its tests of data replaced by terms, which read no state."""
+        """A deciding expression with its tests of data replaced by terms, which read no state.
+
+        What stands in several places, as in the requirements of copies, is looked at once.
+        """
+        if id(expr) not in self._finite:
+            self._finite[id(expr)] = expr, self._new_finite(expr)
+        return self._finite[id(expr)][1]
+
+    def _new_finite(self, expr: Expr) -> Expr:
         match expr:
             case Unary(operator="!", operand=operand):
                 return replace(expr, operand=self.finite(operand))

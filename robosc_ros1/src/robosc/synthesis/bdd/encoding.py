@@ -14,7 +14,7 @@ from functools import cached_property
 from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.step import missing_together
 from robosc.model.evaluation import Undefined, evaluate
-from robosc.model.expr import Binary, Expr, Leaf, Operation, PhaseRef, StateRef, ValueRef
+from robosc.model.expr import Binary, Expr, Leaf, Operation, PhaseRef, StateRef, Unary, ValueRef
 from robosc.model.traversal import fold
 from robosc.model.types import Value
 from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
@@ -47,7 +47,9 @@ class Encoding:
         items: list[LeafSource] = [*range(len(plant.variables)), *parameters]
         self._blocks: dict[LeafSource, _Block] = {}
         self._known: dict[tuple[Expr, int | None], Partition] = {}
-        self._where: dict[tuple[Expr, int | None], Bdd] = {}
+        # By identity: large conditions are shared, and hashing them would go through all of them.
+        self._where: dict[tuple[int, int | None], tuple[Expr, Bdd]] = {}
+        self._partitions: dict[tuple[int, int | None], tuple[Expr, Partition]] = {}
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
         for item in order_items(len(items), touched_together(plant, items)):
@@ -238,20 +240,32 @@ class Encoding:
     def holds(self, expr: Expr, event: int | None = None) -> Bdd:
         """Where a condition is true; ``event`` is the one whose ``value`` it reads.
 
-        It is remembered: copies of a component have equal requirements, and warnings ask again.
+        It is remembered: copies of a component share their requirements, and warnings ask again.
         """
-        found = self._where.get((expr, event))
-        if found is None:
-            values = self.partition(expr, event)
-            found = next((states for one, states in values if one is True), self.manager.false)
-            self._where[expr, event] = found
-        return found
+        if (id(expr), event) not in self._where:
+            self._where[id(expr), event] = expr, self._new_holds(expr, event)
+        return self._where[id(expr), event][1]
+
+    def _new_holds(self, expr: Expr, event: int | None) -> Bdd:
+        if isinstance(expr, Binary) and expr.operator == "and":
+            return self.holds(expr.left, event) & self.holds(expr.right, event)
+        wanted = True
+        if isinstance(expr, Unary) and expr.operator == "!":
+            expr, wanted = expr.operand, False
+        values = self.partition(expr, event)
+        return next((states for one, states in values if one is wanted), self.manager.false)
 
     def partition(self, expr: Expr, event: int | None = None) -> Partition:
         """The values of an expression."""
+        if (id(expr), event) not in self._partitions:
+            self._partitions[id(expr), event] = expr, self._new_partition(expr, event)
+        return self._partitions[id(expr), event][1]
 
+    def _new_partition(self, expr: Expr, event: int | None) -> Partition:
         def known(node: Expr) -> Partition | None:
             """Its values, if looking them up is cheaper than combining operands."""
+            if (id(node), event) in self._partitions:
+                return self._partitions[id(node), event][1]
             if _is_costly(node) and (node, event) in self._known:
                 return self._known[node, event]
             sources = self._sources(node, event, 2)

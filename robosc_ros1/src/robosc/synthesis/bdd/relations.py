@@ -20,8 +20,9 @@ from robosc.model.expr import TRUE
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd, Renaming
 from robosc.synthesis.bdd.partition import Partition
-from robosc.synthesis.bdd.sources import LeafSource, variables_read
+from robosc.synthesis.bdd.sources import LeafSource
 from robosc.synthesis.event_parameters import private_parameters
+from robosc.synthesis.vectorised import support
 
 __all__ = ["EventRelation", "Disjunct", "Relations"]
 
@@ -315,15 +316,15 @@ class Relations:
             reads.add(event.phase.variable)
             writes.add(event.phase.variable)
         if event.requirement is not None:
-            reads |= variables_read(plant, event.requirement)
+            reads.update(support(plant, event.requirement))
         for automaton in event.automata:
             reads.add(automaton.variable)
             for edge in automaton.edges:
                 if edge.guard is not None:
-                    reads |= variables_read(plant, edge.guard)
+                    reads.update(support(plant, edge.guard))
                 if edge.target != edge.source:
                     writes.add(automaton.variable)
                 for variable, expr in edge.updates:
                     writes.add(variable)
-                    reads |= variables_read(plant, expr)
+                    reads.update(support(plant, expr))
         return frozenset(reads), frozenset(writes)

@@ -9,17 +9,12 @@ from robosc.ir.automaton import Plant
 from robosc.model.expr import Expr, Leaf
 from robosc.model.traversal import walk
 from robosc.synthesis.event_parameters import values_read
-from robosc.synthesis.vectorised import variable_of
+from robosc.synthesis.vectorised import support
 
-__all__ = ["LeafSource", "leaves", "touched_together", "variables_read"]
+__all__ = ["LeafSource", "leaves", "touched_together"]
 
 LeafSource: TypeAlias = int | tuple[int, int]
 """Where a leaf reads: a state variable, or (number of the event, number of its parameter)."""
-
-
-def variables_read(plant: Plant, expr: Expr) -> set[int]:
-    """The state variables that an expression reads."""
-    return {variable for leaf in leaves(expr) if (variable := variable_of(plant, leaf)) is not None}
 
 
 def leaves(expr: Expr) -> Iterator[Leaf]:
@@ -39,16 +34,16 @@ def touched_together(plant: Plant, items: Sequence[LeafSource]) -> Iterator[list
             group.append(automaton.variable)
             for edge in automaton.edges:
                 if edge.guard is not None:
-                    group.extend(variables_read(plant, edge.guard))
+                    group.extend(support(plant, edge.guard))
                 for variable, expr in edge.updates:
-                    group.extend((variable, *variables_read(plant, expr)))
+                    group.extend((variable, *support(plant, expr)))
                     if len(event.parameters) > 1:  # each beside what is assigned from it
                         taken = values_read([expr])
                         own = [p for p, one in enumerate(event.parameters) if one.path in taken]
                         places = (number[e, p] for p in own)
-                        yield [variable, *variables_read(plant, expr), *places]
+                        yield [variable, *support(plant, expr), *places]
         yield group
         if event.requirement is not None:
-            yield [*group, *variables_read(plant, event.requirement)]
+            yield [*group, *support(plant, event.requirement)]
     for condition, _ in plant.invariants:
-        yield list(variables_read(plant, condition))
+        yield [*support(plant, condition)]
