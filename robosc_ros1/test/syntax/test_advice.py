@@ -87,3 +87,14 @@ def test_a_timeout_behind_the_type(written: str) -> None:
     text = f"robot R {{ component C {{ outgoing message m with {written} }} }}"
     _, (found, *_) = load(Source("m.rscd", text))
     assert found.hint == "'timeout:' stands before what is carried: with timeout: 1 s, type: T"
+
+
+@pytest.mark.parametrize("named", ["", 'identifier: "/go", '])
+@pytest.mark.parametrize("kind", ["incoming", "outgoing"])
+def test_a_timeout_of_a_command(named: str, kind: str) -> None:
+    again = "timeout: 1 s, " if kind == "outgoing" else ""
+    first = "incoming message a with type: none "
+    message = f"{kind} message m with {named}{again}timeout: 3 s, type: none"
+    _, (found, *_) = load(Source("m.rscd", f"robot R {{ component C {{ {first}{message} }} }}"))
+    advice = "the controller sends it: only what it hears or asks for has a timeout"
+    assert found.hint == (advice if kind == "incoming" else None)

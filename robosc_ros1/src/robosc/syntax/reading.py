@@ -271,6 +271,8 @@ class Reading:
             return "write 'constant NAME: type = …'"
         if "'component'" in message and found in _DECLARED_ELSEWHERE:
             return _DECLARED_ELSEWHERE[found]
+        if found == "timeout" and self._is_of_incoming_message(at):
+            return "the controller sends it: only what it hears or asks for has a timeout"
         if found == "not" and self.text(at + 1) == "in":
             return "write !(x in { a, b })"
         if found in _ADVICE:
@@ -286,6 +288,12 @@ class Reading:
         words = _QUOTED.findall(message) if len(found) < 30 else []
         near = get_close_matches(found, words, 1, cutoff)
         return f"did you mean '{near[0]}'?" if near and near[0] != found else None
+
+    def _is_of_incoming_message(self, at: int) -> bool:
+        """Whether an attribute stands in the declaration of an incoming message."""
+        while at and self.text(at) != "with":
+            at -= 1
+        return at > 2 and self.text(at - 3) == "incoming"
 
     def skipped(self, start: int, end: int) -> None:
         """Remember the words of a declaration that will not be in the tree.
