@@ -165,6 +165,18 @@ def test_no_brackets_around_what_is_chained_anyway(condition: str, text: str) ->
     assert to_dsl(robot.requirements[-1].condition, robot) == text
 
 
+def test_what_must_be_there_is_asked_for_once() -> None:
+    condition = "L.items[0] > 0.5 and L.s and (L.items[0] < 2 and L.place.x > 0)"
+    model = array_model(random.Random(0))
+    robot = robot_of(model.replace("requirement never", f"requirement go needs {condition} //", 1))
+    opposite = negation(robot.requirements[-1].condition)
+    assert to_dsl(opposite, robot) == (
+        "!(defined(L.items[0]) and L.items[0] > 0.5 and L.s and"
+        " L.items[0] < 2 and defined(L.place.x) and L.place.x > 0)"
+    )
+    assert differing(model, [opposite], random.Random(0)) == []
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("kind", ["arrays", "", "parameter", "failure", "enum", "array"])
 def test_guards_of_supervisors(kind: str, seed: int) -> None:

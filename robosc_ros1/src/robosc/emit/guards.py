@@ -11,9 +11,9 @@ from robosc.emit.naming import place
 from robosc.emit.python import Spelling
 from robosc.ir.automaton import Event
 from robosc.ir.formulas import conjunction, disjunction, negation
-from robosc.model.aggregates import operands
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr
+from robosc.model.traversal import operands
 from robosc.supervisor import Guard, Supervisor
 
 __all__ = ["GuardText", "GuardTexts", "comment_lines", "holds_where"]

@@ -16,7 +16,7 @@ from itertools import islice
 from operator import is_not
 from typing import TypeGuard
 
-from robosc.model.aggregates import at_least, chain, operands
+from robosc.model.aggregates import at_least, chain
 from robosc.model.expr import (
     Binary,
     Count,
@@ -29,7 +29,7 @@ from robosc.model.expr import (
     VariableRef,
 )
 from robosc.model.quantified import Cases
-from robosc.model.traversal import may_be_undefined, rewritten, walk
+from robosc.model.traversal import may_be_undefined, operands, rewritten, walk
 from robosc.model.types import BooleanType
 
 __all__ = ["copies_of", "counts", "tighter", "with_component", "with_counts"]

@@ -19,10 +19,9 @@ from typing import NamedTuple
 
 from robosc.ir.counting import with_counts
 from robosc.ir.formulas import conjunction, disjunction, to_dsl
-from robosc.model.aggregates import operands
 from robosc.model.entities import Robot
 from robosc.model.expr import Binary, Count, Expr, NamedPart, Unary
-from robosc.model.traversal import walk
+from robosc.model.traversal import operands, walk
 from robosc.model.types import BooleanType
 
 __all__ = ["LONG", "NamedExpr", "PartNames"]

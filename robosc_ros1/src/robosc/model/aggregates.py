@@ -36,7 +36,7 @@ from robosc.model.traversal import may_be_undefined, part_of, rewritten
 from robosc.model.types import ArrayType, BooleanType, Type
 from robosc.syntax.nodes import AggregateNode, ArrayNode, BinaryNode, ExprNode
 
-__all__ = ["Aggregates", "Counted", "at_least", "chain", "operands"]
+__all__ = ["Aggregates", "Counted", "at_least", "chain"]
 
 _BOOLEAN = BooleanType()
 
@@ -54,13 +54,6 @@ def chain(operator: str, parts: Sequence[Expr]) -> Expr:
         return parts[0]
     left, right = halves(parts)
     return Binary(operator, chain(operator, left), chain(operator, right), _BOOLEAN)
-
-
-def operands(expr: Expr, operator: str) -> list[Expr]:
-    """The operands of a chain of ``and`` or ``or``; the expression alone if it is none."""
-    if isinstance(expr, Binary) and expr.operator == operator:
-        return [*operands(expr.left, operator), *operands(expr.right, operator)]
-    return [expr]
 
 
 class Counted(NamedTuple):

@@ -6,6 +6,7 @@ comparisons, so that all later stages have a condition that is always true or fa
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import replace
 
 from robosc.language.operators import BINARY
@@ -20,7 +21,7 @@ from robosc.model.expr import (
     Unary,
     VariableRef,
 )
-from robosc.model.traversal import may_be_undefined, walk, with_operands
+from robosc.model.traversal import may_be_undefined, operands, walk, with_operands
 from robosc.model.types import ArrayType, BooleanType, ObjectType
 
 __all__ = ["asked_for", "condition_on_data", "defined", "with_presence_written"]
@@ -93,19 +94,32 @@ def with_presence_written(expr: Expr, undefined_is_false: bool = True) -> Expr:
     match expr:
         case Binary(operator=operator, left=left, right=right) if expr.operation.is_lazy:
             kept = undefined_is_false and operator == "and"
-            return replace(
-                expr,
-                left=with_presence_written(left, kept),
-                right=with_presence_written(right, undefined_is_false),
-            )
+            left = with_presence_written(left, kept)
+            right = with_presence_written(right, undefined_is_false)
+            if operator == "and":
+                known = [part for part in operands(left, "and") if isinstance(part, Holds)]
+                right = _without(right, known)
+                if right == TRUE:
+                    return left
+            return replace(expr, left=left, right=right)
         case Holds(operand=operand) if operand == asked_for(expr) and operand.type == _BOOLEAN:
             condition = with_presence_written(operand, False)
             there = TRUE if undefined_is_false else defined(_needed(operand))
             return condition if there == TRUE else Binary("and", there, condition, _BOOLEAN)
     if isinstance(expr, Operation):
-        operands = tuple(with_presence_written(part, False) for part in expr.operands)
-        return with_operands(expr, operands)
+        parts = tuple(with_presence_written(part, False) for part in expr.operands)
+        return with_operands(expr, parts)
     return expr
+
+
+def _without(expr: Expr, known: Container[Expr]) -> Expr:
+    """What a conjunction asks beside what is known to hold."""
+    if not (isinstance(expr, Binary) and expr.operator == "and"):
+        return TRUE if expr in known else expr
+    left, right = _without(expr.left, known), _without(expr.right, known)
+    if TRUE in (left, right):
+        return right if left == TRUE else left
+    return replace(expr, left=left, right=right)
 
 
 def _needed(condition: Expr) -> Expr:

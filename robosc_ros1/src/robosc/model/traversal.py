@@ -35,6 +35,7 @@ __all__ = [
     "all_names",
     "fold",
     "may_be_undefined",
+    "operands",
     "parameters_of",
     "part_of",
     "path_text",
@@ -208,3 +209,10 @@ def path_text(path: tuple[str | int, ...]) -> str:
     """A part of a value as users see it: ``pose.x``, ``ranges[0]``; empty for the whole."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
     return text.removeprefix(".")
+
+
+def operands(expr: Expr, operator: str) -> list[Expr]:
+    """The operands of a chain of ``and`` or ``or``; the expression alone if it is none."""
+    if isinstance(expr, Binary) and expr.operator == operator:
+        return [*operands(expr.left, operator), *operands(expr.right, operator)]
+    return [expr]
