@@ -880,11 +880,12 @@ _ALL = (
         "commands-alike",
         "Several commands share one topic, and their data do not show which of them a message of"
         " the other controller means. They do so if the provide statements of all but one give"
-        " constants, or if some field has a different constant in each of them.",
+        " constants, or if some field has a different constant in each of them."
+        " Requests of one service or action are not distinguished at all.",
         "provide drive with { linear: { x: Sensor.wanted } }\nprovide turn with { linear: { x:"
         " Sensor.wanted }, angular: { z: 1.0 } }",
         "Provide constant data for one of them, a field that distinguishes them, or give it a topic"
-        " of its own.",
+        " of its own. Declare a service or action once.",
     ),
     _supervisor(
         "topic-both-ways",

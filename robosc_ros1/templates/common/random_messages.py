@@ -133,7 +133,20 @@ class Values:
             length = self._random.randint(0, 3 if most is None else min(3, most))
         if make is not None:
             return [self._part(element, make()) for _ in range(length)]
-        return [self._basic(element, name) for _ in range(length)]
+        return [self._element(element, owner, name, length) for _ in range(length)]
+
+    def _element(self, type_, owner, name, length):
+        """An element that an array field of this length can carry."""
+        for _ in range(20):
+            value = self._basic(type_, name)
+            trial = type(owner)()
+            try:
+                self.put(trial, name, [value] * length)
+                self.as_it_arrives(trial)
+                break
+            except Exception:  # the field is too small for this number
+                continue
+        return value
 
     def _long_array(self, element, make, places, most, name):
         """Elements that are alike but for one or two at or beside places that the model reads."""

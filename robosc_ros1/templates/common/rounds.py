@@ -4,6 +4,7 @@
 import threading
 import time
 
+from arrivals import carries
 from guide import LONGEST
 
 GUIDED = 0.75
@@ -12,6 +13,8 @@ SILENCES = 0.1
 """In so many of the others the robot then falls silent until that is noticed."""
 REPEATED = 0.1
 """Seconds after which messages that are not to fall silent are said again."""
+OVERDUE = 5.0
+"""Seconds after which the event of a request that arrived will not come."""
 HOLD = 0.2
 """Seconds that a server waits for advice before it answers by itself."""
 PERIOD = 0.06
@@ -35,6 +38,48 @@ class Advice:
         with self._changed:
             self._changed.wait_for(lambda: key in self._answers, HOLD)
             return self._answers.pop(key, None)
+
+
+def by_name(servers, resolved):
+    """The servers to run, (name, type, communications): several communications may share one."""
+    found = {}
+    for name, type_, key in servers:
+        found.setdefault(resolved(name), (type_, []))[1].append(key)
+    return [(name, type_, keys) for name, (type_, keys) in found.items()]
+
+
+class Askers:
+    """Tells whose the requests are that come to servers of several communications."""
+
+    def __init__(self, judge):
+        self._judge = judge
+        self._claimed = {}  # key -> how many requests had been told when the latest one arrived
+
+    def of(self, keys, request):
+        """The communication that a request is of: the one that is under way with such data, and of
+        which it has not arrived yet. None if there are several, or none: the request is to fail."""
+        if len(keys) == 1:
+            return keys[0]
+        found = []
+
+        def look():
+            found[:] = [key for key in keys if self._may_be_of(key, request)]
+            return found
+
+        def claim():
+            if len(look()) == 1:
+                self._claimed[found[0]] = len(self._judge.asked[found[0]])
+            return True
+
+        self._judge.wait_a_little(look, OVERDUE)
+        self._judge.wait_a_little(lambda: len(look()) > 1, HOLD)  # the event of another one
+        self._judge.wait_a_little(claim, 0)
+        return found[0] if len(found) == 1 else None
+
+    def _may_be_of(self, key, request):
+        told = self._judge.asked[key]
+        is_new = self._judge.shadow.busy[key] and self._claimed.get(key) != len(told)
+        return is_new and carries(request, told[-1][0] or {} if told else {})
 
 
 def play_round(robot, judge):

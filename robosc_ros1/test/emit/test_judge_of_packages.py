@@ -7,6 +7,7 @@ events and states as the node would publish them. So many faults can be planted 
 from __future__ import annotations
 
 import importlib
+import random
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -117,3 +118,38 @@ def test_a_byte_of_rclpy_carries_a_number(judging: Any) -> None:
     assert carries(message, {"one": 4, "two": [1, 255]})
     assert not carries(message, {"one": 5})
     assert not carries(message, {"one": 260})
+
+
+FRAMES = """
+robot R {
+    interface frame use Frame from can_msgs
+    datatype object Frame { data: array(integer) }
+    component Can {
+        outgoing message frame with type: Frame links frame
+        behaviour {
+            variable seen: boolean
+            initial marked state s { on response from frame do seen := value.data[0] = 7 }
+        }
+    }
+}
+"""
+
+
+def test_arrays_of_bytes_of_a_fixed_length_are_filled(tmp_path: Path) -> None:
+    """About half of the numbers that are tried do not fit into a byte."""
+
+    class Frame:
+        def __init__(self) -> None:
+            self.data = bytes(64)
+
+    def as_it_arrives(message: Frame) -> Frame:
+        message.data = bytes(message.data)
+        return message
+
+    with judging_modules(tmp_path, supervisor_of(FRAMES)):
+        values = importlib.import_module("random_messages").Values(random.Random(1))
+        values.as_it_arrives = as_it_arrives
+        values.array_of = lambda owner, name: (64, 64, None)
+        frames = [values.message(Frame, "Can.frame", "response").data for _ in range(50)]
+    assert {len(frame) for frame in frames} == {64}
+    assert {6, 7, 8} <= {frame[0] for frame in frames}

@@ -19,7 +19,8 @@ def generated_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
     """The packages of the models in ``golden/models`` and their messages, built."""
     workspace = make_workspace()
     workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
-    for model in ("lantern", "gauntlet", "thermostat", "probe", "watch"):
+    workspace.add(EXAMPLES / "robot_common")
+    for model in ("lantern", "gauntlet", "thermostat", "probe", "watch", "shared"):
         write(package_of(model), workspace.folder / "src")
     workspace.build()
     return workspace

@@ -24,6 +24,7 @@ MODELS = {
     HERE / "models" / "workbench.rscd": "workbench_controller",
     HERE / "models" / "everything.rscd": "everything_controller",
     GOLDEN / "models" / "watch.rscd": "watch_controller",
+    GOLDEN / "models" / "shared.rscd": "shared_controller",
 }
 
 

@@ -57,11 +57,12 @@ def test_the_parameter_file_says_what_is_so_anyway(
     assert "unknown parameter" not in node.output
 
 
-def test_the_package_s_own_test_plays_the_robot(built: Any, graph: Graph) -> None:
+@pytest.mark.parametrize("package", ["guarded_arm", "shared_controller"])
+def test_the_package_s_own_test_plays_the_robot(built: Any, graph: Graph, package: str) -> None:
     test = graph.start(
         graph.bed.python, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider",
-        built.folder / "src" / "guarded_arm" / "test",
-        **built.environment("guarded_arm"), ROBOSC_SECONDS="4",
+        built.folder / "src" / package / "test",
+        **built.environment(package), ROBOSC_SECONDS="4",
     )  # fmt: skip
     code = test.wait(240.0)
     assert code == 0, test.output

@@ -52,7 +52,7 @@ def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, .
 
     Raises:
         ModelError: messages of one topic cannot be distinguished by data, or the robot sends on
-            it, too.
+            it, too; or two services or actions have one name.
     """
     report = Report()
     topics: dict[tuple[str, str], list[Communication]] = {}
@@ -63,6 +63,7 @@ def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, .
             topics.setdefault(place, []).append(communication)
     found: dict[tuple[str, str], tuple[CommandMatch, ...]] = {}
     _check_directions(robot, report)
+    _check_servers(robot, report)
     for place, messages in topics.items():
         if len(messages) == 1:
             found[place] = (CommandMatch(messages[0].key),)
@@ -85,6 +86,23 @@ def _check_directions(robot: Robot, report: Report) -> None:
                 f"robot and controller both send on the topic '{message.identifier}'",
                 "give them a topic each",
                 [Note("the robot sends on it here", other.span)],
+            )
+
+
+def _check_servers(robot: Robot, report: Report) -> None:
+    """To the controller, a supervisor is one server where the robot is one."""
+    names = robot.display_names
+    servers: dict[tuple[Kind, str], Communication] = {}
+    for one in robot.communications.values():
+        other = servers.setdefault((one.kind, one.identifier), one)
+        if one.kind in (Kind.SERVICE, Kind.ACTION) and other is not one:
+            report.add(
+                "commands-alike",
+                one.span,
+                f"a supervisor cannot distinguish '{names[one.key]}' from '{names[other.key]}':"
+                f" both are requests of the {one.kind.value} '{one.identifier}'",
+                f"declare the {one.kind.value} once, or give one of them a name of its own",
+                [Note(f"the other {one.kind.value} is here", other.span)],
             )
 
 

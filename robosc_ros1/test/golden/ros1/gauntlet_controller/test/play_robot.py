@@ -9,6 +9,7 @@ right data. What arrives at the robot must be what the events say.
 """
 
 import contextlib
+import copy
 import functools
 import io
 import os
@@ -33,7 +34,7 @@ from guide import SAMPLES, Guide
 from judge import Judge
 from plant_data import PLANT
 from random_messages import Values
-from rounds import Advice, play_round
+from rounds import Advice, Askers, by_name, play_round
 from run_report import print_coverage
 from std_msgs.msg import String
 
@@ -138,13 +139,13 @@ class Robot:
         for topic, type_, _ in PUBLICATIONS:
             rospy.Subscriber(resolved(topic), type_, self.received[topic].append)
 
-    def serve(self):
-        """Begin to answer requests."""
-        for name, type_, key in SERVICES:
-            self.requests[key] = deque()
-            serve = functools.partial(self._serve, key, type_)
-            rospy.Service(resolved(name), type_, serve)
-        self._servers = [self._action_server(*entry) for entry in ACTIONS]
+    def serve(self, judge=None):
+        """Begin to answer requests; ``judge`` tells whose they are where several share a name."""
+        self._askers = Askers(judge)
+        self.requests = {key: deque() for _, _, key in SERVICES + ACTIONS}
+        for name, type_, keys in by_name(SERVICES, resolved):
+            rospy.Service(name, type_, functools.partial(self._serve, keys, type_))
+        self._servers = [self._action_server(*entry) for entry in by_name(ACTIONS, resolved)]
 
     def note(self, key, kind, message):
         with self.lock:
@@ -169,13 +170,17 @@ class Robot:
             message = self.values.message(type_, keys[0], "response")
         else:
             publisher = next(p for p, _, others in self.publishers if others == keys)
+            message = copy.deepcopy(message)  # its header is numbered when it is published
         for key in keys:
             self.note(key, "response", message)
         self.last[keys[0]] = keys, message
         publisher.publish(message)
         return len(keys)
 
-    def _serve(self, key, type_, request):
+    def _serve(self, keys, type_, request):
+        key = self._askers.of(keys, request)
+        if key is None:
+            return None
         self.requests[key].append(request)
         kind, response = self.advice.take(key) or self._end(key, type_._response_class)
         self.note(key, kind, response)
@@ -187,10 +192,12 @@ class Robot:
             return "error", None
         return "response", self.values.message(result_type, key, "response")
 
-    def _action_server(self, name, type_, key):
-        self.requests[key] = deque()
-
+    def _action_server(self, name, type_, keys):
         def on_goal(handle):
+            key = self._askers.of(keys, handle.get_goal())
+            if key is None:
+                handle.set_rejected()
+                return
             self.requests[key].append(handle.get_goal())
             if self.random.random() < 0.1:
                 self.note(key, "error", None)
@@ -203,7 +210,6 @@ class Robot:
             if handle.get_goal_status().status in (GoalStatus.PREEMPTING, GoalStatus.RECALLING):
                 handle.set_canceled()
 
-        name = resolved(name)
         server = actionlib.ActionServer(name, type_, on_goal, on_cancel, auto_start=False)
         server.start()
         return server
@@ -248,7 +254,7 @@ class PlayRobot(unittest.TestCase):
         log = rospy.get_param("~log", "")
         judge = Judge(robot, PUBLICATIONS, guide, rospy.is_shutdown, log)
         if follow(robot, judge):
-            robot.serve()
+            robot.serve(judge)
             play(robot, judge, rospy.get_param("~seconds", 10.0))
         if not judge.faults:
             judge.compare_messages()

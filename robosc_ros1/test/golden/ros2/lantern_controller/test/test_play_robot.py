@@ -34,7 +34,7 @@ from guide import SAMPLES, Guide  # noqa: E402
 from judge import Judge  # noqa: E402
 from plant_data import PLANT  # noqa: E402
 from random_messages import PLANT_COMMUNICATIONS, Values  # noqa: E402
-from rounds import Advice, play_round  # noqa: E402
+from rounds import Advice, Askers, by_name, play_round  # noqa: E402
 from run_report import print_coverage  # noqa: E402
 from lantern_controller.ros_messages import (  # noqa: E402
     array_kind,
@@ -108,15 +108,20 @@ class Robot:
         for topic, type_, _ in PUBLICATIONS:
             self._listen(node, topic, type_, profile)
 
-    def serve(self, node):
-        """Begin to answer requests.
+    def serve(self, node, judge=None):
+        """Begin to answer requests; ``judge`` tells whose they are where several share a name.
 
         What the robot says before the judge is in step with the controller would be judged as if it
         had come later.
         """
-        for name, type_, key in SERVICES:
-            self._service(node, resolved(name), type_, key)
-        self._servers = [self._action(node, resolved(n), type_, key) for n, type_, key in ACTIONS]
+        self._askers = Askers(judge)
+
+        def full(name):
+            return node.resolve_service_name(resolved(name))
+
+        for entry in by_name(SERVICES, full):
+            self._service(node, *entry)
+        self._servers = [self._action(node, *entry) for entry in by_name(ACTIONS, full)]
 
     def _listen(self, node, topic, type_, profile):
         keep = self.received[topic].append
@@ -153,10 +158,13 @@ class Robot:
         publisher.publish(message)
         return len(keys)
 
-    def _service(self, node, name, type_, key):
+    def _service(self, node, name, type_, keys):
         def serve(request, response):
-            self.requests[key].append(request)
-            kind, message = self._advised(key) or self._end(key, type_.Response)
+            key = self._askers.of(keys, request)
+            kind = "error"
+            if key is not None:
+                self.requests[key].append(request)
+                kind, message = self._advised(key) or self._end(key, type_.Response)
             if kind == "error":
                 time.sleep(2 * TIMEOUT)
                 return response  # too late
@@ -165,16 +173,23 @@ class Robot:
 
         node.create_service(type_, name, serve, callback_group=self._group)
 
-    def _action(self, node, name, type_, key):
+    def _action(self, node, name, type_, keys):
         def asked(goal):
+            key = self._askers.of(keys, goal)
+            if key is None:
+                return GoalResponse.REJECT
             self.requests[key].append(goal)
             return GoalResponse.REJECT if self.random.random() < 0.1 else GoalResponse.ACCEPT
+
+        def act(goal):
+            key = next(k for k in keys if any(goal.request is r for r in self.requests[k]))
+            return self._act(key, type_, goal)  # a task, which keeps nothing waiting
 
         return ActionServer(
             node,
             type_,
             name,
-            lambda goal: self._act(key, type_, goal),  # a task, which keeps nothing waiting
+            act,
             goal_callback=asked,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             # One after the other: a goal may come before the answer to the one before it.
@@ -274,7 +289,7 @@ def test_every_command_is_allowed():
         time.sleep(1.0)  # the other sides of these matches
         node.create_subscription(String, CONTROLLER + "/state", judge.on_state, latched)
         judge.wait(lambda: judge.number is not None, "the controller's state")
-        robot.serve(node)
+        robot.serve(node, judge)
         play(robot, judge, float(os.environ.get("ROBOSC_SECONDS", "10")))
     finally:
         controller.terminate()
