@@ -13,7 +13,7 @@ from typing import Any
 
 from synthesis.oracle_events import Event, Occurrence, OracleState
 from synthesis.oracle_plant import OraclePlant, Transition
-from synthesis.oracle_values import Impossible, OutOfRange, Path
+from synthesis.oracle_values import Path
 
 from robosc.model.entities import (
     Communication,
@@ -44,16 +44,7 @@ class Oracle(OraclePlant):
                 return True
             if requirement.kind == "always" and not self.holds(requirement.condition, state):
                 return True
-        for occurrence in self._all_occurrences:
-            if occurrence.event.controllable:
-                continue
-            try:
-                self.step(state, occurrence)
-            except OutOfRange:
-                return True
-            except Impossible:
-                pass
-        return False
+        return self.leaves_a_range(state)
 
     @cached_property
     def kept(self) -> set[OracleState]:

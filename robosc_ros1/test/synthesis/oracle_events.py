@@ -17,7 +17,6 @@ from robosc.model.entities import (
     Kind,
     ResultTransition,
     Robot,
-    State,
     Variable,
 )
 from robosc.model.expr import (
@@ -101,6 +100,9 @@ class OracleEvents:
                 if first_phase(communication) is not None:
                     self.slots.append(("phase", communication.key))
         self._found: dict[OracleState, list[tuple[Occurrence, OracleState]]] = {}
+        self._leaving: set[OracleState] = set()
+        self._concerned: dict[Event, list[Component]] = {}
+        self._written: dict[tuple[str, str, Event], tuple[list[ResultTransition], ...]] = {}
         self.slots += [("parameter", parameter.key) for parameter in robot.parameters]
         self.where = {slot: i for i, slot in enumerate(self.slots)}
 
@@ -218,24 +220,40 @@ class OracleEvents:
                     found += [(t, decided) for t in common if t.goto is None]
         return found
 
+    def concerned(self, event: Event) -> list[Component]:
+        """The components that have a transition for an event, in any of their states."""
+        if event not in self._concerned:
+            names = {name for name, transition in self.all_transitions if is_for(transition, event)}
+            self._concerned[event] = [c for c in self.automata if c.name in names]
+        return self._concerned[event]
+
+    def _transitions_for(
+        self, component: Component, here: str, event: Event
+    ) -> tuple[list[ResultTransition], ...]:
+        """The transitions for an event: those of the state where the component is, and the common."""
+        key = component.name, here, event
+        if key not in self._written:
+            assert component.behaviour is not None
+            present = next(s for s in component.behaviour.states if s.name == here)
+            levels = present.transitions, component.behaviour.transitions
+            self._written[key] = tuple([t for t in level if is_for(t, event)] for level in levels)
+        return self._written[key]
+
     def _taken(
-        self, component: Component, present: State, state: OracleState, occurrence: Occurrence
+        self, component: Component, state: OracleState, occurrence: Occurrence
     ) -> list[ResultTransition]:
         """The transitions that a component takes, the one that decides on a variable last."""
 
-        def holding(transitions: tuple[ResultTransition, ...]) -> list[ResultTransition]:
+        def holding(transitions: list[ResultTransition]) -> list[ResultTransition]:
             return [
-                t
-                for t in transitions
-                if is_for(t, occurrence.event)
-                and (t.guard is None or self.holds(t.guard, state, occurrence))
+                t for t in transitions if t.guard is None or self.holds(t.guard, state, occurrence)
             ]
 
-        assert component.behaviour is not None
-        own, common = holding(present.transitions), holding(component.behaviour.transitions)
+        here = self.get(state, "at", component.name)
+        of_state, of_component = self._transitions_for(component, here, occurrence.event)
+        own, common = holding(of_state), holding(of_component)
         if occurrence.event.kind is EventKind.REQUEST:
-            mentioned = any(is_for(t, occurrence.event) for t in present.transitions)
-            return own if mentioned else common
+            return own if of_state else common
         return [*(t for t in common if t.goto is None), *own] if own else common
 
     # --- the plant ---------------------------------------------------------------------------

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -31,7 +30,7 @@ class OraclePlant(OracleEvents):
 
     def step(self, state: OracleState, occurrence: Occurrence) -> OracleState:
         """The state after an occurrence; raises Impossible or OutOfRange."""
-        after = dict(zip(self.slots, state, strict=True))
+        after: dict[tuple[str, str], Any] = {}
         event = occurrence.event
         if event.kind is EventKind.TAU:
             self._step_tau(state, event, after)
@@ -39,9 +38,12 @@ class OraclePlant(OracleEvents):
             self._step_after(state, occurrence, after)
         else:
             self._step_phase(state, event, after)
-            for component in self.automata:
+            for component in self.concerned(event):
                 self._step_component(component, state, occurrence, after)
-        return tuple(after[slot] for slot in self.slots)
+        changed = list(state)
+        for slot, value in after.items():
+            changed[self.where[slot]] = value
+        return tuple(changed)
 
     def _step_tau(self, state: OracleState, event: Event, after: dict[Any, Any]) -> None:
         behaviour = self.robot.component(event.key).behaviour
@@ -94,20 +96,9 @@ class OraclePlant(OracleEvents):
         occurrence: Occurrence,
         after: dict[Any, Any],
     ) -> None:
-        behaviour = component.behaviour
-        assert behaviour is not None
-        event = occurrence.event
-        here = self.get(state, "at", component.name)
-        present = next(s for s in behaviour.states if s.name == here)
-        taken = self._taken(component, present, state, occurrence)
+        taken = self._taken(component, state, occurrence)
         if not taken:
-            mentions = any(
-                name == component.name
-                and transition.event is EventKind.REQUEST
-                and transition.communication == event.key
-                for name, transition in self.all_transitions
-            )
-            if event.kind is EventKind.REQUEST and mentions:
+            if occurrence.event.kind is EventKind.REQUEST:
                 raise Impossible
             return
         assert len(taken) <= 2  # guards on one level exclude each other
@@ -179,6 +170,16 @@ class OraclePlant(OracleEvents):
             return self._found[state]
         found = self._found[state] = []
         for occurrence in self._all_occurrences:
-            with suppress(Impossible, OutOfRange):
+            try:
                 found.append((occurrence, self.step(state, occurrence)))
+            except OutOfRange:
+                if not occurrence.event.controllable:
+                    self._leaving.add(state)
+            except Impossible:
+                pass
         return found
+
+    def leaves_a_range(self, state: OracleState) -> bool:
+        """Whether an uncontrollable event would take a variable out of its range."""
+        self.successors(state)
+        return state in self._leaving

@@ -6,7 +6,8 @@ import random
 
 import pytest
 from random_models import random_model
-from synthesis.oracle import Event, Occurrence, Oracle, OracleState, OutOfRange
+from synthesis.oracle import Event, Occurrence, Oracle, OracleState
+from synthesis.oracle_values import OutOfRange
 from synthesis.subject import robot_of
 
 from robosc import pipeline
