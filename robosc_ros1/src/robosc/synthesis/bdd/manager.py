@@ -25,6 +25,8 @@ __all__ = ["Manager", "Bdd", "available", "install_hint", "remedy", "usable"]
 _BYTES_PER_NODE = 36  # measured, with the unique table, at the worst moment of its iterates
 _BYTES_PER_CACHE_ENTRY = 24
 _CACHE_ENTRIES = 2**21
+# Of small models most of the time would go by in making and emptying a large cache.
+_CACHE_ENTRIES_PER_VARIABLE = 2**14
 _FEWEST_NODES = 2**16
 
 _Result = TypeVar("_Result")
@@ -96,7 +98,11 @@ class Manager:
         bdd: Any = importlib.import_module("oxidd.bdd")
         util: Any = importlib.import_module("oxidd.util")
         memory = budget(memory)
-        entries = min(_CACHE_ENTRIES, max(2**12, memory // 8 // _BYTES_PER_CACHE_ENTRY))
+        entries = min(
+            _CACHE_ENTRIES,
+            max(2**12, memory // 8 // _BYTES_PER_CACHE_ENTRY),
+            variables * _CACHE_ENTRIES_PER_VARIABLE,
+        )
         rest = memory - entries * _BYTES_PER_CACHE_ENTRY
         self.capacity = max(_FEWEST_NODES, rest // _BYTES_PER_NODE)
         self.variables = variables
