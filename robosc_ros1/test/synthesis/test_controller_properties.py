@@ -260,6 +260,7 @@ def in_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_large_system_without_end_is_told() -> None:
     found = supervisor_of(steep_families.restless(18), "dense")
     assert [d.code for d in found.diagnostics] == ["livelock", "properties-unchecked"]
+    assert diagnostic(found).message.endswith(" Clock5: tock->tick, … (36 in all)")
     assert properties(found) == {"bounded response": False}
     assert found.step_bound is None
 

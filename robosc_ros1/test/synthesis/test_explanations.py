@@ -6,6 +6,7 @@ import random
 
 import families
 import pytest
+import steep_families
 from quick import quick_first
 from random_models import random_model
 from synthesis.oracle import Oracle
@@ -298,3 +299,11 @@ def test_a_requirement_that_nothing_keeps() -> None:
         "component A { behaviour { initial marked state s {} } } requirement never true"
     )
     assert [why.remedy for why in found.explanations] == ["relax the requirement"]
+
+
+def test_a_long_requirement_is_told_by_its_beginning() -> None:
+    found = supervisor_of(steep_families.not_all_busy(17))
+    assert found.explanations
+    for explanation in found.explanations:
+        assert "'requirement never Machine0.busy and Machine1.busy and" in explanation.reason
+        assert explanation.reason.endswith(" and …' fails")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import log10
+from textwrap import shorten
 
 from robosc.ir.automaton import Event, EventParameter
 from robosc.model.entities import EventKind
@@ -12,8 +13,13 @@ from robosc.model.types import Value
 from robosc.supervisor import Step
 
 __all__ = [
-    "amount", "contributors", "event_text", "listing", "part_text", "step_text", "trace_text",
+    "amount", "contributors", "event_text", "listing", "part_text", "quoted", "step_text",
+    "trace_text",
 ]  # fmt: skip
+
+
+_LONG = 120
+"""Letters of a requirement beyond which a message is not read to its end."""
 
 
 def event_text(event: Event) -> str:
@@ -52,6 +58,11 @@ def _value(value: Value | None) -> str:
 
 def trace_text(trace: Sequence[Step]) -> str:
     return ", ".join(step_text(step) for step in trace)
+
+
+def quoted(text: str) -> str:
+    """The text of a requirement in a message; of a long one its beginning: its place is told."""
+    return f"'{shorten(text, _LONG, placeholder=' …')}'"
 
 
 def listing(names: Sequence[str], last: str = "and") -> str:

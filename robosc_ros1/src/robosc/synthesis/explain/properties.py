@@ -28,11 +28,12 @@ from typing import TypeAlias
 
 from robosc.errors import Diagnostic, Severity
 from robosc.ir.automaton import Plant, PlantState
+from robosc.model.diagnostics import listing as first_of
 from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.explain.local_bound import longest_locally
-from robosc.synthesis.formatting import amount, listing, trace_text
+from robosc.synthesis.formatting import amount, listing, step_text, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import Runs, System, inputs, make_step
 
@@ -318,7 +319,7 @@ class _Controller:
             Severity.WARNING,
             "livelock",
             f"the internal transitions never end: {self._after(trace)} they repeat"
-            f" {trace_text(cycle)}",
+            f" {first_of(map(step_text, cycle))}",
             cycle[0].event.span,
             "give one of the transitions a guard that fails after the step",
         )

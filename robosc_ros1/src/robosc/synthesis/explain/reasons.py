@@ -25,7 +25,7 @@ from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.explain.blocking import why_blocked
 from robosc.synthesis.explain.range_violation import leaving_remedy
 from robosc.synthesis.explain.starts import assumed, lost_start, nearest
-from robosc.synthesis.formatting import event_text, listing, trace_text
+from robosc.synthesis.formatting import event_text, listing, quoted, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper, Test
 from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
 
@@ -228,7 +228,7 @@ class _Explainer:
         state = path[-1]
         for holds, requirement in self.invariants:
             if not holds(state):
-                reason = f"'{requirement.text}' fails"
+                reason = f"{quoted(requirement.text)} fails"
                 steps = (*before, *steps_of(self.stepper, path))
                 remedy = _avoiding(requirement, steps[-1].event if steps else None)
                 return _BadState(path, None, reason, remedy, requirement.span)

@@ -19,7 +19,7 @@ from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import for_some
-from robosc.synthesis.formatting import listing, trace_text
+from robosc.synthesis.formatting import listing, quoted, trace_text
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, enabled, in_phase, possible, steps_of
 
@@ -188,7 +188,7 @@ class _Examiner:
             yield Diagnostic(
                 Severity.WARNING,
                 "requirement-always-true",
-                f"'{requirement.text}' forbids nothing: its condition never"
+                f"{quoted(requirement.text)} forbids nothing: its condition never"
                 f" {'holds' if forbids else 'fails'}",
                 requirement.span,
                 "remove it, or correct the condition",
@@ -204,7 +204,7 @@ class _Examiner:
             yield Diagnostic(
                 Severity.WARNING,
                 "requirement-never-met",
-                f"'{requirement.text}' can never be met: {listing(unmet)} can never happen",
+                f"{quoted(requirement.text)} can never be met: {listing(unmet)} can never happen",
                 requirement.span,
                 "correct the condition",
             )
@@ -227,7 +227,7 @@ class _Examiner:
         if not found or never_met([]) or not never_met(found):
             return
         first, *others = drop(found, found, without)
-        texts = listing([f"'{requirement.text}'" for requirement in (first, *others)])
+        texts = listing([quoted(requirement.text) for requirement in (first, *others)])
         yield Diagnostic(
             Severity.WARNING,
             "requirement-never-met",
