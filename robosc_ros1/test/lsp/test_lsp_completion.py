@@ -235,6 +235,74 @@ def test_fields_of_a_real_message_are_offered_behind_value(
         assert found == wanted
 
 
+AGGREGATES = """\
+robot R {
+    component Eye {
+        outgoing message seen with type: Found
+        incoming message go with type: Found
+        behaviour {
+            variable near: boolean
+            variable last: Found
+            initial marked state s {
+                on response from seen do near := any(d.good for d in value.all[1..3]), last := value
+            }
+        }
+    }
+    component Station[1..3] {
+        outgoing message call with type: none
+        behaviour {
+            variable held: boolean
+            initial marked state idle { on response from call goto waiting }
+            state waiting {}
+        }
+    }
+    requirement go needs any(s.held for s in Station if s.waiting)
+    provide go with { all: [{ good: true, spots: [{ x: 1 }, { y: max(2, 3), x: 4 }] }] }
+    datatype object Found { all: array(Seen) }
+    datatype object Seen { good: boolean spots: array(Spot) }
+    datatype object Spot { x: integer y: integer }
+}
+"""
+HELD = "any(s.held for s in Station if s.waiting)"
+GOOD = "any(d.good for d in value.all[1..3])"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "first"),
+    [
+        ("d.good for", "d.| for", ["good", "spots"]),
+        ("d.good for", "d.go| for", ["good", "spots"]),
+        ("d.good for", "| for", ["d"]),
+        (GOOD, "any(d.good for d in value.all if d.|)", ["good", "spots"]),
+        (GOOD, "any(d.|\n for d in value.all)", ["good", "spots"]),
+        (GOOD, "any(d.good for d in value.|)", ["all"]),
+        (GOOD, "any(d.spots[0].| for d in last.all)", ["x", "y"]),
+        (GOOD, "any(a.| for a in value.all[0].spots)", ["x", "y"]),
+        (GOOD, "any(any(a.| for a in d.spots) for d in value.all)", ["x", "y"]),
+        (GOOD, "any((d.good and d.|) for d in Eye.last.all)", ["good", "spots"]),
+        (GOOD, "any(e.| for d in value.all)", []),
+        (GOOD, "any(d.| for d in d.all)", []),
+        (GOOD, "any(d.good for d in value.all) and d.|", []),
+        (HELD, "any(s.| for s in Station)", ["held", "idle", "waiting"]),
+        (HELD, "any(s.held for s in Station if s.|)", ["held", "idle", "waiting"]),
+        (HELD, "any(s.held for s in Station[1..2] if s.|", ["held", "idle", "waiting"]),
+        (HELD, "any(s.held for s in [Station[1], Station[2]] if s.|)", ["held", "idle", "waiting"]),
+        ("{ x: 1 }", "{ | }", ["x", "y"]),
+        ("y: max(2, 3)", "|", ["x", "y"]),
+        ("y: max(2, 3), x", "y: max(2, 3), |", ["x", "y"]),
+        ("{ x: 1 }", "|", ["{ }"]),
+    ],
+)
+def test_elements_of_arrays(tmp_path: Path, old: str, new: str, first: list[str]) -> None:
+    desk, path = Desk(), str(tmp_path / "model.rscd")
+    open_text(desk, path, AGGREGATES)
+    assert old in AGGREGATES
+    text, offset = cursor(AGGREGATES.replace(old, new, 1))
+    open_text(desk, path, text)
+    labels = [c.label for c in complete(desk, path, offset)]
+    assert labels[: len(first)] == first if first else not labels
+
+
 SEVERAL = """\
 robot R {
     component Station[2..12] {

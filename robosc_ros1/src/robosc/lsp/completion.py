@@ -9,7 +9,7 @@ from robosc.lsp.interfaces import model_type
 from robosc.lsp.offers import BLOCK_WORDS, COMPARISONS, OPERATORS, Candidate, ends_operand, keywords
 from robosc.lsp.statement_offers import SENT, StatementOffers
 from robosc.model.entities import EventKind
-from robosc.model.types import ObjectType, Type
+from robosc.model.types import ArrayType, ObjectType, Type
 
 __all__ = ["Candidate", "complete"]
 
@@ -238,7 +238,7 @@ class _Completer(StatementOffers):
         """In the braces of a provide statement."""
         words, last = self._context.words, self._context.last
         type_ = self._data_type()
-        if not words or last == ",":
+        if words in ((), (",",)):
             if isinstance(type_, ObjectType):
                 for name, inner in type_.properties:
                     text = f"{name}: {{ $0 }}" if isinstance(inner, ObjectType) else f"{name}: "
@@ -246,9 +246,10 @@ class _Completer(StatementOffers):
         elif ":" in words:
             inner_type = None
             if isinstance(type_, ObjectType):
-                place = len(words) - 1 - words[::-1].index(":")
-                inner_type = type_.property(words[place - 1].lstrip("^"))
-            if isinstance(inner_type, ObjectType) and last == ":":
+                inner_type = type_.property(words[words.index(":") - 1].lstrip("^"))
+            if isinstance(inner_type, ArrayType) and "[" in words:
+                inner_type = inner_type.element
+            if isinstance(inner_type, ObjectType) and last in (":", "[", ","):
                 yield Candidate("{ }", "keyword", text="{ $0 }", rank=0)
             elif ends_operand(last):
                 yield from keywords((*OPERATORS, *COMPARISONS))
@@ -263,4 +264,5 @@ class _Completer(StatementOffers):
         type_ = self._request(header[1:end])
         for brace in braces[1:]:
             type_ = type_.property(brace.name) if isinstance(type_, ObjectType) else None
+            type_ = type_.element if isinstance(type_, ArrayType) else type_
         return type_

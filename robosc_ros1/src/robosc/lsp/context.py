@@ -42,8 +42,9 @@ class OpenBlock:
 class Context:
     """The open blocks around a place from outside in, and the words of its own declaration.
 
-    ``prefix`` is the word that is being typed, from ``start`` on; it is not among ``words``. In a
-    comment or a string nothing is expected: ``inside_text``.
+    ``prefix`` is the word that is being typed, from ``start`` on; it is not among ``words``.
+    ``ahead`` are the words that follow soon. In a comment or a string nothing is expected:
+    ``inside_text``.
     """
 
     blocks: tuple[OpenBlock, ...]
@@ -51,6 +52,7 @@ class Context:
     prefix: str
     start: int
     inside_text: bool = False
+    ahead: tuple[str, ...] = ()
 
     @property
     def block(self) -> OpenBlock:
@@ -71,6 +73,9 @@ class Context:
     def around(self, kind: str) -> OpenBlock | None:
         return next((b for b in reversed(self.blocks) if b.kind == kind), None)
 
+
+_AHEAD = 200
+"""So many characters behind a place, and the rest of that line, are read as well."""
 
 _FILE = OpenBlock("file", "", ())
 
@@ -102,11 +107,12 @@ def context_at(source: Source, offset: int, landmarks: Landmarks | None = None) 
     """The context of a place; ``landmarks`` are those of an earlier text of this document."""
     landmarks = landmarks or Landmarks()
     begin, opened = landmarks.last(source.text, offset)
-    line_end = source.text.find("\n", offset)
+    line_end = source.text.find("\n", offset + _AHEAD)
     tokens = tokenize(source, begin, line_end if line_end >= 0 else None)
     if any(c.start < offset < c.end or _at_end(c.text, c.end, offset) for c in tokens.comments):
         return Context((_FILE,), (), "", offset, inside_text=True)
     end = tokens.before(offset)
+    ahead = tuple(tokens.texts(end))
     prefix, start, inside = "", offset, False
     if end and tokens.ends[end - 1] >= offset:
         start = tokens.starts[end - 1]
@@ -136,7 +142,7 @@ def context_at(source: Source, offset: int, landmarks: Landmarks | None = None) 
             if _begins(blocks[-1].kind, word, words):
                 words = []
             words.append(word)
-    return Context(tuple(blocks), tuple(words), prefix, start, inside)
+    return Context(tuple(blocks), tuple(words), prefix, start, inside, ahead)
 
 
 def _is_open(tokens: Tokens, index: int, offset: int) -> bool:
@@ -160,10 +166,16 @@ def _begins(kind: str, word: str, words: list[str]) -> bool:
     if kind == "enum":
         return len(words) > 1 and words[-2] == "->"
     if kind in ("data", "commands"):
-        return word == ","
+        return word == "," and not _is_within(words, "[", "]") and not _is_within(words, "(", ")")
+    if word == "for" and _is_within(words, "(", ")"):
+        return False  # of an aggregate: any(s.on for s in Station)
     if word not in _STARTS.get(kind, ()) or last in _EXPECT_NAME:
         return False
     return not (word in ("state", "marked") and last in ("initial", "marked"))
+
+
+def _is_within(words: list[str], opening: str, closing: str) -> bool:
+    return words.count(opening) > words.count(closing)
 
 
 def _opened(block: OpenBlock, words: list[str]) -> OpenBlock:
@@ -192,5 +204,6 @@ def _opened(block: OpenBlock, words: list[str]) -> OpenBlock:
             named = words[state + 1] if 0 <= state < len(words) - 1 else ""
             return OpenBlock("state", named.lstrip("^"), header)
         case "data":
-            return OpenBlock("data", words[-2].lstrip("^") if len(words) > 1 else "", header)
+            place = words.index(":") if ":" in words else 0
+            return OpenBlock("data", words[place - 1].lstrip("^") if place else "", header)
     return OpenBlock("unknown", "", header)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robosc.lsp.chains import names_before
 from robosc.lsp.offers import Candidate, Offers, keywords
 from robosc.model.ros.definitions import Missing
 from robosc.model.types import ArrayType, ObjectType, Type
@@ -16,7 +17,10 @@ class MemberOffers(Offers):
 
     def _members(self) -> Iterator[Candidate]:
         """Behind a dot."""
-        chain = _chain(self._context.words)
+        chain = names_before(self._context.words)
+        aggregates = dict(self._aggregates)
+        while chain and chain[0] in aggregates:
+            chain = aggregates.pop(chain[0]) + chain[1:]
         if not chain:
             return
         if chain[:1] == ["value"]:
@@ -88,19 +92,3 @@ class MemberOffers(Offers):
         if isinstance(type_, ObjectType):
             for name, inner in type_.properties:
                 yield Candidate(name, "property", str(inner), rank=0)
-
-
-def _chain(words: tuple[str, ...]) -> list[str]:
-    """The names before the last dot, ``[]`` for an index: ``value.a[0].`` gives value, a, []."""
-    found: list[str] = []
-    place = len(words) - 2
-    while place >= 0:
-        if words[place] == "]" and "[" in words[:place]:
-            found.append("[]")
-            place -= words[place::-1].index("[") + 1
-            continue
-        found.append(words[place].lstrip("^"))
-        if place == 0 or words[place - 1] != ".":
-            break
-        place -= 2
-    return found[::-1]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from robosc.language.keywords import Role, starts_of, words_of
 from robosc.language.operators import BINARY, symbols
 from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.chains import aggregate_variables
 from robosc.lsp.context import Context
 from robosc.lsp.interfaces import offered_types
 from robosc.model.copies import copy_name
@@ -85,6 +86,7 @@ class Offers:
         self._context = context
         self._analyses = list(known)
         self._known = [a.contents for a in self._analyses if a.contents is not None]
+        self._aggregates = aggregate_variables(context)
         self._several = {name: at for c in self._known for name, at in several(c).items()}
         component = context.around("component")
         self._own = component.name if component is not None else ""
@@ -258,6 +260,8 @@ class Offers:
     def _expression(self, expected: Type | None) -> Iterator[Candidate]:
         """What an expression can begin with."""
         yield from self._values(expected)
+        for name in self._aggregates:
+            yield Candidate(name, "variable", "of this aggregate", rank=0)
         if isinstance(expected, BooleanType) or expected is None:
             yield from keywords(("true", "false"), rank=2)
         if self._incoming() is not None:
