@@ -25,6 +25,7 @@ MODELS = {
     HERE / "models" / "everything.rscd": "everything_controller",
     GOLDEN / "models" / "watch.rscd": "watch_controller",
     GOLDEN / "models" / "shared.rscd": "shared_controller",
+    GOLDEN / "models" / "thermostat.rscd": "thermostat_controller",
 }
 
 

@@ -76,7 +76,10 @@ class Node:
                     name: value.value if isinstance(value, ParameterValue) else value
                     for name, value in given.items()
                 }
-                content = {"/**": {"ros__parameters": told}}
+                # Under the full name: rcl keeps values of two types that one section has had.
+                space = (self.namespace or "").strip("/")
+                full = f"/{space}/{self.name}" if space else f"/{self.name}"
+                content = {full: {"ros__parameters": told}}
                 Path(file).write_text(json.dumps(content), encoding="utf-8")
             words += ["--params-file", str(file)]
         for name, other in self.remappings:

@@ -116,3 +116,95 @@ def test_the_launch_file_takes_parameters_as_arguments(
     assert (node.namespace, node.respawn) == ("left", True)
     node = launch(remap="beacon=/lamp ~state=told")
     assert node.remappings == [("beacon", "/lamp"), ("~/state", "told")]
+
+
+@pytest.fixture
+def thermostat(built: Any, graph: Graph, tmp_path: Path) -> Callable[..., Process]:
+    """Starts a node that has parameters of every type, by its launch file."""
+    package = "thermostat_controller"
+    prefix = built.folder / "install" / package
+
+    def start(*more: str, **arguments: str) -> Process:
+        file = prefix / "share" / package / "launch" / f"{package}.launch.py"
+        (node,) = started(file, lambda _: str(prefix / "share" / package), **arguments)
+        command = node.command(built.folder / "install", tmp_path)
+        command[0] = str(built.executable(package))
+        return graph.start(*command, *more, **built.environment(package))
+
+    return start
+
+
+def test_parameters_of_every_type_at_launch(
+    thermostat: Callable[..., Process], graph: Graph
+) -> None:
+    node = thermostat(
+        wanted="18", steps="3", limit="-9223372036854775808", season="summer", greeting="12",
+        Heater_eager="true", Heater_pause="2.5",
+    )  # fmt: skip
+    robot = graph.peer()
+    robot.watch("thermostat_controller")
+    state = robot.expect_state("thermostat_controller", lambda s: True)
+    assert state["parameters"] == {
+        "wanted": 18.0, "steps": 3, "limit": -(2**63), "season": "summer", "greeting": "12",
+        "Heater/eager": True, "Heater/pause": 2.5, "Sensor/silence": 5.0,
+    }  # fmt: skip
+    assert "unknown parameter" not in node.output
+
+
+@pytest.mark.parametrize(
+    ("more", "arguments", "complaints"),
+    [
+        (
+            "greeting:=5",
+            {"wanted": "warm", "steps": "2.0", "limit": "ninety", "Heater_eager": "1"},
+            (
+                "parameter wanted must be a number, not 'warm'",
+                "parameter steps must be an integer, not 2.0",
+                "parameter limit must be an integer, not 'ninety'",
+                "parameter Heater.eager must be true or false, not 1",
+                "parameter greeting must be a string, not 5",
+            ),
+        ),
+        (
+            "wanted:=.nan",
+            {"steps": "4", "season": "spring", "Heater_pause": "0"},
+            (
+                "parameter wanted must be a number, not nan",
+                "parameter steps must be an integer of at most 3, not 4",
+                "parameter season must be one of winter, summer, not 'spring'",
+                "parameter Heater.pause must be a number of at least 0.001, not 0",
+            ),
+        ),
+    ],
+)
+def test_parameters_at_launch_are_refused_by_name(
+    thermostat: Callable[..., Process],
+    more: str,
+    arguments: dict[str, str],
+    complaints: tuple[str, ...],
+) -> None:
+    node = thermostat("-p", more, **arguments)
+    assert node.wait() == 2
+    for complaint in complaints:
+        assert complaint in node.output
+    assert "Traceback" not in node.output
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("-p", "wanted:={a: 1"), "wanted:={a: 1"),
+        (("-p", "wanted"), "wanted"),
+        (("--params-file", "/nowhere.yaml"), "/nowhere.yaml"),
+        (("-r", "__node:=9 9"), "__node:=9 9"),
+        (("--bogus",), "--bogus"),
+    ],
+)
+def test_arguments_that_ros_cannot_read(
+    controller: Start, words: tuple[str, ...], told: str
+) -> None:
+    node = controller(arguments=words)
+    assert node.wait() == 2
+    (line,) = [one for one in node.output.splitlines() if one.startswith("ROS 2 cannot start")]
+    assert told in line
+    assert "Traceback" not in node.output

@@ -52,7 +52,11 @@ DEFAULTS = {}
 def main(args=None):
     """Run the controller until it is stopped; the exit code."""
     # rclpy's own handlers would close the graph before goals are cancelled and the robot stopped.
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # of rcl, above all when it cannot read the arguments
+        print("ROS 2 cannot start: %s" % error, file=sys.stderr)
+        return 2
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
