@@ -11,6 +11,7 @@ from contents import field_of, plain
 from decisions import Decision, Places, differing, holds_in
 from expressions import variables_of
 from operations import Undefined
+from shadow import Wrong
 
 KNOWN = 500
 """For so many states it is remembered which numbers in data make a difference."""
@@ -199,6 +200,8 @@ class Cases:
                 if transition in taken:
                     found.add(("transition", *name[:-1], state))
                     found |= set(self._changes(shadow, name, transition, content))
+                    if self._stops_a_clock(shadow, component, transition, (kind, key, content)):
+                        found.add(("transition", *name[:-1], state, "stops the clock"))
         return found
 
     def _of_value(self, shadow, type_, content):
@@ -231,6 +234,23 @@ class Cases:
             change = _change(shadow, name[0] + "." + variable, tree, content)
             if change is not None:
                 yield ("transition", *name, change, variable)
+
+    def _stops_a_clock(self, shadow, component, transition, event):
+        """Whether a transition ends a state in which time counts, and a state is told in which no
+        command has led the component on."""
+        if not shadow.waiting(component) or transition["goto"] in (None, shadow.states[component]):
+            return False
+        after = shadow.copy()
+        try:
+            after.happen(*event)
+        except Wrong:
+            return False
+        return not any(
+            after.is_enabled(kind, key)
+            and any(t["goto"] for t in after.transitions(component, kind, key, None))
+            for kind, key in self.commands
+            if component in after.mentions.get((kind, key), ())
+        )
 
     def of_step(self, shadow, component, transition):
         """Return the cases of a transition that a component takes by itself."""

@@ -35,7 +35,7 @@ RIVALS = 20
 LONGEST = 5.0
 """Seconds: longer times of the model are not awaited."""
 PATIENCE = 12
-"""After so many steps towards one case in vain it is given up."""
+"""After so many steps towards one case in vain it is given up, until there is nothing else."""
 MISSED = 5
 """So many of these counts one that should have led right there."""
 
@@ -59,8 +59,18 @@ class _Node:
     def expand(self, edges):
         self.turns += 1
         self.edges += edges
-        self.unseen = {case for _, _, cases in self.edges for case in cases}
+        self.look_again()
         self.ways = list({id(node): (node, step) for step, node, _ in self.edges}.values())
+
+    def look_again(self):
+        self.unseen = {case for _, _, cases in self.edges for case in cases}
+
+    def worth(self, edge):
+        """By what the next step is chosen: a request that is due goes first, since the next message
+        would change what it carries; then what shows most."""
+        step, _, cases = edge
+        shown = len(cases & self.unseen)
+        return shown > 0 and step[0] == "request", shown
 
 
 class Guide:
@@ -86,6 +96,7 @@ class Guide:
         self._expansions = 0
         self._tries = {}
         self._given_up = set()
+        self._patience = PATIENCE
 
     def unseen(self, shadow):
         """Return what should be seen and was not, as texts that say why."""
@@ -141,13 +152,23 @@ class Guide:
             found = self._search(shadow, self._turns)
         if found is None:
             self._draw_more()
+            self._take_heart()
             return None
         step, case, is_last = found
         self._tries[case] = self._tries.get(case, 0) + (MISSED if is_last else 1)
-        if self._tries[case] > PATIENCE:
+        if self._tries[case] > self._patience:
             self._given_up.add(case)
             self.seen.add(case)
         return step
+
+    def _take_heart(self):
+        """There is nothing else to do: what was given up may have been missed by chance."""
+        if self._given_up:
+            self._patience += PATIENCE
+            self.seen -= self._given_up
+            self._given_up.clear()
+            for node in self._nodes.values():
+                node.look_again()
 
     def _draw_more(self):
         if self._draws < DRAWS:
@@ -170,8 +191,7 @@ class Guide:
                 node.expand(list(self._edges(node)))
             node.unseen -= self.seen
             if node.unseen:
-                # What shows most goes first.
-                step, target, cases = max(node.edges, key=lambda edge: len(edge[2] & node.unseen))
+                step, target, cases = max(node.edges, key=node.worth)
                 found.append((first or step, min(cases & node.unseen, key=str), first is None))
                 if _leads_back(target, start):
                     return found[-1]
@@ -231,7 +251,12 @@ class Guide:
 
     def _steps(self, shadow, turn):
         """Yield what may happen, as a step and the events it makes; of messages those samples whose
-        turn it is, and what makes no message only in the first one."""
+        turn it is, and what makes no message only in the first one. A cancel that is allowed does
+        not wait for anything else."""
+        cancels = [c for c in self.cases.commands if c[0] == "cancel" and shadow.is_enabled(*c)]
+        if cancels:
+            yield from ((command, [(*command, None)]) for command in cancels)
+            return
         for keys in self._topics:
             for message in self._tried(keys[0], "response", turn):
                 contents = [(k, shadow.content(k, "response", message)) for k in keys]

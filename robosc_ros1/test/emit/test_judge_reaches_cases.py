@@ -316,3 +316,34 @@ def test_it_knows_which_components_block(tmp_path: Path) -> None:
         for play in (judged, judged_supervisor):
             assert play(judging, source).faults == []
             assert play(judging, faulty).faults != []
+
+
+@pytest.mark.parametrize(
+    ("model", "before", "after"),
+    [
+        # A clock that runs on where no command follows, which is told only while the button is
+        # pressed: no way leads there through states in which a goal is to be cancelled.
+        (
+            "gallery/go_to_pose/go_to_pose.rscd",
+            '"waiting"\n        self.navigator_entries = self.navigator_entries + 1',
+            '"waiting"',
+        ),
+        # The next message would change what the request is to carry.
+        ("gallery/ball/ball.rscd", "not (self.detector_x < 0.22", "not (self.detector_x <= 0.22"),
+    ],
+)
+def test_it_awaits_what_is_told_of_a_case(
+    tmp_path: Path, model: str, before: str, after: str
+) -> None:
+    supervisor = pipeline.synthesize(pipeline.load(EXAMPLES / model).robot)
+    source = controller_source(supervisor)
+    assert before in source
+    with judging_modules(tmp_path, supervisor) as judging:
+        assert judged(judging, source.replace(before, after, 1)).faults != []
+
+
+def test_what_was_given_up_is_tried_again_when_there_is_nothing_else(tmp_path: Path) -> None:
+    supervisor = pipeline.synthesize(pipeline.load(EXAMPLES / "kobuki/kobuki.rscd").robot)
+    with judging_modules(tmp_path, supervisor) as judging:
+        judge = judged_supervisor(judging, controller_source(supervisor), seed=2)
+        assert [t for t in judge.guide.unseen(judge.shadow) if "did not lead there" in t] == []
