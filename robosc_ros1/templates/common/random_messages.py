@@ -254,7 +254,10 @@ def _note(found, communication, tree, wanted):
         numbers = roots(["-", tree[1], tree[2]], [0])
     else:
         numbers = roots(tree, [v for v in wanted if isinstance(v, (int, float))])
-    for name in fields_read(tree):
+    names = fields_read(tree)
+    if len(set(names)) > 1:
+        numbers = []  # these would be for fields that are all equal
+    for name in names:
         numbers = numbers or literals(tree) + wanted
         found.setdefault((communication, name), []).extend(numbers)
 

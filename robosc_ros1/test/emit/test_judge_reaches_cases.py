@@ -330,9 +330,11 @@ def test_it_knows_which_components_block(tmp_path: Path) -> None:
         ),
         # The next message would change what the request is to carry.
         ("gallery/ball/ball.rscd", "not (self.detector_x < 0.22", "not (self.detector_x <= 0.22"),
+        # The length of a vector: its fields are seldom equal.
+        ("gallery/follow_person/follow_person.rscd", "distance > 0.8", "distance >= 0.8"),
     ],
 )
-def test_it_awaits_what_is_told_of_a_case(
+def test_it_comes_to_what_is_seldom_told(
     tmp_path: Path, model: str, before: str, after: str
 ) -> None:
     supervisor = pipeline.synthesize(pipeline.load(EXAMPLES / model).robot)
