@@ -90,6 +90,38 @@ def test_engines_agree_with_the_oracle_on_families_that_none_was_tuned_for(
     assert differences(robot, Oracle(robot), engine) == []
 
 
+@pytest.mark.parametrize(("engine", "n"), [("dense", 5), ("bdd", 12)])
+def test_guards_count_what_uncontrollable_events_may_bring_into_the_counted_state(
+    engine: str, n: int
+) -> None:
+    text = robot_families.quotas(n, 2)
+    robot = robot_of(text)
+    assert [to_dsl(guard.expr, robot) for guard in synthesize(plant_of(text), engine).guards] == [
+        f"User[{i}].used <= 2 and (User[{i}].used != 1 or count(u.used >= 2 for u in User) < 2)"
+        for i in range(1, n + 1)
+    ]
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_guards_count_what_uncontrollable_events_cannot_take_away(engine: str) -> None:
+    text = """robot Lamps {
+  component Lamp[1..7] {
+    incoming message dim with identifier: "/l{index}/dim", type: none
+    outgoing message fade with identifier: "/l{index}/fade", type: none
+    behaviour {
+      initial marked state on { on request to dim goto low }
+      marked state low { on response from fade goto off }
+      marked state off {}
+    }
+  }
+  requirement always count(!l.off for l in Lamp) >= 3
+}
+"""
+    robot = robot_of(text)
+    found = {to_dsl(guard.expr, robot) for guard in synthesize(plant_of(text), engine).guards}
+    assert found == {"count(l.on for l in Lamp) >= 4"}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("long", [0, 10_000], ids=["every way", "first way"])

@@ -208,6 +208,11 @@ class Plant:
         return {}
 
     @cached_property
+    def lasting_counts(self) -> dict[int, tuple[Expr, tuple[Expr, ...]]]:
+        """What guards may count, by the identity of the state requirement's condition."""
+        return {}
+
+    @cached_property
     def tighter_counts(self) -> tuple[Expr, ...]:
         """For each count in a state requirement, that there is room for one more.
 

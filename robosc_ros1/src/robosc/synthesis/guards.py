@@ -5,9 +5,10 @@ requirements alone give the same set, their own wording is the guard. Otherwise 
 made that is right in every state of the controlled system in which the plant can do the event, and
 means nothing elsewhere: the state variables that do not matter are dropped one after another, and
 what the rest distinguishes is covered by few and wide boxes (:mod:`robosc.synthesis.minimise`). If
-that is long, two other ways are tried, and the shortest result is taken: what the state
-requirements demand of the state after the event, where that happens to be the guard, and state
-variables selected one after another by how much they distinguish.
+that is long, other ways are tried, and the shortest result is taken: a count of components and what
+the event's own state must be, what the state requirements demand of the state after the event,
+where that happens to be the guard, and state variables selected one after another by how much they
+distinguish.
 
 Engines hand in their sets as a :class:`CareSet`; nothing here depends on their representation.
 """
@@ -20,11 +21,12 @@ from typing import Any, Protocol
 
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.counting import copies_of, with_counts
-from robosc.ir.formulas import conjunction
+from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.model.expr import FALSE, TRUE, Count, Expr, Unary
 from robosc.model.traversal import walk
 from robosc.supervisor import Guard, Status
 from robosc.synthesis.dropping import drop
+from robosc.synthesis.lasting_counts import lasting_counts, step_support
 from robosc.synthesis.precondition import next_precondition, precondition
 from robosc.synthesis.sum_of_products import TooLarge
 from robosc.synthesis.vectorised import support
@@ -54,6 +56,9 @@ class CareSet(Protocol):
 
     def selected(self) -> CareSet | None:
         """The same with parts selected by how much they distinguish; None if that is too costly."""
+
+    def within(self, allowed: Expr, refused: Expr) -> CareSet | None:
+        """The allowed and the refused states in which conditions hold; None if too costly."""
 
     def separates(self, condition: Expr) -> bool:
         """Whether a condition holds where the event is allowed and fails where it is refused."""
@@ -111,8 +116,13 @@ def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
     left = _pruned(care_set, rank)
     if left.size <= _SMALL or (len(left.parts) < 3 and left.size <= _LARGE):
         found += _attempt(left, rank)
-        if found and min(map(_length, found)) <= _LONG:
-            return min(found, key=_length)
+        if (short := _short(found)) is not None:
+            return short
+    counts = _counts(plant, event, lasting=True)
+    beside = [_beside(plant, event, care_set, count, rank) for count in counts]
+    found += [one for one in beside if one is not None]
+    if (short := _short(found)) is not None:
+        return short
     demanded = _demanded(plant, event, care_set)
     if demanded is not None:
         found.append(demanded)
@@ -129,12 +139,41 @@ def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
     return min(found, key=_length)
 
 
-def _counts(plant: Plant, event: Event) -> Iterator[Expr]:
-    """What may be the guard of an event that changes how many components are in a state."""
+def _counts(plant: Plant, event: Event, lasting: bool = False) -> Iterator[Expr]:
+    """What may be the guard of an event that changes how many components are in a state.
+
+    With ``lasting``, also of one after which uncontrollable events may change it.
+    """
     written = plant.writes[next(n for n, e in enumerate(plant.events) if e is event)]
     for condition in plant.tighter_counts:
         if not written.isdisjoint(support(plant, condition)):
             yield condition
+    for invariant, _ in plant.invariants if lasting else ():
+        for condition in lasting_counts(plant, invariant):
+            if not written.isdisjoint(support(plant, condition)):
+                yield condition
+
+
+def _beside(
+    plant: Plant, event: Event, care_set: CareSet, count: Expr, rank: Callable[[int], Any]
+) -> Expr | None:
+    """A guard ``needed and (free or count)``, where the event's own state tells the first two."""
+    near = step_support(plant, event)
+    others = [part for part in care_set.parts if near.isdisjoint(part)]
+
+    def own(allowed: Expr, refused: Expr) -> Expr | None:
+        within = care_set.within(allowed, refused)
+        left = None if within is None else within.without(others)
+        if left is None or left.size > _LARGE:
+            return None
+        return next(iter(_attempt(_pruned(left, rank), rank)), None)
+
+    needed = own(TRUE, count)
+    if needed is None:
+        return None
+    full = negation(count)
+    free = own(full, conjunction([needed, full]))
+    return None if free is None else conjunction([needed, disjunction([free, count])])
 
 
 def _demanded(plant: Plant, event: Event, care_set: CareSet) -> Expr | None:
@@ -177,17 +216,16 @@ def _variable_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, b
 
 
 def _touched(plant: Plant, event: Event) -> set[int]:
-    """The state variables that an event reads or writes."""
-    found = {automaton.variable for automaton in event.automata}
-    expressions = [] if event.requirement is None else [event.requirement]
-    for automaton in event.automata:
-        for edge in automaton.edges:
-            found.update(variable for variable, _ in edge.updates)
-            expressions += [expr for _, expr in edge.updates]
-            expressions += [] if edge.guard is None else [edge.guard]
-    for expr in expressions:
-        found.update(support(plant, expr))
-    return found
+    """The state variables that an event's automata or its requirement read or write."""
+    required = () if event.requirement is None else support(plant, event.requirement)
+    return step_support(plant, event).union(required)
+
+
+def _short(found: Sequence[Expr]) -> Expr | None:
+    """The shortest, if it is not long; lengths of conditions with many cases take time."""
+    lengths = [*map(_length, found)]
+    shortest = min(lengths, default=_LONG + 1)
+    return None if shortest > _LONG else found[lengths.index(shortest)]
 
 
 def _length(expr: Expr) -> int:

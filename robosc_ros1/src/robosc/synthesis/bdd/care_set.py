@@ -8,7 +8,7 @@ is found is covered by boxes found on the diagrams themselves.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 from typing import Any
 
@@ -95,6 +95,13 @@ class BddCareSet:
         left = tuple(variable for variable in self.variables if variable not in variables)
         allowed, refused = manager.exists(self.allowed, cube), manager.exists(self.refused, cube)
         return BddCareSet(self.encoding, left, allowed, refused)
+
+    def within(self, allowed: Expr, refused: Expr) -> BddCareSet | None:
+        try:
+            some, none = map(self.encoding.holds, (allowed, refused))
+        except StateSpaceError:
+            return None
+        return replace(self, allowed=self.allowed & some, refused=self.refused & none)
 
     def separates(self, condition: Expr) -> bool:
         false = self.encoding.manager.false

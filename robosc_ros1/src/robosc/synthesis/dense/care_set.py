@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from math import prod
 from typing import Any
 
@@ -105,19 +105,36 @@ class DenseCareSet:
             flags.append(onto)
         return DenseCareSet(self.plant, dims, flags[0], flags[1])
 
+    def within(self, allowed: Expr, refused: Expr) -> DenseCareSet | None:
+        left = []
+        for states, condition in ((self.allowed, allowed), (self.refused, refused)):
+            if not self._has(condition):
+                return None
+            left.append(states.copy())
+            for places, holds in self._holding(states, condition):
+                left[-1][places] = holds
+        return replace(self, allowed=left[0], refused=left[1])
+
     def separates(self, condition: Expr) -> bool:
+        return self._has(condition) and all(
+            (holds == expected).all()
+            for states, expected in ((self.allowed, True), (self.refused, False))
+            for _, holds in self._holding(states, condition)
+        )
+
+    def _has(self, condition: Expr) -> bool:
+        """Whether all state variables that a condition reads are left."""
+        left = {variable for dim in self.dims for variable in dim.variables}
+        return left.issuperset(support(self.plant, condition))
+
+    def _holding(self, states: Bools, condition: Expr) -> Iterator[tuple[Indexes, Bools]]:
+        """The places of states, some at a time, and in which of them a condition holds."""
         variables = support(self.plant, condition)
-        if not set(variables) <= {variable for dim in self.dims for variable in dim.variables}:
-            return False
-        for states, expected in ((self.allowed, True), (self.refused, False)):
-            for start in range(0, len(states), _MOST_ROWS):
-                values = self._values(start + np.flatnonzero(states[start : start + _MOST_ROWS]))
-                found = evaluate_vectorised(
-                    self.plant, condition, {a: values[a] for a in variables}
-                )
-                if not (found.astype(np.bool_) == expected).all():
-                    return False
-        return True
+        for start in range(0, len(states), _MOST_ROWS):
+            places = start + np.flatnonzero(states[start : start + _MOST_ROWS])
+            values = self._values(places)
+            found = evaluate_vectorised(self.plant, condition, {a: values[a] for a in variables})
+            yield places, found.astype(np.bool_)
 
     def _values(self, places: Indexes) -> dict[int, Indexes]:
         """The values per state variable of states at some places."""

@@ -1,0 +1,153 @@
+"""Counts of components that are in a state, or that uncontrollable events may bring into it.
+
+Where ``never count(u.used > 2 for u in User) > 1`` is required, and a unit may be spilt, synthesis
+keeps ``count(u.used >= 2 for u in User) <= 1``: what leads into a condition of one component by
+uncontrollable events of that component is found by exploring these alone. Guards are looked for
+among such counts; whether one is right is for the engines to tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+from math import prod
+
+import numpy as np
+
+from robosc.ir.automaton import Event, Plant, PlantState
+from robosc.ir.counting import counts, tighter
+from robosc.ir.step import Verdict, holds, outcome, valuations
+from robosc.model.expr import Binary, Count, Expr
+from robosc.synthesis.minimise import Table, condition_of
+from robosc.synthesis.vectorised import support
+
+__all__ = ["lasting_counts", "step_support"]
+
+_MOST_STEPS = 2**10
+"""States times values of events; components with more are not explored."""
+
+
+def lasting_counts(plant: Plant, invariant: Expr) -> tuple[Expr, ...]:
+    """For each count in a state requirement, that there is room for one more for good.
+
+    Only where this is something else than room for one more now.
+    """
+    known = plant.lasting_counts.get(id(invariant))
+    if known is None:
+        found = (_lasting(plant, count) for count in counts(invariant))
+        tight = (tighter(count) for count in found if count is not None)
+        known = invariant, tuple(dict.fromkeys(expr for expr in tight if expr is not None))
+        plant.lasting_counts[id(invariant)] = known
+    return known[1]
+
+
+def step_support(plant: Plant, event: Event) -> set[int]:
+    """The state variables that an event's automata read or write: all but its phase."""
+    found = {automaton.variable for automaton in event.automata}
+    for automaton in event.automata:
+        for edge in automaton.edges:
+            found.update(variable for variable, _ in edge.updates)
+            read = [expr for _, expr in edge.updates]
+            read += [] if edge.guard is None else [edge.guard]
+            found.update(variable for expr in read for variable in support(plant, expr))
+    return found
+
+
+def _lasting(plant: Plant, count: Count) -> Count | None:
+    conditions = []
+    for condition in count.conditions:
+        found = _lasting_condition(plant, condition, count.negated)
+        if found is None:
+            return None
+        conditions.append(found)
+    kept = tuple(conditions)
+    return None if kept == count.conditions else replace(count, conditions=kept)
+
+
+def _lasting_condition(plant: Plant, condition: Expr, may: bool) -> Expr | None:
+    """That a condition will hold (``may``: may come to hold) if only uncontrollable events follow.
+
+    None: it is not known, or takes more than a condition on one state variable.
+    """
+    read = support(plant, condition)
+    variables, events = _component(plant, read)
+    if not events:
+        return condition
+    order = sorted(variables, key=lambda variable: (variable in read, variable))
+    shape = [plant.variables[variable].size for variable in order]
+    if prod(shape) * sum(_valuations(event) for event in events) > _MOST_STEPS:
+        return None
+    states = [_state(plant, order, values) for values in product(*map(range, shape))]
+    targets = {state for state in states if holds(plant, condition, state) == may}
+    reaching = _reaching(targets, [step for e in events for step in _steps(plant, e, states)])
+    if len(reaching) == len(targets):
+        return condition
+    inside = np.zeros(shape, np.bool_)
+    for state in reaching:
+        inside[tuple(state[variable] for variable in order)] = True
+    sides = (inside, ~inside) if may else (~inside, inside)
+    place = {variable: number for number, variable in enumerate(order)}
+    table = Table(tuple(order), *sides).reduced(place.__getitem__)
+    if len(table.variables) != 1:
+        return None
+    found = condition_of(plant, table)
+    return None if isinstance(found, Binary) and found.operation.is_lazy else found
+
+
+def _component(plant: Plant, read: Sequence[int]) -> tuple[set[int], list[Event]]:
+    """State variables with all that the uncontrollable events that change them read or write, and
+    these events; some of them where these are too many to be explored."""
+    variables = set(read)
+    found: dict[int, Event] = {}
+    while True:
+        further = {
+            number: event
+            for number, event in enumerate(plant.events)
+            if number not in found
+            and not event.controllable
+            and not plant.writes[number].isdisjoint(variables)
+        }
+        found |= further
+        for event in further.values():
+            variables |= step_support(plant, event)
+            variables |= set() if event.phase is None else {event.phase.variable}
+        size = prod(plant.variables[variable].size for variable in variables)
+        if not further or size > _MOST_STEPS:
+            return variables, list(found.values())
+
+
+def _valuations(event: Event) -> int:
+    return prod(len(parameter.values) for parameter in event.parameters)
+
+
+def _state(plant: Plant, variables: Sequence[int], values: Sequence[int]) -> PlantState:
+    state = list(plant.initial)
+    for variable, value in zip(variables, values, strict=True):
+        state[variable] = value
+    return tuple(state)
+
+
+def _steps(
+    plant: Plant, event: Event, states: Sequence[PlantState]
+) -> Iterator[tuple[PlantState, PlantState]]:
+    for state, values in product(states, valuations(event)):
+        after = outcome(plant, event, values, state)
+        if not isinstance(after, Verdict):
+            yield state, after
+
+
+def _reaching(
+    targets: set[PlantState], steps: Sequence[tuple[PlantState, PlantState]]
+) -> set[PlantState]:
+    """The states from which some steps lead into the targets."""
+    before: dict[PlantState, list[PlantState]] = {}
+    for state, after in steps:
+        before.setdefault(after, []).append(state)
+    found, left = set(targets), list(targets)
+    while left:
+        for state in before.get(left.pop(), ()):
+            if state not in found:
+                found.add(state)
+                left.append(state)
+    return found
