@@ -257,7 +257,9 @@ FAULTS = {
     "forbidden": (
         "_runtime/supervisor_engine.py",
         "        if command.possible and command.authorised():\n",
-        "        return []\n        if command.possible and command.authorised():\n",
+        # What the robot cannot do now stays blocked: else the supervisor ends at the first of it.
+        "        if command.possible:\n            return []\n"
+        "        if command.possible and command.authorised():\n",
         "against: requirement",
     ),
     "allowed": (
