@@ -258,7 +258,8 @@ FAULTS = {
         "_runtime/supervisor_engine.py",
         "        if command.possible and command.authorised():\n",
         # What the robot cannot do now stays blocked: else the supervisor ends at the first of it.
-        "        if command.possible:\n            return []\n"
+        "        if command.possible and (not command.synchronisation or command.synchronisation()):\n"
+        "            return []\n"
         "        if command.possible and command.authorised():\n",
         "against: requirement",
     ),
