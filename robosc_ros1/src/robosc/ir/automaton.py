@@ -19,6 +19,7 @@ from functools import cached_property
 from itertools import product
 from typing import Literal, TypeAlias
 
+from robosc.ir.by_identity import ByIdentity
 from robosc.ir.counting import counts, tighter
 from robosc.ir.finite.view import FiniteView
 from robosc.ir.formulas import exact
@@ -202,15 +203,19 @@ class Plant:
         """Per event, the variables that it may change."""
         return tuple(_writes(event) for event in self.events)
 
-    @cached_property
-    def supports(self) -> dict[int, tuple[Expr, tuple[int, ...]]]:
-        """What large conditions read, by their identity: copies have them in common."""
-        return {}
+    def number(self, event: Event) -> int:
+        """The place of an event among all."""
+        return next(number for number, one in enumerate(self.events) if one is event)
 
     @cached_property
-    def lasting_counts(self) -> dict[int, tuple[Expr, tuple[Expr, ...]]]:
-        """What guards may count, by the identity of the state requirement's condition."""
-        return {}
+    def supports(self) -> ByIdentity[tuple[int, ...]]:
+        """The state variables that conditions read."""
+        return ByIdentity()
+
+    @cached_property
+    def lasting_counts(self) -> ByIdentity[tuple[Expr, ...]]:
+        """What guards may count, for the conditions of state requirements."""
+        return ByIdentity()
 
     @cached_property
     def tighter_counts(self) -> tuple[Expr, ...]:

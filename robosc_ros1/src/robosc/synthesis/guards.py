@@ -144,7 +144,7 @@ def _counts(plant: Plant, event: Event, lasting: bool = False) -> Iterator[Expr]
 
     With ``lasting``, also of one after which uncontrollable events may change it.
     """
-    written = plant.writes[next(n for n, e in enumerate(plant.events) if e is event)]
+    written = plant.writes[plant.number(event)]
     for condition in plant.tighter_counts:
         if not written.isdisjoint(support(plant, condition)):
             yield condition

@@ -33,13 +33,13 @@ def lasting_counts(plant: Plant, invariant: Expr) -> tuple[Expr, ...]:
 
     Only where this is something else than room for one more now.
     """
-    known = plant.lasting_counts.get(id(invariant))
-    if known is None:
+
+    def find(invariant: Expr) -> tuple[Expr, ...]:
         found = (_lasting(plant, count) for count in counts(invariant))
         tight = (tighter(count) for count in found if count is not None)
-        known = invariant, tuple(dict.fromkeys(expr for expr in tight if expr is not None))
-        plant.lasting_counts[id(invariant)] = known
-    return known[1]
+        return tuple(dict.fromkeys(expr for expr in tight if expr is not None))
+
+    return plant.lasting_counts.of(invariant, find)
 
 
 def step_support(plant: Plant, event: Event) -> set[int]:

@@ -47,7 +47,7 @@ def next_precondition(plant: Plant, event: Event) -> list[Expr]:
 
 
 def _writes(plant: Plant, event: Event) -> frozenset[int]:
-    return plant.writes[next(n for n, e in enumerate(plant.events) if e is event)]
+    return plant.writes[plant.number(event)]
 
 
 def _concerned(plant: Plant, written: frozenset[int]) -> list[Expr]:

@@ -57,12 +57,12 @@ def variable_of(plant: Plant, leaf: Expr) -> int | None:
 
 def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
     """The state variables that an expression reads, ascending."""
-    known = plant.supports.get(id(expr))
-    if known is None:
+
+    def find(expr: Expr) -> tuple[int, ...]:
         read = (variable_of(plant, node) for node in walk_all([expr]))
-        known = expr, tuple(sorted({variable for variable in read if variable is not None}))
-        plant.supports[id(expr)] = known
-    return known[1]
+        return tuple(sorted({variable for variable in read if variable is not None}))
+
+    return plant.supports.of(expr, find)
 
 
 def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArray[Any]:

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
+from robosc.ir.by_identity import ByIdentity
 from robosc.ir.finite.cases import by_state, by_value, reads_arrays, reads_states
 from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation
 from robosc.language.operators import MIRRORED
@@ -206,16 +207,14 @@ class Terms:
     def __init__(self, text: Callable[[Expr], str]) -> None:
         self._text = text
         self._pairs: dict[tuple[Expr, Expr], TestRef] = {}
-        self._finite: dict[int, tuple[Expr, Expr]] = {}
+        self._finite: ByIdentity[Expr] = ByIdentity()
 
     def finite(self, expr: Expr) -> Expr:
         """A deciding expression with its tests of data replaced by terms, which read no state.
 
         What stands in several places, as in the requirements of copies, is looked at once.
         """
-        if id(expr) not in self._finite:
-            self._finite[id(expr)] = expr, self._new_finite(expr)
-        return self._finite[id(expr)][1]
+        return self._finite.of(expr, self._new_finite)
 
     def _new_finite(self, expr: Expr) -> Expr:
         match expr:

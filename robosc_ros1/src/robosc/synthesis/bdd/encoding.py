@@ -7,11 +7,13 @@ are in no set of states.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from robosc.ir.automaton import Event, Plant, PlantState
+from robosc.ir.by_identity import ByIdentity
 from robosc.ir.step import missing_together
 from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import Binary, Expr, Leaf, Operation, PhaseRef, StateRef, Unary, ValueRef
@@ -47,9 +49,9 @@ class Encoding:
         items: list[LeafSource] = [*range(len(plant.variables)), *parameters]
         self._blocks: dict[LeafSource, _Block] = {}
         self._known: dict[tuple[Expr, int | None], Partition] = {}
-        # By identity: large conditions are shared, and hashing them would go through all of them.
-        self._where: dict[tuple[int, int | None], tuple[Expr, Bdd]] = {}
-        self._partitions: dict[tuple[int, int | None], tuple[Expr, Partition]] = {}
+        # Each for what reads the ``value`` of an event, or of none.
+        self._where: defaultdict[int | None, ByIdentity[Bdd]] = defaultdict(ByIdentity)
+        self._partitions: defaultdict[int | None, ByIdentity[Partition]] = defaultdict(ByIdentity)
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
         for item in order_items(len(items), touched_together(plant, items)):
@@ -242,9 +244,7 @@ class Encoding:
 
         It is remembered: copies of a component share their requirements, and warnings ask again.
         """
-        if (id(expr), event) not in self._where:
-            self._where[id(expr), event] = expr, self._new_holds(expr, event)
-        return self._where[id(expr), event][1]
+        return self._where[event].of(expr, lambda expr: self._new_holds(expr, event))
 
     def _new_holds(self, expr: Expr, event: int | None) -> Bdd:
         if isinstance(expr, Binary) and expr.operator == "and":
@@ -257,15 +257,14 @@ class Encoding:
 
     def partition(self, expr: Expr, event: int | None = None) -> Partition:
         """The values of an expression."""
-        if (id(expr), event) not in self._partitions:
-            self._partitions[id(expr), event] = expr, self._new_partition(expr, event)
-        return self._partitions[id(expr), event][1]
+        return self._partitions[event].of(expr, lambda expr: self._new_partition(expr, event))
 
     def _new_partition(self, expr: Expr, event: int | None) -> Partition:
         def known(node: Expr) -> Partition | None:
             """Its values, if looking them up is cheaper than combining operands."""
-            if (id(node), event) in self._partitions:
-                return self._partitions[id(node), event][1]
+            found = self._partitions[event].known(node)
+            if found is not None:
+                return found
             if _is_costly(node) and (node, event) in self._known:
                 return self._known[node, event]
             sources = self._sources(node, event, 2)

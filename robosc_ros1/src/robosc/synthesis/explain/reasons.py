@@ -111,7 +111,7 @@ class _Explainer:
         path = nearest(self.system, refused)
         if path is None:
             return self._never_asked(guard)
-        number = next(i for i, e in enumerate(self.plant.events) if e is event)
+        number = self.plant.number(event)
         outcomes = list(self.stepper.compiled(number, None).targets(path[-1]))
         # Where the environment decides what comes of a command, what is bad of it matters.
         values, target = min(outcomes, key=lambda outcome: self.system.is_good(outcome[1]))
