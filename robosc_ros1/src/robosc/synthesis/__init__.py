@@ -1,4 +1,4 @@
-"""Supervisory control synthesis: plant to supervisor, and what can be asked about the result."""
+"""Supervisory control synthesis: from a plant to its supervisor, and the explicit state space."""
 
 from robosc.synthesis.compute import DEFAULT_MAX_STATES, synthesize
 from robosc.synthesis.explore import Graph, Transition, explore

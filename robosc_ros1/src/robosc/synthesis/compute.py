@@ -1,4 +1,4 @@
-"""From a plant to its supervisor: choose the engine, compute, and word the result."""
+"""Synthesis of a plant: choose the engine, solve independent parts, build the supervisor."""
 
 from __future__ import annotations
 
@@ -30,21 +30,24 @@ from robosc.synthesis.vectorised import support
 __all__ = ["DEFAULT_MAX_STATES", "synthesize"]
 
 DEFAULT_MAX_STATES = 2**28
-_MOST_PAIRS = 2**24  # each takes some 40 bytes
+_MOST_PAIRS = 2**24
+"""Pairs of incoming and stored values that the dense engine holds; each takes some 40 bytes."""
 _DENSE = 2**16
-"""Products beyond which the symbolic engine is as a rule the faster one, as measured."""
+"""Product sizes above which the symbolic engine is usually faster, as measured."""
 _DENSE_GUARDS = 2**12
-"""The same for systems in which synthesis restricts commands: guards take most of the time then."""
+"""The same where synthesis restricts commands: minimising guards takes most of the time then."""
 _DENSE_BY_VALUES = 2**24
-"""Products beyond which the dense engine is not even better at expressions that are not linear."""
+"""Product sizes above which the symbolic engine is faster even with nonlinear expressions."""
 _DENSE_PAIRS = 10_000
+"""Combinations of one event's parameter values above which the symbolic engine is faster."""
 _MOST_VALUES = 2**14
+"""Combinations per nonlinear expression above which the symbolic engine is slower."""
 _SMALL = 2**12
-"""Products up to this size are not worth looking for dependent state variables."""
+"""Product size up to which dependent state variables are not projected."""
 _WHOLE = 2**12
-"""Products up to this size are not worth taking apart."""
+"""Product size up to which a plant is not decomposed."""
 _TOGETHER = {"dense": 2**6, "bdd": 2**60}
-"""Up to which size small parts are better solved together, as measured."""
+"""Per engine, the product size up to which small parts are solved together, as measured."""
 
 
 def synthesize(
@@ -53,14 +56,14 @@ def synthesize(
     max_states: int = DEFAULT_MAX_STATES,
     progress: Progress | None = None,
 ) -> Supervisor:
-    """The supervisor of a plant.
+    """Return the maximally permissive, safe, controllable and nonblocking supervisor of a plant.
 
-    ``engine`` is ``auto``, ``dense`` or ``bdd``. ``max_states`` bounds the product space of the
-    dense engine, that of each independent part by itself, state variables that depend on each other
-    counted once. An empty supervisor is a result, not an error.
+    ``engine`` is ``auto``, ``dense`` or ``bdd``. ``max_states`` bounds the size of the dense
+    engine's state array, for each independent part separately and after projection of dependent
+    state variables. An empty supervisor is a result, not an error.
 
     Raises:
-        StateSpaceError: the product is larger than ``max_states``, and no other engine may be used.
+        StateSpaceError: the array is larger than ``max_states``, and no other engine may be used.
     """
     parts = [plant]
     if prod(variable.size for variable in plant.variables) > _WHOLE:
@@ -71,8 +74,8 @@ def synthesize(
         for part in parts:
             found.append(_synthesize(part, engine, max_states, progress))
             if found[-1].engine == "bdd" and part is not plant:
-                gc.collect()  # else the diagrams of one part stay beside those of the next
-                gc.freeze()  # what is left is not gone through again
+                gc.collect()  # frees the diagrams of this part before the next is solved
+                gc.freeze()  # later collections skip what survived
     finally:
         if len(parts) > 1:
             gc.unfreeze()
@@ -82,7 +85,7 @@ def synthesize(
 def _synthesize(
     plant: Plant, engine: str, max_states: int, progress: Progress | None
 ) -> Supervisor:
-    """The supervisor of a plant as a whole."""
+    """Return the supervisor of a plant, without decomposition."""
     if engine == "bdd":
         return _symbolic(plant, progress)
     either = engine == "auto" and usable()
@@ -117,11 +120,11 @@ def _synthesize(
 
 
 def favours_symbolic(plant: Plant) -> bool:
-    """Whether the symbolic engine is the better choice, as far as that is known beforehand.
+    """Whether the symbolic engine is expected to be faster.
 
-    The dense engine takes time in proportion to the product, and to the pairs of incoming and
-    stored values; the symbolic one hardly, but it puts expressions that are not linear together
-    value by value.
+    The dense engine's time is proportional to the size of the product, and to the pairs of incoming
+    and stored values. The symbolic engine's hardly depends on these, but it enumerates the operand
+    values of nonlinear expressions.
     """
     size = prod(variable.size for variable in plant.variables)
     if size > _DENSE_BY_VALUES:
@@ -145,7 +148,7 @@ def _expressions(plant: Plant) -> Iterator[Expr]:
 
 
 def _pairs(plant: Plant, expr: Expr) -> int:
-    """The most combinations of values that the symbolic engine looks at for an expression."""
+    """Return how many combinations of values the symbolic engine enumerates for an expression."""
     if not isinstance(expr, Unary | Binary | Call):
         return 0
     if len(expr.operands) == 1 or expr.operation.is_lazy:
@@ -159,7 +162,7 @@ def _pairs(plant: Plant, expr: Expr) -> int:
 
 
 def _symbolic(plant: Plant, progress: Progress | None) -> Supervisor:
-    # Loaded when it is needed: with networkx, it takes longer to load than most syntheses take.
+    # Imported on demand: with networkx, the import takes longer than most syntheses.
     from robosc.synthesis.bdd.synthesize import synthesize_bdd
 
     return synthesize_bdd(plant, progress)
@@ -191,7 +194,7 @@ def _measure(
 
 
 def _crowded(plant: Plant, most: int) -> str | None:
-    """Which assignment has too many pairs of incoming and stored values for the dense engine."""
+    """Return which assignment has over ``most`` pairs of incoming and stored values, or None."""
     for event in plant.events:
         values = {parameter.path: len(parameter.values) for parameter in event.parameters}
         for automaton in event.automata:
@@ -214,7 +217,7 @@ def _nothing(plant: Plant) -> tuple[Guard, ...]:
 
 
 def _too_large(layout: Layout, max_states: int, engine: str) -> StateSpaceError:
-    """What makes the product large, and what to do about it."""
+    """Return the error that names the largest dimensions of the product and how to reduce it."""
     variables = layout.plant.variables
     names = contributors(
         (listing([variables[variable].name for variable in dim.variables], "with"), dim.size)

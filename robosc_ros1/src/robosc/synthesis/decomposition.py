@@ -1,10 +1,10 @@
-"""A plant as independent parts: components that share no event, variable or requirement.
+"""Decomposition of a plant into independent parts that share no event, variable or requirement.
 
-Parts are solved apart, since the supervisor of the whole is that of each part: states multiply, and
-whatever one part does leaves the others as they are. Components belong together as well if a
-warning could be about both of them (commands to one topic, the conditions of provided data), or if
-the controller takes their events together: a message that means something to both, a command of one
-that is preferred to a command of the other.
+Parts are solved separately: the supervisor of the plant consists of those of its parts, its states
+are the product of theirs, and an event of one part leaves the others unchanged. Components also
+belong to one part if a warning could be about both of them (commands to one topic, the conditions
+of provided data), or if the controller handles their events together: a message that both receive,
+a command of one that is preferred to a command of the other.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from robosc.synthesis.vectorised import support
 __all__ = ["combined", "independent_parts"]
 
 _SMALL = 2**12
-"""Combinations of values of a part that need not stand by itself."""
+"""Product size up to which a part may be joined with others."""
 
 _Identity: TypeAlias = tuple[EventKind, str, int]
 """What identifies an event of a plant: its kind, key and index."""
@@ -45,27 +45,27 @@ class _Group:
 
 
 def independent_parts(plant: Plant, size: int) -> list[Plant]:
-    """The parts of a plant, in model order; the plant itself if it is all of one piece.
+    """Return the independent parts of a plant, in model order; the plant itself if there is one.
 
-    Small ones make one of up to ``size`` combinations of values together.
+    Small parts are joined up to a product of ``size`` combinations of values.
     """
-    together = _Together(plant)
+    sets = _DisjointSets(plant)
     groups: dict[int, _Group] = {}
     for variable in range(len(plant.variables)):
-        groups.setdefault(together.find(variable), _Group()).variables.append(variable)
-    # What reads and writes no variable can be in any part.
+        groups.setdefault(sets.find(variable), _Group()).variables.append(variable)
+    # What reads and writes no variable may be in any part: it goes to the first.
     first = next(iter(groups.values()), _Group())
     for event in range(len(plant.events)):
-        groups.get(together.find(together.node(event)), first).events.append(event)
+        groups.get(sets.find(sets.node(event)), first).events.append(event)
     for number, (condition, _) in enumerate(plant.invariants):
         read = support(plant, condition)
-        (groups[together.find(read[0])] if read else first).invariants.append(number)
+        (groups[sets.find(read[0])] if read else first).invariants.append(number)
     bundles = _bundles(plant, groups.values(), size)
     return [plant] if len(bundles) < 2 else [_part(plant, bundle) for bundle in bundles]
 
 
 def _bundles(plant: Plant, groups: Iterable[_Group], size: int) -> list[_Group]:
-    """Large groups by themselves, small ones with others."""
+    """Return the groups, small neighbouring ones joined."""
     found: list[_Group] = []
     open_, total = _Group(), size + 1
     for group in groups:
@@ -84,8 +84,8 @@ def _bundles(plant: Plant, groups: Iterable[_Group], size: int) -> list[_Group]:
     ]
 
 
-class _Together:
-    """Disjoint sets of the variables and events of a plant (Tarjan, J. ACM 22(2), 1975)."""
+class _DisjointSets:
+    """Union-find over the variables and events of a plant (Tarjan, J. ACM 22(2), 1975)."""
 
     def __init__(self, plant: Plant) -> None:
         self.plant = plant
@@ -118,7 +118,7 @@ class _Together:
             self.parent[self.find(node)] = self.find(nodes[0])
 
     def _join_components(self) -> None:
-        """All that is declared in one component."""
+        """Join all that is declared in one component."""
         index = self.plant.variable_index
         events: dict[str, list[int]] = {}
         for number, event in enumerate(self.plant.events):
@@ -133,20 +133,20 @@ class _Together:
             self._join(nodes)
 
     def _join_requirements(self) -> None:
-        """Warnings ask about each requirement with the commands that it speaks of."""
+        """Join what a requirement reads with its commands: warnings are about both."""
         for requirement in self.plant.robot.requirements:
             commands = [self.requests[key] for key in requirement.communications]
             self._join([*commands, *self._read(requirement.condition)])
 
     def _join_data(self) -> None:
-        """Warnings ask where the conditions of provided data hold."""
+        """Join a command with what the conditions of its data read: warnings are about both."""
         for provide in self.plant.robot.provides:
             command = self.requests.get(provide.communication)
             if command is not None and provide.condition is not None:
                 self._join([command, *self._read(provide.condition)])
 
     def _join_messages(self) -> None:
-        """What one message of the robot brings, commands to one topic, and preferred commands."""
+        """Join the events of one message, the commands to one topic, and preferred commands."""
         for numbers in inputs(self.plant):
             self._join([self.node(number) for number in numbers])
         robot = self.plant.robot
@@ -208,11 +208,11 @@ def _renumbered(event: Event, number: Mapping[int, int]) -> Event:
     )
 
 
-# --- putting together ----------------------------------------------------------------------------
+# --- combining -----------------------------------------------------------------------------------
 
 
 def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
-    """The supervisor of a plant from those of its parts; empty if one of them is."""
+    """Return the supervisor of a plant from those of its parts; empty if one of them is."""
     events = {event.identity: (number, event) for number, event in enumerate(plant.events)}
     empty = [part for part in parts if part.empty]
     states = prod(part.controlled_states for part in parts)
@@ -227,7 +227,7 @@ def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
         seconds=sum(part.seconds for part in parts),
         plant_states=prod(part.plant_states for part in parts),
         controlled_states=states,
-        # Whatever happens in one part happens in all states of the others.
+        # A transition of one part is possible in every state of the others.
         controlled_transitions=sum(
             states // part.controlled_states * part.controlled_transitions
             for part in (() if empty else parts)
@@ -248,7 +248,7 @@ def _never(guard: Guard) -> Guard:
 def _explanations(
     parts: Iterable[Supervisor], events: Mapping[_Identity, tuple[int, Event]]
 ) -> list[Explanation]:
-    """All explanations, in the order of the events, told with the events of the whole plant."""
+    """Return all explanations in the order of events, with the events of the whole plant."""
 
     def whole(event: Event | None) -> Event | None:
         return None if event is None else events[event.identity][1]
@@ -272,19 +272,19 @@ def _explanations(
 
 
 def _properties(parts: Sequence[Supervisor]) -> tuple[tuple[str, bool], ...]:
-    """What holds in all parts, what fails in one; the rest is not known."""
-    told = [dict(part.properties) for part in parts]
-    names = dict.fromkeys(name for properties in told for name in properties)
+    """Return what holds in all parts, and what fails in one; the rest is unknown and left out."""
+    of_parts = [dict(part.properties) for part in parts]
+    names = dict.fromkeys(name for properties in of_parts for name in properties)
     found: list[tuple[str, bool]] = []
     for name in names:
-        answers = [properties.get(name) for properties in told]
+        answers = [properties.get(name) for properties in of_parts]
         if False in answers or None not in answers:
             found.append((name, False not in answers))
     return tuple(found)
 
 
 def _step_bound(parts: Iterable[Supervisor]) -> int | None:
-    """At the start all parts run to completion, one after the other."""
+    """Return the sum: at the start all parts run to completion, one after the other."""
     total = 0
     for part in parts:
         if part.step_bound is None:

@@ -1,4 +1,4 @@
-"""The JSON documents of ``synthesize`` and ``explore``, version 1, as plain values."""
+"""The JSON documents of ``synthesize`` and ``explore``, version 1."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LINES_AT_ONCE = 10_000
 
 
 def event_document(event: Event) -> dict[str, Any]:
-    """An event without a value; a tau with its number."""
+    """Return the document of an event without its values; a tau with its number."""
     found: dict[str, Any] = {"kind": event.kind.value, "name": event.name}
     if event.kind.of_component:
         found["index"] = event.index
@@ -34,7 +34,7 @@ def event_document(event: Event) -> dict[str, Any]:
 
 
 def step_document(step: Step) -> dict[str, Any]:
-    """One occurrence of an event with its value."""
+    """Return the document of one occurrence of an event with its values."""
     event = step.event
     if event.kind.of_component:
         return {**event_document(event), "value": step.values[0] if step.values else None}
@@ -42,9 +42,9 @@ def step_document(step: Step) -> dict[str, Any]:
 
 
 def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
-    """``synthesize --json``.
+    """Return the document of ``synthesize --json``.
 
-    What is in ``definitions`` stands in the ``short`` texts of long guards by its name.
+    The ``short`` texts of long guards refer to the names in ``definitions``.
     """
     plant = supervisor.plant
     robot = plant.robot
@@ -85,7 +85,7 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
 
 
 def explore_json(graph: Graph) -> Iterator[str]:
-    """The text of ``explore --json``, in parts: a state and a transition to a line."""
+    """Yield the text of ``explore --json`` in chunks, one state or transition per line."""
     plant = graph.plant
     head = {"version": 1, "robot": plant.robot.name, **_initial(graph)}
     yield json.dumps(head)[:-1] + ',\n "states": [\n'
@@ -97,13 +97,13 @@ def explore_json(graph: Graph) -> Iterator[str]:
 
 
 def _initial(graph: Graph) -> dict[str, Any]:
-    """The initial state; all of them where parameters make several."""
+    """Return the initial state, and all of them where node parameters make several."""
     several = {"initials": list(range(graph.starts))} if graph.starts > 1 else {}
     return {"initial": 0, **several}
 
 
 def _lines(texts: Iterable[str]) -> Iterator[str]:
-    """Texts, each on a line, separated by commas; many lines in one part."""
+    """Yield texts, each on a line, separated by commas; many lines per chunk."""
     remaining = iter(texts)
     before = "  "
     while part := list(islice(remaining, _LINES_AT_ONCE)):
@@ -119,7 +119,7 @@ def _transition_texts(graph: Graph) -> Iterator[str]:
         event = plant.events[t.event]
         values = t.values
         key: object = id(values)  # 0.0 and -0.0 are equal
-        if event.kind.of_component:  # their values say from where to where
+        if event.kind.of_component:  # their values are source and target
             step = make_step(plant, event, values, graph.states[t.source], graph.states[t.target])
             key = values = step.values
         text = known.get((t.event, key))
@@ -131,14 +131,14 @@ def _transition_texts(graph: Graph) -> Iterator[str]:
 
 
 def _any_value(plant: Plant, event: Event) -> dict[str, Any]:
-    """A controllable event: a tau's value says where it leads, if that is the same everywhere."""
+    """Return a controllable event's document; a tau has a value if it has only one transition."""
     value = None
     if event.kind.of_component:
         (automaton,) = event.automata
-        ways = {(edge.source, edge.target) for edge in automaton.edges}
+        ends = {(edge.source, edge.target) for edge in automaton.edges}
         names = plant.variables[automaton.variable].values
-        if len(ways) == 1:
-            value = "->".join(str(names[location]) for location in ways.pop())
+        if len(ends) == 1:
+            value = "->".join(str(names[location]) for location in ends.pop())
     return {**event_document(event), "value": value}
 
 

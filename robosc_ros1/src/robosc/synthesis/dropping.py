@@ -1,4 +1,4 @@
-"""What distinguishes two sets: greedy elimination and greedy selection, in few attempts."""
+"""Which items are needed to distinguish two sets: greedy elimination and greedy selection."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ _Item = TypeVar("_Item")
 _Left = TypeVar("_Left")
 
 _FIRST = 4
-"""After so many items it shows whether a few more will do."""
+"""Items after which the rate of progress is extrapolated."""
 
 
 def drop(
     items: Sequence[_Item], left: _Left, without: Callable[[_Left, Sequence[_Item]], _Left | None]
 ) -> _Left:
-    """What is left when each item in turn is dropped if it can be.
+    """Return what is left after each item in turn is dropped if it can be.
 
-    ``without`` drops some items at once, or gives None where they cannot all go. Where they can,
-    each of them can go alone, so halves are tried before single items: of n items of which k must
-    stay it takes some k log n attempts instead of n.
+    ``without`` drops some items at once, or returns None if they cannot all be dropped. If they
+    can, each of them can be dropped alone, so halves are tried before single items: of n items of
+    which k must stay, this takes some k log n attempts instead of n.
     """
     if not items:
         return left
@@ -38,11 +38,11 @@ def drop(
 def select(
     count: int, total: int, most: int, confused: Callable[[Sequence[int]], Mapping[int, int]]
 ) -> list[int] | None:
-    """Up to ``most`` of ``count`` items that leave none of ``total`` states confused.
+    """Return up to ``most`` of ``count`` items that leave none of ``total`` states confused.
 
-    ``confused`` gives, for some chosen items, how many states are still confused with each further
-    one. The best is chosen each time. None if it takes more items, or is bound to: at the rate of
-    the first ones.
+    ``confused`` returns, given the chosen items, how many states stay confused with each further
+    item added. The best is chosen each time. None if it takes more than ``most`` items, or would
+    at the rate of the first ones.
     """
     chosen: list[int] = []
     while len(chosen) < min(most, count):

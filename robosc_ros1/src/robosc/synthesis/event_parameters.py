@@ -1,4 +1,4 @@
-"""The values that the parameters of an event can have."""
+"""Combinations of values that the parameters of an event can have, and what reads them."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ __all__ = [
 ]
 
 MOST_COMBINATIONS = 2**20
-"""Combinations of parameter values beyond which nothing goes through all of them."""
+"""Combinations of parameter values above which they are not enumerated."""
 _FEW = 2**8
-"""Up to this many, a condition is not taken apart before all of them are tried."""
+"""Combinations up to which a condition is evaluated for each without being decomposed."""
 
 Path: TypeAlias = tuple[str | int, ...]
 _Signed: TypeAlias = tuple[Expr, bool]
 
 
 def values_read(exprs: Iterable[Expr]) -> set[Path]:
-    """The parts of an event's value that expressions read."""
+    """Return the parts of an event's value that expressions read."""
     return {node.path for expr in exprs for node in walk(expr) if isinstance(node, ValueRef)}
 
 
 def choices(event: Event, read: Iterable[Expr]) -> Iterator[PartValues]:
-    """All combinations of the parameters that the expressions read; one, empty, if none.
+    """Yield the combinations of values of the parameters that are read; one, empty, if none is.
 
     Raises:
-        StateSpaceError: there are too many to go through them.
+        StateSpaceError: there are more than ``MOST_COMBINATIONS``.
     """
     paths = values_read(read)
     used = [i for i, p in enumerate(event.parameters) if p.path in paths]
@@ -65,14 +65,14 @@ def choices(event: Event, read: Iterable[Expr]) -> Iterator[PartValues]:
 
 
 def weight(event: Event) -> int:
-    """How many combinations of parameter values one value of an event can have."""
+    """Return the number of combinations of parameter values that an event can have."""
     implied = _implied(event)
     there = [len(p.values) - (None in p.values) for p in event.parameters]
     open_ = {i for i in implied if _may_be_missing(event, i, implied)}
     known: dict[frozenset[int], int] = {}
 
     def count(rest: frozenset[int]) -> int:
-        """The combinations of parameters of which each may be missing or not."""
+        """Return the number of combinations of parameters that may all be missing."""
         if not rest:
             return 1
         if rest not in known:
@@ -91,10 +91,10 @@ def weight(event: Event) -> int:
 
 
 def private_parameters(event: Event, edge: Edge) -> Mapping[int, tuple[int, ...]]:
-    """Per variable that an edge assigns the parameters, by number, on which only this depends.
+    """Return, per variable that an edge assigns, the parameters that only this assignment reads.
 
-    Neither a guard, nor another component, nor what is assigned to another variable reads them, and
-    no other parameter is missing with them.
+    Neither a guard, nor another component, nor an assignment to another variable reads them, and
+    whether they are missing says nothing about another parameter.
     """
     if len(event.parameters) < 2:
         return {}
@@ -121,12 +121,12 @@ def private_parameters(event: Event, edge: Edge) -> Mapping[int, tuple[int, ...]
 
 
 def for_some(event: Event, conditions: Sequence[Expr]) -> Expr:
-    """Where conditions hold together for some value of an event, as a condition over the state.
+    """Return the state condition that conditions hold together for some value of an event.
 
-    What reads different parts of the value is looked at apart.
+    Conjuncts that read different parameters are quantified separately.
 
     Raises:
-        StateSpaceError: too many parts hang together.
+        StateSpaceError: one of them has too many combinations of parameter values.
     """
     read = values_read(conditions)
     parameters = [p for p in event.parameters if p.path in read]
@@ -140,7 +140,7 @@ def _some(event: Event, parts: Iterable[_Signed]) -> Expr:
     found: list[Expr] = []
     for group in _by_values(_conjuncts(parts)):
         either = junction(*group[0]) if len(group) == 1 else None
-        if either is not None:  # a disjunction, or it would have been taken apart
+        if either is not None:  # a disjunction: conjunctions were split
             found.append(disjunction(_some(event, [part]) for part in either.parts))
         else:
             found.append(_tried(event, [e if sign else negation(e) for e, sign in group]))
@@ -164,7 +164,7 @@ def _conjuncts(parts: Iterable[_Signed]) -> Iterator[_Signed]:
 
 
 def _by_values(parts: Iterable[_Signed]) -> list[list[_Signed]]:
-    """The parts in groups; no two groups read the same part of the value."""
+    """Return the parts in groups; no two groups read the same parameter."""
     groups: list[tuple[set[Path], list[_Signed]]] = []
     for part in parts:
         read, members = values_read([part[0]]), [part]
@@ -178,11 +178,11 @@ def _by_values(parts: Iterable[_Signed]) -> list[list[_Signed]]:
     return [members for _, members in groups]
 
 
-# --- what is missing together --------------------------------------------------------------------
+# --- missing parameters --------------------------------------------------------------------------
 
 
 def _implied(event: Event) -> Mapping[int, set[int]]:
-    """Per parameter that may be missing those that are missing with it for sure."""
+    """Return, per parameter that may be missing, those that are then missing, too."""
     optional = [i for i, p in enumerate(event.parameters) if None in p.values]
     implied: dict[int, set[int]] = {i: set() for i in optional}
     if optional:
@@ -203,7 +203,7 @@ def _may_be_missing(event: Event, number: int, implied: Mapping[int, set[int]]) 
 
 
 def _connected(rest: frozenset[int], implied: Mapping[int, set[int]]) -> list[frozenset[int]]:
-    """The parameters in parts that imply nothing of each other."""
+    """Return the parameters in parts that are missing independently of each other."""
     parts: list[frozenset[int]] = []
     for one in rest:
         own = frozenset({one} | (implied[one] & rest))

@@ -1,4 +1,4 @@
-"""The transition system of a supervisor or a plant, state by state, as ``explore`` writes it."""
+"""The explicit transition system of a plant or of a plant under its supervisor."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ __all__ = ["Graph", "Transition", "explore"]
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """``event`` is an index into the plant's events; source and target into the graph's states."""
+    """One transition of a :class:`Graph`.
+
+    ``event`` is an index into the plant's events; source and target into the graph's states.
+    """
 
     source: int
     event: int
@@ -27,7 +30,7 @@ class Transition:
 
 @dataclass(frozen=True)
 class Graph:
-    """States in breadth-first order from the initial ones; transitions in the order of discovery.
+    """A transition system; states in breadth-first order, transitions in the order of discovery.
 
     The first ``starts`` states are the initial ones.
     """
@@ -39,11 +42,11 @@ class Graph:
 
 
 _TRANSITIONS_PER_STATE = 30
-"""Transitions that are kept for each state of the limit: each takes some 80 bytes."""
+"""Transitions allowed per state of the limit; each takes some 80 bytes."""
 
 
 def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
-    """All that can be reached: under control, or without any requirement if a plant is given.
+    """Return what is reachable: under control, or in the plant without its requirements.
 
     The graph of an empty supervisor has no states.
 
@@ -65,7 +68,7 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
     starts = len(states)
     numbers = {state: number for number, state in enumerate(states)}
     transitions: list[Transition] = []
-    for source, state in enumerate(states):  # grows while it is walked: breadth first
+    for source, state in enumerate(states):  # appended to below: breadth first
         for event in events:
             for values, target in event.targets(state):
                 if target not in numbers:
@@ -82,7 +85,7 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
 
 
 def _refuse(states: int, transitions: int, limit: int | None) -> None:
-    """Refuse before anything is walked what is known to be too large."""
+    """Raise StateSpaceError before the search if the known sizes exceed the limit."""
     if limit is None:
         return
     for found, what, most in (

@@ -1,4 +1,4 @@
-"""How events and traces read in messages."""
+"""Texts of events, traces and counts in messages."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ __all__ = [
 
 
 _LONG = 120
-"""Letters of a requirement beyond which a message is not read to its end."""
+"""Characters of a requirement that a message quotes."""
 
 
 def event_text(event: Event) -> str:
-    """``grab.request``; a tau by its number."""
+    """Return ``grab.request``; for a tau ``transition 2 of Motor``."""
     if event.kind.of_component:
         word = "transition" if event.kind is EventKind.TAU else "after"
         return f"{word} {event.index} of {event.name}"
@@ -31,7 +31,7 @@ def event_text(event: Event) -> str:
 
 
 def step_text(step: Step) -> str:
-    """``distance.response(free)``, ``Motor: idle->busy``."""
+    """Return ``distance.response(free)``, for a tau ``Motor: idle->busy``."""
     event = step.event
     if event.kind.of_component:
         return f"{event.name}: {step.values[0]}" if step.values else event_text(event)
@@ -40,7 +40,7 @@ def step_text(step: Step) -> str:
 
 
 def part_text(parameter: EventParameter, value: Value | None) -> str:
-    """``free``, ``x: 3``, ``value > 0.2``: a part of what an event brings, or its class."""
+    """Return ``free``, ``x: 3`` or ``value > 0.2``: a parameter's value, or its class."""
     if parameter.labels is not None:
         return str(parameter.shown(value))
     name = path_text(parameter.path)
@@ -61,24 +61,24 @@ def trace_text(trace: Sequence[Step]) -> str:
 
 
 def quoted(text: str) -> str:
-    """The text of a requirement in a message; of a long one its beginning: its place is told."""
+    """Return a requirement in quotes, a long one shortened: the message has its place."""
     return f"'{shorten(text, _LONG, placeholder=' …')}'"
 
 
 def listing(names: Sequence[str], last: str = "and") -> str:
-    """``a, b and c``."""
+    """Return ``a, b and c``."""
     if len(names) < 2:
         return "".join(names)
     return f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
 def amount(number: int) -> str:
-    """A count in figures that one can still take in."""
+    """Return a count; a very large one as a power of ten."""
     return str(number) if number < 10**12 else f"about 10^{int(log10(number))}"
 
 
 def contributors(sizes: Iterable[tuple[str, int]]) -> str:
-    """What makes a state space large, by name and number of values: the largest, alike together."""
+    """Return the four largest sizes, each with the names that have it."""
     by_size: dict[int, list[str]] = {}
     for name, size in sizes:
         by_size.setdefault(size, []).append(name)

@@ -1,16 +1,16 @@
 """Guards as short expressions of the language.
 
 Synthesis gives each controllable event a set of states; users want a condition. Where the
-requirements alone give the same set, their own wording is the guard. Otherwise an expression is
-made that is right in every state of the controlled system in which the plant can do the event, and
-means nothing elsewhere: the state variables that do not matter are dropped one after another, and
-what the rest distinguishes is covered by few and wide boxes (:mod:`robosc.synthesis.minimise`). If
-that is long, other ways are tried, and the shortest result is taken: a count of components and what
-the event's own state must be, what the state requirements demand of the state after the event,
-where that happens to be the guard, and state variables selected one after another by how much they
-distinguish.
+requirements alone give the same set, their expression is the guard. Otherwise the guard is found by
+two-level minimisation: it is exact in every state of the controlled system in which the plant can
+do the event (the care set), and unspecified elsewhere. State variables that are not needed are
+dropped one after another, and what is left is covered by few and wide boxes
+(:mod:`robosc.synthesis.minimise`). If the result is long, alternatives are tried, and the shortest
+one is taken: a count of components together with a condition on the event's own state variables;
+the weakest precondition of the state requirements, where that is exact; and the state variables
+that distinguish the most states, selected one after another.
 
-Engines hand in their sets as a :class:`CareSet`; nothing here depends on their representation.
+Engines pass their sets as a :class:`CareSet`; nothing here depends on their representation.
 """
 
 from __future__ import annotations
@@ -34,42 +34,43 @@ from robosc.synthesis.vectorised import support
 __all__ = ["CareSet", "GuardInputs", "make_guard"]
 
 _SMALL = 2**6
-"""Up to this many combinations a cover is found at once."""
+"""Combinations up to which a cover is computed without trying anything else before."""
 _LARGE = 2**9
-"""From here on a cover takes longer than to look for the guard in the requirements' own words."""
+"""Combinations above which a cover takes longer than to try preconditions."""
 _LONG = 40
-"""Guards with more to read than this are worth looking for shorter ones."""
+"""Length (:func:`_length`) above which a shorter guard is looked for."""
 
 
 class CareSet(Protocol):
     """States in which an event is allowed, and states in which it is refused.
 
-    ``parts`` are the groups of state variables that still distinguish states, each to be kept or
-    forgotten as a whole.
+    ``parts`` are the groups of state variables that are not projected away yet; a group is kept or
+    projected away as a whole.
     """
 
     @property
     def parts(self) -> tuple[tuple[int, ...], ...]: ...
 
     def without(self, parts: Sequence[tuple[int, ...]]) -> CareSet | None:
-        """The same with some parts forgotten; None if the two sets would then overlap."""
+        """Return the projection without some parts; None if the two sets would then overlap."""
 
     def selected(self) -> CareSet | None:
-        """The same with parts selected by how much they distinguish; None if that is too costly."""
+        """Return the projection to the most distinguishing parts; None if that is too costly."""
 
     def within(self, allowed: Expr, refused: Expr) -> CareSet | None:
-        """The allowed and the refused states in which conditions hold; None if too costly."""
+        """Return the sets, each restricted to a condition; None if that is too costly."""
 
     def separates(self, condition: Expr) -> bool:
         """Whether a condition holds where the event is allowed and fails where it is refused."""
 
     @property
     def size(self) -> int:
-        """The combinations of values of all parts."""
+        """The number of combinations of values of all parts."""
 
     def condition(self, order: Callable[[int], Any]) -> Expr:
-        """A condition that separates the sets; of state variables, the first in the order are
-        dropped first.
+        """Return a condition that separates the sets.
+
+        State variables that it can do without are dropped, the first by ``order`` first.
 
         Raises:
             TooLarge: it would be too long.
@@ -78,11 +79,12 @@ class CareSet(Protocol):
 
 @dataclass(frozen=True)
 class GuardInputs:
-    """What an engine knows of a controllable event, of states of the controlled system alone.
+    """What an engine computed for a controllable event, over states of the controlled system.
 
-    ``required`` is how many states allow it in the plant under requirements, ``enabled`` in how
-    many of them it is allowed under control. The functions give the refused states among those in
-    which requirements allow it, and among all those in which the plant can do it.
+    ``required`` is the number of states in which the plant can do it and the requirements allow it;
+    ``enabled`` the number of those in which it is allowed under control. The functions return the
+    care set whose refused states are among those that the requirements allow
+    (``within_requirement``), or among all in which the plant can do it (``within_plant``).
     """
 
     required: int
@@ -92,7 +94,7 @@ class GuardInputs:
 
 
 def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
-    """The guard of a controllable event."""
+    """Return the guard of a controllable event."""
     required = TRUE if event.requirement is None else event.requirement
     if inputs.enabled == 0:
         return Guard(event, FALSE, required, "never")
@@ -140,9 +142,9 @@ def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
 
 
 def _counts(plant: Plant, event: Event, lasting: bool = False) -> Iterator[Expr]:
-    """What may be the guard of an event that changes how many components are in a state.
+    """Yield candidate guards for an event that changes how many components are in a state.
 
-    With ``lasting``, also of one after which uncontrollable events may change it.
+    With ``lasting``, also for one after which uncontrollable events may change that number.
     """
     written = plant.writes[plant.number(event)]
     for condition in plant.tighter_counts:
@@ -157,7 +159,7 @@ def _counts(plant: Plant, event: Event, lasting: bool = False) -> Iterator[Expr]
 def _beside(
     plant: Plant, event: Event, care_set: CareSet, count: Expr, rank: Callable[[int], Any]
 ) -> Expr | None:
-    """A guard ``needed and (free or count)``, where the event's own state tells the first two."""
+    """Return a guard ``needed and (free or count)``, both over the event's own variables."""
     near = step_support(plant, event)
     others = [part for part in care_set.parts if near.isdisjoint(part)]
 
@@ -177,7 +179,7 @@ def _beside(
 
 
 def _demanded(plant: Plant, event: Event, care_set: CareSet) -> Expr | None:
-    """What state requirements demand before the event, if that is the guard."""
+    """Return the precondition of the state requirements, without superfluous parts, if exact."""
     direct = precondition(plant, event)
     if care_set.separates(direct):
         return direct
@@ -200,7 +202,7 @@ def _attempt(care_set: CareSet, rank: Callable[[int], Any]) -> list[Expr]:
 
 
 def _pruned(care_set: CareSet, rank: Callable[[int], Any]) -> CareSet:
-    """Without the parts that need not be looked at, the least useful ones dropped first."""
+    """Return the projection without superfluous parts, the least useful dropped first."""
     parts = sorted(care_set.parts, key=lambda part: max(rank(variable) for variable in part))
     return drop(parts, care_set, lambda left, some: left.without(some))
 
@@ -209,27 +211,27 @@ def _variable_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, b
     near = _touched(plant, event)
 
     def rank(variable: int) -> tuple[bool, bool, int]:
-        # Users cannot write a phase, so it is the first to go among equals.
+        # A phase cannot be written in a model, so among equals it is dropped first.
         return variable in near, plant.variables[variable].kind is not VariableKind.PHASE, -variable
 
     return rank
 
 
 def _touched(plant: Plant, event: Event) -> set[int]:
-    """The state variables that an event's automata or its requirement read or write."""
+    """Return the state variables that an event's automata or its requirement read or write."""
     required = () if event.requirement is None else support(plant, event.requirement)
     return step_support(plant, event).union(required)
 
 
 def _short(found: Sequence[Expr]) -> Expr | None:
-    """The shortest, if it is not long; lengths of conditions with many cases take time."""
+    """Return the shortest if it is not long; each length is computed once, since it takes time."""
     lengths = [*map(_length, found)]
     shortest = min(lengths, default=_LONG + 1)
     return None if shortest > _LONG else found[lengths.index(shortest)]
 
 
 def _length(expr: Expr) -> int:
-    """How much there is to read: leaves, and a little for each negation."""
+    """Return how long a condition reads: two per leaf, one per negation."""
     nodes = list(walk(with_counts(expr)))
     leaves = sum(
         _of_count(node) if isinstance(node, Count) else 2
@@ -240,5 +242,5 @@ def _length(expr: Expr) -> int:
 
 
 def _of_count(count: Count) -> int:
-    """As much as of three conditions; that of a list also has its elements, which are alike."""
+    """Return the length of a count: three leaves, and one per condition of a written list."""
     return 6 + (0 if copies_of(count) else len(count.conditions))

@@ -1,9 +1,10 @@
 """Counts of components that are in a state, or that uncontrollable events may bring into it.
 
-Where ``never count(u.used > 2 for u in User) > 1`` is required, and a unit may be spilt, synthesis
-keeps ``count(u.used >= 2 for u in User) <= 1``: what leads into a condition of one component by
-uncontrollable events of that component is found by exploring these alone. Guards are looked for
-among such counts; whether one is right is for the engines to tell.
+Where ``never count(u.used > 2 for u in User) > 1`` is required, and an uncontrollable event may
+increment ``used``, synthesis keeps ``count(u.used >= 2 for u in User) <= 1``: the condition of one
+component is extended by the states from which its uncontrollable events lead into it, found by
+exploring that component alone. Such counts are candidates for guards; engines check whether one is
+exact.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ from robosc.synthesis.vectorised import support
 __all__ = ["lasting_counts", "step_support"]
 
 _MOST_STEPS = 2**10
-"""States times values of events; components with more are not explored."""
+"""Components with a larger product of states and parameter values are not explored."""
 
 
 def lasting_counts(plant: Plant, invariant: Expr) -> tuple[Expr, ...]:
-    """For each count in a state requirement, that there is room for one more for good.
+    """Return, per count in a state requirement, that one more component may be counted for good.
 
-    Only where this is something else than room for one more now.
+    Left out where this is the same as one more now (:attr:`Plant.tighter_counts`).
     """
 
     def find(invariant: Expr) -> tuple[Expr, ...]:
@@ -66,9 +67,9 @@ def _lasting(plant: Plant, count: Count) -> Count | None:
 
 
 def _lasting_condition(plant: Plant, condition: Expr, may: bool) -> Expr | None:
-    """That a condition will hold (``may``: may come to hold) if only uncontrollable events follow.
+    """Return that a condition keeps holding (``may``: may come to hold) by uncontrollable events.
 
-    None: it is not known, or takes more than a condition on one state variable.
+    None: too large to explore, or not a condition on one state variable.
     """
     read = support(plant, condition)
     variables, events = _component(plant, read)
@@ -96,8 +97,11 @@ def _lasting_condition(plant: Plant, condition: Expr, may: bool) -> Expr | None:
 
 
 def _component(plant: Plant, read: Sequence[int]) -> tuple[set[int], list[Event]]:
-    """State variables with all that the uncontrollable events that change them read or write, and
-    these events; some of them where these are too many to be explored."""
+    """Return the state variables and uncontrollable events that decide how ``read`` may change.
+
+    It is the closure under: the uncontrollable events that write one of the variables, and the
+    variables that those read or write. It is cut short once it is too large to be explored.
+    """
     variables = set(read)
     found: dict[int, Event] = {}
     while True:

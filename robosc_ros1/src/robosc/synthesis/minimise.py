@@ -1,4 +1,4 @@
-"""Conditions for a set of combinations of values, as short as a greedy cover makes them.
+"""Short conditions for a set of combinations of values, by a greedy two-level cover.
 
 Two-level minimisation over state variables of several values: a *box* is a set of values per state
 variable. Boxes are grown from single combinations as far as nothing refused gets in, then chosen
@@ -42,12 +42,12 @@ __all__ = ["LARGEST_TABLE", "Table", "condition_of", "condition_of_products"]
 _BOOLEAN = BooleanType()
 _Reference: TypeAlias = VariableRef | TestRef
 _Box: TypeAlias = list[Bools]
-"""Per state variable the values that may be in."""
+"""Per state variable, which values are in the box."""
 
 LARGEST_TABLE = 2**10
-"""Combinations beyond which a greedy cover takes too long: it looks at all of them for each box."""
+"""Combinations above which a greedy cover takes too long: each box looks at all of them."""
 _MOST_BOXES = 32
-"""Boxes beyond which a sum of products is sooner found, and not longer."""
+"""Boxes above which an irredundant sum of products is found faster and is no longer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Table:
     refused: Bools
 
     def reduced(self, order: Callable[[int], Any]) -> Table:
-        """Without state variables that the two sets need not be distinguished by, in that order."""
+        """Return the projection without superfluous state variables, dropped in that order."""
         table = self
         for variable in sorted(self.variables, key=order):
             table = table._without(variable) or table
@@ -74,7 +74,7 @@ class Table:
 
 
 def condition_of(plant: Plant, table: Table) -> Expr:
-    """An expression that holds in what is allowed and fails in what is refused."""
+    """Return an expression that holds in what is allowed and fails in what is refused."""
     if not table.allowed.any():
         return FALSE
     if not table.refused.any():
@@ -99,7 +99,7 @@ def condition_of(plant: Plant, table: Table) -> Expr:
 def condition_of_products(
     plant: Plant, variables: Sequence[int], diagrams: Diagrams, allowed: int, refused: int
 ) -> Expr:
-    """The same for two sets over many state variables, told by decision diagrams.
+    """Return the same for two sets over many state variables, given as decision diagrams.
 
     Raises:
         TooLarge: neither set has a sum of products of a reasonable length.
@@ -120,14 +120,14 @@ def condition_of_products(
 def _joined(
     plant: Plant, variables: Sequence[StateVariable], boxes: Iterable[Product], positive: bool
 ) -> Expr:
-    """What holds in some box, or in none if not ``positive``."""
+    """Return the condition of being in some box, or in none if not ``positive``."""
 
     @cache
     def literal(place: int, needed: int, free: int) -> Expr:
         return _literal(plant, variables[place], needed, free)
 
     def literals(box: Product) -> Iterable[Expr]:
-        """What the box says of each state variable, or what its negation says."""
+        """Yield the condition on each state variable of the box, or of its negation."""
         for place, (needed, free) in enumerate(box):
             full = full_mask(variables[place].size)
             if free != full:
@@ -153,7 +153,7 @@ def _cost(expr: Expr) -> tuple[int, int]:
 
 
 def _cover(inside: Bools, outside: Bools) -> list[Product]:
-    """Boxes that hold all of ``inside`` and nothing of ``outside``."""
+    """Return boxes that contain all of ``inside`` and nothing of ``outside``."""
     refused = np.argwhere(outside)
     orders = _orders(inside.ndim)
     left = inside.copy()
@@ -170,7 +170,7 @@ def _cover(inside: Bools, outside: Bools) -> list[Product]:
 
 
 def _orders(count: int) -> Indexes:
-    """Some orders in which to grow a box; each state variable comes first once, both ways round."""
+    """Return orders in which to grow a box: every rotation of the variables, in both directions."""
     forward = list(range(count))
     found = []
     for start in range(count):
@@ -180,11 +180,11 @@ def _orders(count: int) -> Indexes:
 
 
 def _grown(seed: Indexes, refused: Indexes, shape: tuple[int, ...], orders: Indexes) -> list[Bools]:
-    """Boxes around one combination, one per order, as wide as refused combinations let them be.
+    """Return maximal boxes around one combination, one per order, free of refused combinations.
 
-    Per state variable, an array of which values (columns) are in the box of each order (rows). All
-    boxes grow at once: a value gets in unless a refused combination has it and misses the box in
-    nothing else.
+    The result has, per state variable, an array of which values (columns) are in the box of each
+    order (rows). All boxes grow at once: a value is added unless a refused combination has it and
+    is outside the box in no other variable.
     """
     numbers = np.arange(len(orders))
     values = np.arange(max(shape))
@@ -203,7 +203,7 @@ def _grown(seed: Indexes, refused: Indexes, shape: tuple[int, ...], orders: Inde
 
 
 def _best(grown: Sequence[Bools], left: Indexes) -> _Box:
-    """The box that holds most of what is left, and leaves most state variables free."""
+    """Return the box that covers the most of what is left, then leaves the most variables free."""
     held = np.logical_and.reduce([free[:, left[:, at]] for at, free in enumerate(grown)])
     dropped = np.sum([free.all(axis=1) for free in grown], axis=0)
     order = max(range(len(held)), key=lambda each: (held[each].sum(), dropped[each]))
@@ -211,7 +211,7 @@ def _best(grown: Sequence[Bools], left: Indexes) -> _Box:
 
 
 def _product(left: Bools, box: _Box) -> Product:
-    """A box as masks; it need not hold more than the combinations that no earlier one holds."""
+    """Return a box as masks; values are needed only for what no earlier box covers."""
     here = left[np.ix_(*box)]
     found = []
     for variable, free in enumerate(box):
@@ -223,7 +223,7 @@ def _product(left: Bools, box: _Box) -> Product:
 
 
 def _irredundant(inside: Bools, boxes: list[_Box]) -> list[Product]:
-    """Without boxes that the others make superfluous; what is needed is computed anew."""
+    """Return the boxes as products, without those that are covered by the others."""
     count = np.zeros(inside.shape, np.int32)
     for box in boxes:
         count[np.ix_(*box)] += 1
@@ -241,11 +241,11 @@ def _irredundant(inside: Bools, boxes: list[_Box]) -> list[Product]:
     return sorted(found, key=lambda box: [n for n, (_, free) in enumerate(box) if free != full[n]])
 
 
-# --- wording -------------------------------------------------------------------------------------
+# --- expressions ---------------------------------------------------------------------------------
 
 
 def _literal(plant: Plant, index: StateVariable, needed: int, free: int) -> Expr:
-    """A condition on one state variable: all needed values, and no others than the free."""
+    """Return a condition on one state variable: all needed values and none that is not free."""
     match index.kind:
         case VariableKind.PHASE:
             active = PhaseRef(index.name, str(index.values[1]))
@@ -272,7 +272,7 @@ def _literal(plant: Plant, index: StateVariable, needed: int, free: int) -> Expr
 
 
 def _reference(plant: Plant, variable: StateVariable) -> _Reference:
-    """What reads a variable or a test."""
+    """Return the leaf that reads a data or test variable."""
     if variable.test is not None:
         return variable.test
     component, name = variable.name.split(".")
@@ -286,7 +286,7 @@ def _variables(plant: Plant, component: str) -> tuple[Variable, ...]:
 
 
 def _member(size: int, needed: int, free: int, is_value: Callable[[int], Expr]) -> Expr:
-    """One of some values, or none of the others: whichever names fewer."""
+    """Return that the value is one of some, or none of the others: whichever names fewer."""
     some, others = _values(needed), _values(full_mask(size) - free)
     if len(some) <= len(others):
         return disjunction(map(is_value, some))
@@ -302,7 +302,7 @@ def _values(mask: int) -> list[int]:
 
 
 def _interval(index: StateVariable, variable: _Reference, some: int, most: int) -> Expr:
-    """Runs of values, each given by its bounds; they stretch over free values where that helps."""
+    """Return a disjunction of intervals, extended over free values where that saves a bound."""
     needed, free = ([mask >> v & 1 for v in range(index.size)] for mask in (some, most))
     runs: list[Expr] = []
     last = index.size - 1
@@ -329,7 +329,10 @@ def _between(
     lower: tuple[int, int],
     upper: tuple[int, int],
 ) -> Expr:
-    """From one of the lower places to one of the upper ones; open where they reach the end."""
+    """Return an interval between one of two lower and one of two upper bounds.
+
+    The bound is left out where the outermost value reaches the end of the range.
+    """
 
     def compare(op: str, place: int) -> Expr:
         return Binary(op, variable, Literal(index.values[place], variable.type), _BOOLEAN)

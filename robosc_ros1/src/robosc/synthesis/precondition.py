@@ -1,8 +1,7 @@
-"""What state requirements demand of the state before an event (Dijkstra's weakest precondition).
+"""Weakest preconditions (Dijkstra) of the state requirements before an event.
 
 Where no uncontrollable event has to be considered, or only the next one, this is what synthesis
-adds to a command's requirements, and in the words of the model: ``User0.used + 1 + User1.used <=
-20``.
+adds to a command's requirements, in terms of the model: ``User0.used + 1 + User1.used <= 20``.
 """
 
 from __future__ import annotations
@@ -24,17 +23,19 @@ _MOST_CHOICES = 8
 
 
 def precondition(plant: Plant, event: Event) -> Expr:
-    """When all state requirements that a command concerns hold after it; TRUE if that is unclear.
+    """Return when all state requirements that a command affects hold after it; TRUE if unknown.
 
-    Its ranges are left aside: where an update would leave one the plant does not do the command.
+    Ranges are ignored: the plant does not do a command whose update would leave one.
     """
     conditions = _concerned(plant, _writes(plant, event))
     return conjunction(_before_command(plant, event, [conjunction(conditions)]))
 
 
 def next_precondition(plant: Plant, event: Event) -> list[Expr]:
-    """When they hold after a command and after an uncontrollable event that comes next, and that
-    one leaves no range: conditions of which all must hold, the plainest last."""
+    """Return the same for the command and one uncontrollable event after it, as a conjunction.
+
+    The uncontrollable event must not leave a range either. The simplest conditions come last.
+    """
     written = _writes(plant, event)
     conditions = [
         condition
@@ -51,7 +52,7 @@ def _writes(plant: Plant, event: Event) -> frozenset[int]:
 
 
 def _concerned(plant: Plant, written: frozenset[int]) -> list[Expr]:
-    """The state requirements that read some of the state variables."""
+    """Return the state requirements that read one of the state variables."""
     return [
         condition
         for condition, _ in plant.invariants
@@ -60,7 +61,7 @@ def _concerned(plant: Plant, written: frozenset[int]) -> list[Expr]:
 
 
 def _before_command(plant: Plant, event: Event, conditions: Sequence[Expr]) -> list[Expr]:
-    """What must hold so that the conditions do after a command; nothing if that is unclear."""
+    """Return the conditions before a command; none if it has values or components may ignore it."""
     if event.parameters or not all(a.blocking for a in event.automata):
         return []
     return [
@@ -72,7 +73,7 @@ def _before_command(plant: Plant, event: Event, conditions: Sequence[Expr]) -> l
 
 
 def _before_uncontrollable(plant: Plant, event: Event) -> Iterator[Expr]:
-    """What must hold so that state requirements and ranges do after it if it is possible."""
+    """Yield the conditions before an event that keep state requirements and ranges after it."""
     conditions = _concerned(plant, _writes(plant, event))
     if event.parameters:
         return
@@ -84,14 +85,14 @@ def _before_uncontrollable(plant: Plant, event: Event) -> Iterator[Expr]:
 
 
 def _choices(event: Event) -> Iterable[tuple[Edge, ...]]:
-    """An edge of each automaton, unless these are too many."""
+    """Return the combinations of one edge per automaton; none if these are too many."""
     if prod(len(automaton.edges) for automaton in event.automata) > _MOST_CHOICES:
         return ()
     return product(*(automaton.edges for automaton in event.automata))
 
 
 def _ranges(plant: Plant, edges: tuple[Edge, ...]) -> Iterator[Expr]:
-    """That updates leave no range."""
+    """Yield the conditions that updates leave no range."""
     for edge in edges:
         for variable, expr in edge.updates:
             values = plant.variables[variable].values
@@ -101,13 +102,13 @@ def _ranges(plant: Plant, edges: tuple[Edge, ...]) -> Iterator[Expr]:
 
 
 def _others(plant: Plant, event: Event, edges: tuple[Edge, ...], located: bool) -> Iterator[Expr]:
-    """When automata that take part do not take these edges; ``located``: or take no part."""
+    """Yield when an automaton does not take its edge (``located``: or is not in its source)."""
     for automaton, edge in zip(event.automata, edges, strict=True):
         yield from map(negation, _taken(plant, automaton, edge, located))
 
 
 def _taken(plant: Plant, automaton: LocalAutomaton, edge: Edge, located: bool) -> Iterator[Expr]:
-    """When an automaton takes this edge; if it takes part, unless ``located``."""
+    """Yield what must hold for an edge to be taken; assuming that one is, unless ``located``."""
     if located or any(other.source != edge.source for other in automaton.edges):
         yield StateRef(automaton.component, _location(plant, automaton.variable, edge.source))
     alike = [other for other in automaton.edges if other.source == edge.source]
@@ -118,7 +119,7 @@ def _taken(plant: Plant, automaton: LocalAutomaton, edge: Edge, located: bool) -
 
 
 def _after(plant: Plant, event: Event, edges: tuple[Edge, ...], condition: Expr) -> Expr:
-    """A condition on the state after an event, over the state before it."""
+    """Return a condition on the state after an event as one on the state before it."""
     values = {variable: expr for edge in edges for variable, expr in edge.updates}
     places = {a.variable: edge.target for a, edge in zip(event.automata, edges, strict=True)}
     if event.phase is not None:
@@ -141,7 +142,7 @@ def _location(plant: Plant, variable: int, place: int) -> str:
 
 
 def _simplified(expr: Expr) -> Expr:
-    """Without constant parts of ``and``, ``or``, ``=>`` and ``!``."""
+    """Return a condition without constant operands of ``and``, ``or``, ``=>`` and ``!``."""
     if isinstance(expr, Unary) and expr.operator == "!":
         return negation(_simplified(expr.operand))
     found = junction(expr, True)

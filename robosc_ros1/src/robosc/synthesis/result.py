@@ -1,4 +1,4 @@
-"""The supervisor as a value: guards and sizes from an engine, reasons and warnings from here."""
+"""Build the supervisor from an engine's guards and sizes: add explanations and diagnostics."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["Sizes", "make_supervisor"]
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """States of the plant, states and transitions under control."""
+    """Numbers of plant states, controlled states and controlled transitions."""
 
     plant_states: int
     controlled_states: int
@@ -31,7 +31,7 @@ def make_supervisor(
     guards: tuple[Guard, ...],
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Supervisor:
-    """The supervisor that an engine found; without controlled states it is empty."""
+    """Return the supervisor that an engine found; without controlled states it is empty."""
     plant = system.plant
     if sizes.controlled_states == 0:
         why = explain_empty(system)
@@ -61,7 +61,7 @@ def make_supervisor(
         explanations=explanations,
         properties=properties.holds,
         diagnostics=(
-            # Without a trace there is nothing that synthesis forbids: the model itself does.
+            # Without a trace the model itself rules the event out, and a warning says so.
             *(e.diagnostic for e in explanations if e.trace),
             *warnings(system, guards),
             *properties.diagnostics,

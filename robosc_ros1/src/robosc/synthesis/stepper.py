@@ -1,6 +1,7 @@
 """Single steps of a plant, compiled: :func:`robosc.ir.step.outcome` as Python functions.
 
-Exploring goes through every state, event and value; each event becomes one function of tuples.
+State-by-state search evaluates every event with every value in every state, so each event is
+compiled into one function of the state and the values, both tuples.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from robosc.synthesis.vectorised import variable_of
 __all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]
 
 _MOST_KEPT = 2**16
-"""Values of an event that are kept."""
+"""Combinations of parameter values that are stored; more are enumerated anew each time."""
 
 StepFunction: TypeAlias = Callable[[PlantState, Values], Outcome]
 Test: TypeAlias = Callable[[PlantState], bool]
@@ -44,7 +45,10 @@ Test: TypeAlias = Callable[[PlantState], bool]
 
 @dataclass(frozen=True, slots=True)
 class CompiledEvent:
-    """An event, by number, as something to be tried in many states."""
+    """An event compiled for evaluation in many states; ``number`` is its index in the plant.
+
+    ``test`` is the condition under which it may happen; None: always.
+    """
 
     number: int
     test: Test | None
@@ -52,11 +56,11 @@ class CompiledEvent:
     step: StepFunction
 
     def targets(self, state: PlantState) -> Iterator[tuple[Values, PlantState]]:
-        """Where the event leads from a state, for each of its values."""
+        """Yield the values with which the event is possible, each with the state it leads to."""
         return self._targets(state, self.values)
 
     def some_targets(self, state: PlantState) -> Iterator[tuple[Values, PlantState]]:
-        """The same, for some of its values if they are too many."""
+        """The same, for a sample of the combinations if there are too many."""
         return self._targets(state, self.some_values)
 
     def _targets(
@@ -71,18 +75,18 @@ class CompiledEvent:
 
     @property
     def is_sampled(self) -> bool:
-        """Whether there are too many values to try them all."""
+        """Whether there are too many combinations of values to try them all."""
         return isinstance(self.values, _Valuations)
 
     @property
     def some_values(self) -> Iterable[Values]:
-        """All values, or some if they are too many."""
+        """All combinations of values, or a sample if there are too many."""
         return self.values.sample() if isinstance(self.values, _Valuations) else self.values
 
     def leading(self, state: PlantState, target: PlantState) -> Values | None:
-        """A value with which the event leads from a state to another one; None if none is found.
+        """Return values with which the event leads from a state to the target, if any is found.
 
-        Where there are too many values to try them all, one may exist nevertheless.
+        If the event is sampled, such values may exist nevertheless.
         """
         if self.test is not None and not self.test(state):
             return None
@@ -92,7 +96,7 @@ class CompiledEvent:
 
 
 class _Valuations:
-    """The values of an event, as often as they are asked for."""
+    """The combinations of an event's values, enumerated anew on each iteration."""
 
     def __init__(self, event: Event) -> None:
         self.event = event
@@ -102,7 +106,7 @@ class _Valuations:
         return valuations(self.event)
 
     def nearest(self, distance: Callable[[Values], float]) -> Values | None:
-        """A value at distance 0, by changes of one part at a time; None if that gets stuck."""
+        """Return values at distance 0 by greedy local search; None at a local minimum."""
         for one in self._bases():
             least = distance(one)
             for number in range(len(one)):
@@ -114,7 +118,7 @@ class _Valuations:
         return None
 
     def sample(self) -> Iterator[Values]:
-        """Some values: those in which all parts are extreme but for two."""
+        """Yield the combinations in which all parameters but two have their first or last value."""
         for base in self._bases():
             yield base
             for first in range(len(base)):
@@ -124,12 +128,12 @@ class _Valuations:
                         yield from self._changed(one, second)
 
     def _bases(self) -> Iterator[Values]:
-        """What guards that ask for everything, or for nothing, let pass."""
+        """Yield the combinations of all first and of all last values."""
         for place in (0, -1):
             yield tuple(p.values[place] for p in self.event.parameters)
 
     def _changed(self, values: Values, number: int) -> Iterator[Values]:
-        """The values with another one of a parameter, where they can be together."""
+        """Yield the consistent combinations that differ in one parameter."""
         for value in self.event.parameters[number].values:
             other = (*values[:number], value, *values[number + 1 :])
             if value != values[number] and not any(
@@ -139,14 +143,14 @@ class _Valuations:
 
 
 def _differences(after: Outcome, target: PlantState) -> float:
-    """In how many variables two states differ; an impossible one lies beyond all."""
+    """Return in how many variables two states differ; infinity if the step is not possible."""
     if isinstance(after, Verdict):
         return math.inf
     return sum(a != b for a, b in zip(after, target, strict=True))
 
 
 class Stepper:
-    """Steps of a plant, and conditions over its states, as fast as plain Python has them."""
+    """Steps of a plant and conditions over its states, compiled to Python functions on demand."""
 
     def __init__(self, plant: Plant) -> None:
         self.plant = plant
@@ -170,11 +174,11 @@ class Stepper:
         self._values: dict[int, Iterable[Values]] = {}
 
     def outcome(self, event: int, values: Values, state: PlantState) -> Outcome:
-        """What the event of that number does, requirements apart."""
+        """Return where an event leads in the plant without its requirements."""
         return self.step(event)(state, values)
 
     def step(self, event: int) -> StepFunction:
-        """The event of that number as a function of state and values."""
+        """Return an event as a function of the state and the values."""
         found = self._steps.get(event)
         if found is None:
             found = self._steps[event] = self._compile_event(self.plant.events[event])
@@ -185,7 +189,7 @@ class Stepper:
         return self.test(condition)(state)
 
     def test(self, condition: Expr) -> Test:
-        """The condition as a function of the state."""
+        """Return a condition as a function of the state."""
         found = self._tests.get(condition)
         if found is None:
             text = self._python(condition, {})
@@ -194,7 +198,7 @@ class Stepper:
         return found
 
     def compiled(self, event: int, condition: Expr | None) -> CompiledEvent:
-        """An event with all its values, and when it may happen (None: always)."""
+        """Return an event with all its values, restricted to a condition (None: always)."""
         if condition is None or condition == TRUE:
             test = None
         else:
@@ -202,7 +206,7 @@ class Stepper:
         return CompiledEvent(event, test, self._values_of(event), self.step(event))
 
     def _values_of(self, event: int) -> Iterable[Values]:
-        """The values of an event; made anew each time if they are very many."""
+        """Return the values of an event, stored unless there are very many."""
         found = self._values.get(event)
         if found is None:
             taken = self.plant.events[event]
@@ -211,7 +215,7 @@ class Stepper:
         return found
 
     def required(self) -> tuple[CompiledEvent, ...]:
-        """All events of the plant under its requirements, in model order."""
+        """Return all events of the plant under its requirements, in model order."""
         return tuple(self.compiled(n, e.requirement) for n, e in enumerate(self.plant.events))
 
     def _define(self, text: str) -> Any:

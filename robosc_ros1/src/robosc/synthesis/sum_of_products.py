@@ -1,9 +1,9 @@
 """Irredundant sums of products of sets over many state variables, on decision diagrams.
 
 Minato, "Fast generation of irredundant sum-of-products forms from binary decision diagrams" (SASIMI
-1992), after Morreale (IEEE Trans. Electronic Computers 19, 1970), for variables of several values:
-what every value of the first variable permits is covered without looking at it; only what is left
-of each value gets a product with a literal.
+1992), after Morreale (IEEE Trans. Electronic Computers 19, 1970), for multi-valued variables: what
+is permitted for every value of the first variable is covered without reading it; only the rest of
+each value needs products with a literal of that variable.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ _MOST_STEPS = 200_000
 _LARGEST_TABLE = 2**22
 
 Product: TypeAlias = tuple[tuple[int, int], ...]
-"""Per variable the values that are needed and those that may be added, as masks of bits."""
+"""Per variable, the values that it must contain and those that it may contain, as bit masks."""
 
 _Term: TypeAlias = tuple[Product, int]
-"""A product over the last variables, and the set that it holds with all that may be added."""
+"""A product over the last variables, and the set of all that it may contain."""
 
 
 class TooLarge(StateSpaceError):
-    """A diagram or a sum of products exceeds its budget."""
+    """Raised when a diagram or a sum of products exceeds its budget."""
 
 
 class Diagrams:
     """Multi-valued decision diagrams over variables of the given sizes; no level is skipped.
 
-    A set is a number: ``NOTHING``, or a node, which has a set over the variables behind for each
-    value of its own. Equal sets over the same variables are equal numbers.
+    A set is a number: ``NOTHING``, ``END``, or a node, which has a set over the following variables
+    for each value of its own. Equal sets over the same variables are equal numbers.
     """
 
     def __init__(self, sizes: Sequence[int]) -> None:
@@ -62,7 +62,7 @@ class Diagrams:
         self._full = full[::-1]
 
     def node(self, children: Iterable[int]) -> int:
-        """The set that has these sets for the values of its first variable."""
+        """Return the set that has these sets for the values of its first variable."""
         own = tuple(children)
         if not any(own):
             return NOTHING
@@ -76,7 +76,7 @@ class Diagrams:
         return found
 
     def of_rows(self, rows: Indexes) -> int:
-        """The set of combinations that are the rows of an array; they are distinct and sorted."""
+        """Return the set of combinations that are the rows of an array, distinct and sorted."""
         if not len(rows):
             return NOTHING
         numbers = np.full(len(rows), END, np.int64)
@@ -89,7 +89,7 @@ class Diagrams:
         return int(numbers[0])
 
     def _level(self, parents: Indexes, values: Indexes, numbers: Indexes, size: int) -> Indexes:
-        """The nodes of the parents, whose children by value are numbered."""
+        """Return one node per parent, given the children as (parent, value, number)."""
         count = int(parents[-1]) + 1
         result = np.empty(count, np.int64)
         step = max(1, _LARGEST_TABLE // size)
@@ -137,15 +137,15 @@ class Diagrams:
     # --- sums of products
 
     def products(self, inside: int, upper: int) -> tuple[Product, ...]:
-        """Products that together hold ``inside`` and stay in ``upper``, none of them superfluous.
+        """Return an irredundant sum of products that contains ``inside`` and is within ``upper``.
 
         Raises:
-            TooLarge: it takes too long.
+            TooLarge: it takes too many steps.
         """
         return tuple(product for product, _ in self._sum(inside, upper, 0)[0])
 
     def _sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[_Term, ...], int]:
-        """Products over the variables from ``depth`` on, and the set that they hold."""
+        """Return products over the variables from ``depth`` on, and the set that they cover."""
         if not lower:
             return (), NOTHING
         if upper == self._full[depth]:
@@ -186,14 +186,14 @@ class Diagrams:
         return tuple(found), self.node([self.union(one, held) for one in covered])
 
     def _term(self, values: tuple[int, int], rest: _Term) -> _Term:
-        """A product that holds some values of the variable before those of another product."""
+        """Return a product extended by the values of the variable before its first."""
         _, free = values
         size = self.sizes[len(self.sizes) - len(rest[0]) - 1]
         node = self.node(rest[1] if free >> value & 1 else NOTHING for value in range(size))
         return (values, *rest[0]), node
 
     def _free(self, high: Sequence[int], held: int, mask: int) -> int:
-        """The values with which a product that holds a set still stays in the upper set."""
+        """Return the values that a product may have in addition and stay within the upper sets."""
         for value, upper in enumerate(high):
             if self._is_within(held, upper):
                 mask |= 1 << value
@@ -213,14 +213,14 @@ class Diagrams:
 
 
 def full_mask(size: int) -> int:
-    """All values of a variable, as a mask."""
+    """Return the mask of all values of a variable."""
     return (1 << size) - 1
 
 
 def _groups(
     pairs: Iterable[tuple[int, int]],
 ) -> Iterator[tuple[tuple[int, int], list[int]]]:
-    """Values whose lower and upper sets are equal, together."""
+    """Yield the distinct pairs of lower and upper sets, each with its values."""
     found: dict[tuple[int, int], list[int]] = {}
     for value, pair in enumerate(pairs):
         found.setdefault(pair, []).append(value)

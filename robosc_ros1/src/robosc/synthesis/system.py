@@ -1,8 +1,8 @@
-"""What reports ask of a controlled system, whichever engine computed it.
+"""Queries on a controlled system, independent of the engine that computed it.
 
-Questions are conditions over the state, as expressions: where the plant can do an event
-(:func:`possible`), where requirements allow it (:func:`allowed`), where the supervisor does
-(:func:`enabled`).
+A query is a condition over the state, as an expression: where an event is possible in the plant
+(:func:`possible`), where the requirements also hold (:func:`allowed`), where the supervisor enables
+it (:func:`enabled`).
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Runs:
-    """What becomes of a controller's runs to completion; None where nothing is wrong.
+    """Counterexamples to the properties of run to completion; None where a property holds.
 
-    Each is given by a chain of states in which completions start: the initial state, and after each
-    completion what one event leads to. ``livelock``: the last completion ends in a cycle.
-    ``differing``: where it ends depends on the order, and may be either of two states. ``stuck``:
-    no marked state at rest can be reached from where it ends. ``longest`` bounds the number of
-    internal transitions of a completion; None if there is no bound.
+    A counterexample is the chain of states in which run-to-completion steps start: the initial
+    state, then the state after each further event. ``livelock``: the last step ends in a cycle.
+    ``differing``: it may end in either of two states, depending on the order of the internal
+    transitions. ``stuck``: from the state in which it ends no marked state at rest can be reached.
+    ``longest`` bounds the number of internal transitions of a step; None if there is no bound.
     """
 
     livelock: tuple[PlantState, ...] | None
@@ -55,8 +55,11 @@ class Runs:
 
 
 def inputs(plant: Plant) -> list[tuple[int, ...]]:
-    """What happens to a controller from outside or at its command, as numbers of events: those of
-    all communications of one message, in source order, else one event. No internal transitions."""
+    """Return the inputs and commands of a controller as groups of event numbers.
+
+    One message that several communications receive is one group, in source order; any other event
+    is a group of its own. Internal transitions are in none.
+    """
     found: dict[Hashable, list[int]] = defaultdict(list)
     communications = plant.robot.communications
     for number, event in enumerate(plant.events):
@@ -70,47 +73,47 @@ def inputs(plant: Plant) -> list[tuple[int, ...]]:
 
 
 class System(Protocol):
-    """A plant under its supervisor."""
+    """A plant under its supervisor, as engines present it for explanations and warnings."""
 
     @property
     def plant(self) -> Plant: ...
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
-        """A shortest path, under control, from an initial state to one where the condition holds.
+        """Return a shortest controlled path from an initial state to one with the condition.
 
-        Both ends included; None if there is no such state in the controlled system.
+        Both ends are included; None if the controlled system has no such state.
         """
 
     def plant_reaches(self, condition: Expr) -> bool | None:
-        """Whether the plant, requirements apart, reaches a state with the condition.
+        """Whether the plant without its requirements reaches a state with the condition.
 
-        None: that would be too much work to find out.
+        None: deciding it would take too long.
         """
 
     def is_good(self, state: PlantState) -> bool:
-        """Whether a state need not be avoided.
+        """Whether a state is in the supremal safe, controllable and nonblocking set.
 
-        Asked only of states that the plant under its requirements can reach.
+        Defined only for states that the plant under its requirements can reach.
         """
 
     def lost_start(self) -> PlantState:
-        """An initial state that cannot be kept; asked only if there is one."""
+        """Return an initial state that is not good; call it only if there is one."""
 
     def longest_completion(self) -> int | None:
-        """The most internal transitions that can follow one another, in any order.
+        """Return the length of the longest sequence of internal transitions, in any order.
 
-        None: there is no end, or it would be too much work to find out.
+        None: it is unbounded, or computing it would take too long.
         """
 
     def runs(self) -> Runs | None:
-        """What becomes of the controller's runs to completion.
+        """Return what fails of the controller's run to completion.
 
-        None: it would be too much work to find out.
+        None: computing it would take too long.
         """
 
 
 def in_phase(plant: Plant, step: PhaseStep) -> Expr:
-    """Whether a communication is in a phase in which the event is possible."""
+    """Return the condition that the communication is in a phase in which the event is possible."""
     if len(step.sources) > 1:
         return TRUE
     variable = plant.variables[step.variable]
@@ -119,7 +122,7 @@ def in_phase(plant: Plant, step: PhaseStep) -> Expr:
 
 
 def possible(plant: Plant, event: Event) -> Expr:
-    """Where the plant can do a controllable event."""
+    """Return the condition under which a controllable event is possible in the plant."""
     parts: list[Expr] = []
     if event.phase is not None:
         parts.append(in_phase(plant, event.phase))
@@ -139,7 +142,7 @@ def possible(plant: Plant, event: Event) -> Expr:
 
 
 def _stays(plant: Plant, automaton: LocalAutomaton, fails: dict[int, list[Expr]]) -> Expr:
-    """Where no edge of an automaton is taken."""
+    """Return the condition under which an automaton takes no edge."""
     stays: list[Expr] = []
     for place, conditions in fails.items():
         location = _location(plant, automaton.variable, place)
@@ -153,7 +156,7 @@ def _location(plant: Plant, variable: int, place: int) -> str:
 
 
 def _inside(plant: Plant, edge: Edge) -> Iterator[Expr]:
-    """That the edge's updates keep to the ranges."""
+    """Yield the conditions under which the edge's updates stay in their ranges."""
     for variable, expr in edge.updates:
         values = plant.variables[variable].values
         if isinstance(values, range):
@@ -164,18 +167,22 @@ def _inside(plant: Plant, edge: Edge) -> Iterator[Expr]:
 
 
 def allowed(plant: Plant, event: Event) -> Expr:
-    """Where the plant under its requirements can do a controllable event."""
+    """Return the condition under which an event is possible and the requirements allow it."""
     return conjunction([TRUE if event.requirement is None else event.requirement,
                         possible(plant, event)])  # fmt: skip
 
 
 def enabled(plant: Plant, guard: Guard) -> Expr:
-    """Where the supervisor lets a controllable event happen."""
+    """Return the condition under which the supervisor enables a controllable event."""
     return conjunction([guard.expr, possible(plant, guard.event)])
 
 
 def steps_of(stepper: Stepper, states: Sequence[PlantState]) -> tuple[Step, ...]:
-    """The events along a path of the plant under its requirements, the first that fit."""
+    """Return the events along a path of the plant under its requirements, the first that fit.
+
+    Raises:
+        StateSpaceError: an event has too many values to find the one that leads on.
+    """
     return tuple(_step_between(stepper, before, after) for before, after in pairwise(states))
 
 
@@ -183,7 +190,7 @@ def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> St
     plant = stepper.plant
     changed = {variable for variable, old in enumerate(before) if after[variable] != old}
     sampled = False
-    # A command about which the environment decides may be refused though it could lead there.
+    # Commands with several outcomes come last: one may be disabled though it could lead there.
     order = sorted(enumerate(plant.events), key=lambda item: _branches(item[1]))
     for number, event in order:
         if changed <= plant.writes[number]:
@@ -206,14 +213,14 @@ def _branches(event: Event) -> bool:
 def make_step(
     plant: Plant, event: Event, values: Values, before: PlantState, after: PlantState
 ) -> Step:
-    """One step of a trace; a tau's value says from where to where."""
+    """Return one step of a trace; a tau's value is its source and target location."""
     if event.kind.of_component:
         values = tau_values(plant, event, before, after)
     return Step(event, values)
 
 
 def tau_values(plant: Plant, event: Event, before: PlantState, after: PlantState) -> Values:
-    """The value of a tau: ``("from->to",)``."""
+    """Return the value of a tau in a trace: ``("from->to",)``."""
     variable = event.automata[0].variable
     source, target = (_location(plant, variable, state[variable]) for state in (before, after))
     return (f"{source}->{target}",)

@@ -1,4 +1,4 @@
-"""A limit on the processor time of a synthesis that is asked for often, as checks are."""
+"""A limit on the processor time of a synthesis, as for checks that run at every edit."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ __all__ = ["processor_time"]
 Progress = Callable[[str, int, int], None]
 
 _AGAIN = 0.5
-"""Seconds after which the timer goes off anew: where it did, the error may have been swallowed."""
+"""Seconds after which the timer fires again: the first error may have been swallowed."""
 
 
 @contextmanager
 def processor_time(seconds: float, progress: Progress | None) -> Iterator[Progress]:
-    """The same progress, whose caller is stopped when the processor time is used up.
+    """Return a progress callback that raises once ``seconds`` of processor time are used up.
 
-    In the main thread a timer also stops what reports no progress; a timer that somebody else uses
-    (a profiler) is left alone.
+    It calls ``progress``, too. In the main thread a timer (SIGPROF) also interrupts code that
+    reports no progress, unless the timer is already in use, as by a profiler.
 
     Raises:
         StateSpaceError: the time is up.
@@ -51,7 +51,7 @@ def processor_time(seconds: float, progress: Progress | None) -> Iterator[Progre
     try:
         try:
             yield limited
-        finally:  # the timer may go off even here, but not twice
+        finally:  # the timer may fire even here, but not twice
             signal.setitimer(signal.ITIMER_PROF, 0)
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)

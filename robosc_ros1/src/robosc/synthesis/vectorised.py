@@ -1,10 +1,10 @@
-"""Expressions evaluated over many states at once.
+"""Vectorised evaluation of expressions over many states at once.
 
-An expression over a few state variables is evaluated for all their values in one go: each state
+An expression over a few state variables is evaluated for all their values in one call: each state
 variable is a *column*, an array of indexes into its values, shaped so that numpy broadcasts columns
 against each other. Results equal :func:`robosc.ir.formulas.evaluate` exactly: integers never
-overflow and never pass through a double that cannot hold them (Python's own integers take over
-where 64 bits might not do), and division is that of IEEE 754.
+overflow and are never rounded to a double (Python integers are used where 64 bits might not
+suffice), and division is that of IEEE 754.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ IndexArrays: TypeAlias = Mapping[int, Indexes]
 
 
 def variable_of(plant: Plant, leaf: Expr) -> int | None:
-    """The state variable that a leaf reads; None for all that reads no state."""
+    """Return the state variable that a leaf reads; None if it reads no state."""
     match leaf:
         case TestRef(name=name):
             return plant.variable_index[VariableKind.TEST, name]
@@ -56,7 +56,7 @@ def variable_of(plant: Plant, leaf: Expr) -> int | None:
 
 
 def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
-    """The state variables that an expression reads, ascending."""
+    """Return the state variables that an expression reads, ascending."""
 
     def find(expr: Expr) -> tuple[int, ...]:
         read = (variable_of(plant, node) for node in walk_all([expr]))
@@ -66,10 +66,10 @@ def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
 
 
 def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArray[Any]:
-    """The expression for all combinations of the columns.
+    """Return the values of an expression for all combinations of the columns.
 
     The result broadcasts against the columns; it need not have their full shape. Values of enums
-    are their index in the type. The expression holds no ``value``: parameters are put in before.
+    are their index in the type. The expression reads no parameter: those are substituted before.
     """
 
     def leaf(node: Literal | Leaf) -> NDArray[Any]:
@@ -102,7 +102,7 @@ def _leaf(variable: StateVariable, expr: Expr, indexes: Indexes) -> NDArray[Any]
 
 
 def _numbers(classes: Classes) -> NDArray[Any]:
-    """The representatives of classes, strings and large integers as Python's own."""
+    """Return the representatives of classes, strings and large integers as Python objects."""
     fits = not isinstance(classes.type, StringType) and all(
         isinstance(value, float) or abs(value) < EXACT_IN_INT64 for value in classes
     )

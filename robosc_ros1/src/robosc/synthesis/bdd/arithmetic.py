@@ -1,8 +1,8 @@
 """Integers as vectors of boolean functions: adders and comparators instead of pairs of values.
 
 A number is in two's complement, least significant bit first, as wide as its range needs; sums are
-made by ripple-carry adders (Clarke, Fujita & Zhao, "Hybrid decision diagrams", ICCAD 1995, gives
-the sizes). Linear expressions can be encoded so; all others are put together value by value.
+computed by ripple-carry adders (Clarke, Fujita & Zhao, "Hybrid decision diagrams", ICCAD 1995, for
+the sizes). Only linear expressions are encoded this way; others are combined value by value.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["Number", "compared", "is_linear", "number_of", "of_index"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Number:
-    """A number that depends on the state: the last of its bits is the sign."""
+    """A number between ``low`` and ``high`` that depends on the state; its last bit is the sign."""
 
     bits: tuple[Bdd, ...]
     low: int
@@ -28,7 +28,7 @@ class Number:
 
 
 def of_index(manager: Manager, variables: Sequence[int], values: range) -> Number:
-    """The value of a variable or parameter, whose index has these bits, the highest first."""
+    """Return the value of a variable or parameter, given its index's bits, the highest first."""
     bits = [manager.literal(variable, True) for variable in reversed(variables)]
     index = Number((*bits, manager.false), 0, (1 << len(bits)) - 1)
     found = _sum(manager, index, _constant(manager, values[0]))
@@ -36,7 +36,7 @@ def of_index(manager: Manager, variables: Sequence[int], values: range) -> Numbe
 
 
 def number_of(manager: Manager, expr: Expr, leaf: Callable[[Leaf], Number | None]) -> Number | None:
-    """A linear expression over integers; None for any other."""
+    """Return the number of a linear expression over integers; None for any other."""
     if not isinstance(expr.type, IntegerType):
         return None
     match expr:
@@ -72,7 +72,7 @@ def is_linear(expr: Expr) -> bool:
 
 
 def compared(manager: Manager, operator: str, left: Number, right: Number) -> Bdd:
-    """Where a comparison holds."""
+    """Return where a comparison holds."""
     if operator in (">", "<="):
         left, right = right, left
     difference = _sum(manager, left, _negated(manager, right))
@@ -111,7 +111,7 @@ def _negated(manager: Manager, number: Number) -> Number:
 
 
 def _multiple(manager: Manager, first: Number, second: Number) -> Number | None:
-    """The product if one side is a constant."""
+    """Return the product if one side is a constant, else None."""
     if first.low != first.high:
         first, second = second, first
     if first.low != first.high:

@@ -1,8 +1,8 @@
-"""The states in which an event is allowed and refused, as decision diagrams.
+"""Care sets as decision diagrams.
 
-Most guards read a few state variables: these become a table, and what is made of it is the same for
-every engine (:mod:`robosc.synthesis.minimise`). A guard that reads so many that no sum of products
-is found is covered by boxes found on the diagrams themselves.
+Most guards read a few state variables: their care sets become tables, which are minimised in the
+same way for both engines (:mod:`robosc.synthesis.minimise`). Where a guard reads so many that no
+sum of products is found, it is covered by boxes computed on the diagrams themselves.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from robosc.synthesis.vectorised import Bools
 
 __all__ = ["BddCareSet", "wide_condition"]
 
-_MOST_AXES = 200
-"""Sums of products recurse over the state variables."""
+_MOST_VARIABLES = 200
+"""State variables above which no sum of products is tried: it recurses over them."""
 _MOST_SELECTED = 16
 _MOST_WORK = 2**21
 _MOST_CALLS = 2**17
@@ -41,7 +41,7 @@ _MOST_CALLS = 2**17
 
 @dataclass(frozen=True, eq=False)
 class BddCareSet:
-    """Two disjoint sets over the state variables that are left. See ``guards.CareSet``."""
+    """A :class:`~robosc.synthesis.guards.CareSet`: diagrams over the remaining state variables."""
 
     encoding: Encoding
     variables: tuple[int, ...]
@@ -58,7 +58,7 @@ class BddCareSet:
         return found if overlap == self.encoding.manager.false else None
 
     def selected(self) -> BddCareSet | None:
-        """Select the state variable that leaves the fewest states confused, until none is."""
+        """Select variables greedily, each time the one that leaves the fewest states confused."""
         manager = self.encoding.manager
         both = self.allowed | self.refused
         if manager.size(both) * len(self.variables) ** 2 > _MOST_WORK:
@@ -76,10 +76,10 @@ class BddCareSet:
         return None if chosen is None else self._forgetting(set(self.variables).difference(chosen))
 
     def _with_each(self, variables: Sequence[int]) -> Iterator[tuple[int, BddCareSet]]:
-        """Each of some state variables, and the projection that forgets the others of them.
+        """Yield each of some state variables, with the projection without the others of them.
 
-        In it the sets may overlap. Half of the state variables are forgotten at a time, so that
-        projections are made of what is left of the sets already.
+        The sets of a projection may overlap. By bisection, projections are computed from smaller
+        projections instead of from the whole sets.
         """
         if len(variables) == 1:
             yield variables[0], self
@@ -89,7 +89,7 @@ class BddCareSet:
         yield from self._forgetting(first)._with_each(second)
 
     def _forgetting(self, variables: Collection[int]) -> BddCareSet:
-        """The projection without some state variables, in which the sets may overlap."""
+        """Return the projection without some state variables, in which the sets may overlap."""
         manager = self.encoding.manager
         cube = self.encoding.now(variables)
         left = tuple(variable for variable in self.variables if variable not in variables)
@@ -126,7 +126,7 @@ class BddCareSet:
             )
             return condition_of(plant, table.reduced(order))
         variables = tuple(sorted(self.variables, key=self.encoding.place))
-        if len(variables) > _MOST_AXES:
+        if len(variables) > _MOST_VARIABLES:
             raise TooLarge("a guard reads too many state variables")
         diagrams = Diagrams([plant.variables[variable].size for variable in variables])
         sets = [
@@ -192,7 +192,7 @@ class BddCareSet:
 
 
 def wide_condition(cases: BddCareSet) -> Expr:
-    """An expression that holds in what is allowed and fails in what is refused."""
+    """Return an expression that holds in what is allowed and fails in what is refused."""
     parts = sorted(cases.parts, reverse=True)
     cases = drop(parts, cases, lambda left, some: left.without(some))
     cover = _Cover(cases)
@@ -202,7 +202,7 @@ def wide_condition(cases: BddCareSet) -> Expr:
     )
     positive: list[Expr] = []
     negative: list[Expr] = []
-    # Boxes of both kinds in turn: the cover that is complete first is the one with fewer of them.
+    # Boxes of both covers in turn: the one that is complete first has fewer.
     while True:
         if (box := next(none, None)) is None:
             return conjunction(negative)
@@ -213,11 +213,11 @@ def wide_condition(cases: BddCareSet) -> Expr:
 
 
 _Box = dict[int, frozenset[int]]
-"""The values that a state variable may have, for each state variable that matters."""
+"""Per state variable that is restricted, the values that it may have."""
 
 
 class _Cover:
-    """Boxes as in :mod:`robosc.synthesis.minimise`, told from the sets themselves."""
+    """A cover by boxes as in :mod:`robosc.synthesis.minimise`, computed on decision diagrams."""
 
     def __init__(self, cases: BddCareSet) -> None:
         self.encoding = cases.encoding
@@ -225,7 +225,7 @@ class _Cover:
         self.variables = tuple(sorted(cases.variables))
 
     def boxes(self, inside: Bdd, outside: Bdd) -> Iterator[_Box]:
-        """Boxes that together hold all of ``inside``, and nothing of ``outside``."""
+        """Yield boxes that together contain all of ``inside`` and nothing of ``outside``."""
         left = inside
         while left != self.encoding.manager.false:
             seed = self.encoding.pick(left)
@@ -237,7 +237,7 @@ class _Cover:
             yield best
 
     def literals(self, box: _Box, positive: bool) -> Iterator[Expr]:
-        """What a box says of each state variable, or what its negation says."""
+        """Yield the condition on each state variable of a box, or of its negation."""
         for variable in sorted(box):
             inside = np.isin(np.arange(self.plant.variables[variable].size), list(box[variable]))
             table = (
@@ -248,7 +248,7 @@ class _Cover:
             yield condition_of(self.plant, table)
 
     def _grow(self, seed: Sequence[int], outside: Bdd, order: Sequence[int]) -> _Box:
-        """A box around one combination, as wide as ``outside`` lets it be."""
+        """Return a maximal box around one combination, disjoint from ``outside``."""
         encoding = self.encoding
         rest = [encoding.manager.true]
         for variable in reversed(order):

@@ -1,13 +1,13 @@
-"""The controller that runs a supervisor, symbolically: where its runs to completion begin and end.
+"""Symbolic search of the controller that runs a supervisor: its run-to-completion steps.
 
 After each event the controller takes internal transitions in source order, round by round, until
-none is possible. A round is a function on states, so sets go through it forward and backward, and
-the questions of :mod:`robosc.synthesis.explain.properties` are fixpoints:
+none is possible. A round is a function on states with images and preimages, so the properties of
+:mod:`robosc.synthesis.explain.properties` are fixpoints:
 
-- completion ends from the states from which rounds lead to one at rest;
+- a step ends from the states from which rounds lead to a state at rest;
 - its end depends on the order if, for some component, either of two locations can be the last one
   (internal transitions change nothing but locations);
-- what can reach a marked state at rest is found backward from those.
+- the states from which a marked state at rest is reachable are found backward from those.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ __all__ = ["SymbolicController"]
 _Steps: TypeAlias = tuple[tuple[Disjunct, ...], ...]
 
 _MOST_NODES = 2**23
-"""New nodes, some seconds of work, beyond which the search gives up."""
+"""New diagram nodes, some seconds of work, after which the search gives up."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Move:
-    """What an internal transition does in one location: where it is taken, and what it changes."""
+class _TauEdge:
+    """An internal transition from one location: where it is taken, target, location variables."""
 
     before: Bdd
     target: Bdd
@@ -42,9 +42,9 @@ class _Move:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Reached:
-    """What an input led to for the first time: where completion ``starts``, and where it ``rests``.
+    """The states that an input led to first: where steps start (``starts``) and end (``rests``).
 
-    ``event`` is its first one; ``earlier`` are the states at rest in which it happened, or more.
+    ``event`` is the input's first event; ``earlier`` contains the states at rest before it.
     """
 
     event: int
@@ -56,7 +56,7 @@ class _Reached:
 class SymbolicController:
     """The controller of a solution that is not empty.
 
-    Its methods raise MemoryError if they would take too many diagram nodes.
+    Methods raise MemoryError if they need too many diagram nodes.
     """
 
     def __init__(self, solution: SymbolicSolution) -> None:
@@ -84,7 +84,7 @@ class SymbolicController:
         self._starts = self._rests = self._false
 
     def runs(self) -> Runs:
-        """What becomes of the controller's runs to completion."""
+        """Return what fails of the controller's run to completion."""
         self._run()
         ending = self._leading(self.states & ~self._moving)
         livelock = self._starts & ~ending
@@ -95,18 +95,18 @@ class SymbolicController:
             longest=None if livelock != self._false else self._longest(),
         )
 
-    # --- what the controller does
+    # --- events and rounds
 
     def _taus_of_plant(self) -> list[EventRelation]:
         events = self.plant.events
         return [e for e in self.engine.events if events[e.number].kind is EventKind.TAU]
 
-    def _moves(self, number: int, enabled: dict[int, Bdd]) -> list[_Move]:
+    def _moves(self, number: int, enabled: dict[int, Bdd]) -> list[_TauEdge]:
         (automaton,) = self.plant.events[number].automata
         variable, value = automaton.variable, self.encoding.value
         location = self.encoding.now([variable])
         moves = [
-            _Move(
+            _TauEdge(
                 enabled[number] & value(variable, edge.source),
                 value(variable, edge.target),
                 location,
@@ -117,8 +117,11 @@ class SymbolicController:
         return [move for move in moves if move.before != self._false]
 
     def _steps(self, events: Sequence[EventRelation], enabled: dict[int, Bdd]) -> _Steps:
-        """What happens at once, event by event; the first where the controller is at rest and sends
-        nothing that is preferred to it. An event of several may change nothing."""
+        """Return the events of one input, one after the other.
+
+        The first is possible where the controller is at rest and sends no preferred command. One
+        of several events may change nothing.
+        """
         steps: list[tuple[Disjunct, ...]] = []
         for event in events:
             here = self.states if steps else self._at_rest(event, enabled)
@@ -139,7 +142,7 @@ class SymbolicController:
         return here
 
     def _after(self, steps: _Steps, states: Bdd) -> Bdd:
-        """Where an input leads; an event that changes nothing leads nowhere."""
+        """Return the image of an input; an event that changes nothing leads nowhere."""
         relations = self.engine.relations
         for step in steps:
             states = self.manager.union(relations.image(disjunct, states) for disjunct in step)
@@ -152,7 +155,7 @@ class SymbolicController:
         return states if steps else self._false
 
     def _round(self, states: Bdd) -> Bdd:
-        """Where one round of internal transitions, each tried once, leads."""
+        """Return the image of one round of internal transitions, each tried once."""
         for tau in self._taus:
             left = states
             moved = []
@@ -165,7 +168,7 @@ class SymbolicController:
         return states
 
     def _before_round(self, states: Bdd) -> Bdd:
-        """From where one round leads into ``states``."""
+        """Return the preimage of one round of internal transitions."""
         for tau in reversed(self._taus):
             left = states
             came = []
@@ -175,11 +178,11 @@ class SymbolicController:
             states = self.manager.union([left, *came])
         return states
 
-    def _back(self, move: _Move, states: Bdd) -> Bdd:
+    def _back(self, move: _TauEdge, states: Bdd) -> Bdd:
         return self.manager.and_exists(states, move.target, move.location) & move.before
 
     def _completed(self, starts: Bdd) -> Bdd:
-        """The states at rest to which completion leads."""
+        """Return the states at rest in which steps from ``starts`` end."""
         rests, seen, left = self._false, starts, starts
         while left != self._false:
             rests = rests | (left & ~self._moving)
@@ -189,7 +192,7 @@ class SymbolicController:
         return rests
 
     def _leading(self, states: Bdd) -> Bdd:
-        """From where completion passes through ``states``, those included."""
+        """Return the states from which a step passes through ``states``, those included."""
         return self._closure(
             states, lambda found: found | (self._before_round(found) & self.states)
         )
@@ -209,7 +212,7 @@ class SymbolicController:
     # --- from rest to rest
 
     def _run(self) -> None:
-        """Find all that the controller reaches."""
+        """Find all states at rest and starts of steps that the controller reaches."""
         self._add(-1, self.encoding.initial)
         while True:
             before = self._rests
@@ -227,7 +230,7 @@ class SymbolicController:
         self._rests = self._rests | rests
 
     def _reaching(self) -> Bdd:
-        """The states at rest from which a marked one at rest can be reached."""
+        """Return the states at rest from which a marked one at rest can be reached."""
 
         def step(found: Bdd) -> Bdd:
             into = self._leading(found)
@@ -238,7 +241,7 @@ class SymbolicController:
         return self._closure(self._rests & self.encoding.marked, step)
 
     def _longest(self) -> int:
-        """No completion takes more internal transitions; there may be less."""
+        """Return a bound on the internal transitions of a step: rounds times transitions."""
         rounds, left = 0, self._starts & self._moving
         while left != self._false:
             left = self._round(left) & self._moving
@@ -249,7 +252,7 @@ class SymbolicController:
     # --- any order
 
     def _differing(self) -> tuple[tuple[PlantState, ...], PlantState, PlantState] | None:
-        """Where completion starts that can end in two states, depending on the order; and those."""
+        """Return the chain to a step that can end in two states, and both, if there is one."""
         ends = self.states & ~self._moving
         taus = self._taus_of_plant()
         written = {self.plant.events[e.number].automata[0].variable for e in taus}
@@ -279,17 +282,17 @@ class SymbolicController:
                 states = states | (moved & move.target)
         return states
 
-    # --- the way there
+    # --- chains
 
     def _chain(self, starts: Bdd) -> tuple[PlantState, ...] | None:
-        """Where completions start, one after another, up to one of ``starts``; None without any."""
+        """Return a chain (:class:`Runs`) to one of ``starts``; None if none is reached."""
         for place, reached in enumerate(self._reached):
             if reached.starts & starts != self._false:
                 return self._chain_from(place, self.encoding.least(reached.starts & starts))
         return None
 
     def _chain_to_rest(self, rests: Bdd) -> tuple[PlantState, ...] | None:
-        """The same up to a completion that ends in one of ``rests``."""
+        """Return a chain to the start of a step that ends in one of ``rests``, if there is one."""
         for place, reached in enumerate(self._reached):
             if reached.rests & rests != self._false:
                 return self._chain_from(place, self._start_of(place, rests & reached.rests))

@@ -1,8 +1,8 @@
 """State variables and parameters as boolean variables, expressions as sets of states.
 
-A state variable of n values takes the bits of the numbers below n, the most significant one first;
-each bit has a second variable beside it for the value after an event. Codes that stand for no value
-are in no set of states.
+The index of a state variable's value is encoded in binary, the most significant bit first. Each bit
+has a boolean variable for the value before an event, and next to it one for the value after it.
+Codes that encode no value are in no set of states.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = ["Encoding"]
 
 @dataclass(frozen=True, slots=True)
 class _Block:
-    """The variables of a state variable or parameter; ``after`` is empty for a parameter."""
+    """The boolean variables of a state variable or parameter; a parameter has none ``after``."""
 
     size: int
     now: tuple[int, ...]
@@ -39,7 +39,7 @@ class _Block:
 
 
 class Encoding:
-    """The variables of one plant, and sets over them."""
+    """The boolean variables of one plant, and the sets of states of values and expressions."""
 
     def __init__(self, plant: Plant, memory: int) -> None:
         self.plant = plant
@@ -76,12 +76,12 @@ class Encoding:
     # --- sets of states
 
     def place(self, variable: int) -> int:
-        """Where a state variable stands in the order: its first variable."""
+        """Return the position of a state variable in the order: its first boolean variable."""
         now = self._blocks[variable].now
         return now[0] if now else 0
 
     def value(self, source: LeafSource, index: int) -> Bdd:
-        """The states in which a state variable (or parameter) has the value of this index."""
+        """Return where a state variable (or parameter) has the value with this index."""
         found = self._codes.get((source, index))
         if found is None:
             found = self._indexes(self._blocks[source].now, (index,))
@@ -89,7 +89,7 @@ class Encoding:
         return found
 
     def values(self, source: LeafSource, indexes: Collection[int]) -> Bdd:
-        """The states in which a state variable (or parameter) has one of these values."""
+        """Return where a state variable (or parameter) has a value with one of these indexes."""
         return self._indexes(self._blocks[source].now, indexes)
 
     def value_after(self, variable: int, index: int) -> Bdd:
@@ -99,7 +99,7 @@ class Encoding:
         return self.values(source, range(self._blocks[source].size))
 
     def valuations(self, event: int) -> Bdd:
-        """All combinations of the event's parameter values that one value can have."""
+        """Return the combinations of parameter values that the event can have."""
         result = self.manager.true
         for source in self.parameters(event):
             result = result & self.all_values(source)
@@ -113,7 +113,7 @@ class Encoding:
         return result
 
     def unchanged(self, variable: int) -> Bdd:
-        """The state variable has the same value after the event as before."""
+        """Return the relation that a state variable has the same value after an event as before."""
         block = self._blocks[variable]
         return self.manager.union(
             self.value(variable, index) & self.value_after(variable, index)
@@ -132,7 +132,7 @@ class Encoding:
             upper = [i for i in chosen if i & bit]
             lower = [i for i in chosen if not i & bit]
             variable = variables[depth]
-            if not lower or not upper:  # as for a single value, all the way down
+            if not lower or not upper:  # at every level if there is a single value
                 return manager.literal(variable, bool(upper)) & build(depth + 1, chosen)
             high, low = build(depth + 1, upper), build(depth + 1, lower)
             if high == low:
@@ -159,7 +159,7 @@ class Encoding:
 
     @cached_property
     def _upwards(self) -> tuple[int, ...]:
-        """The state variables from the last in the order, so that conjunctions grow at the top."""
+        """The state variables in reverse order: conjunctions are built bottom-up."""
         variables = range(len(self.plant.variables))
         return tuple(sorted(variables, key=self.place, reverse=True))
 
@@ -173,7 +173,7 @@ class Encoding:
         return result
 
     def pick(self, states: Bdd) -> PlantState:
-        """One state of a set that is not empty."""
+        """Return some state of a set that is not empty."""
         assignment = self.manager.pick(states)
         state = []
         for number in range(len(self.plant.variables)):
@@ -188,7 +188,7 @@ class Encoding:
         return self.manager.contains(states, self.assignment(state))
 
     def assignment(self, state: PlantState) -> list[tuple[int, bool]]:
-        """A state as values of variables."""
+        """Return a state as values of boolean variables."""
         found = []
         for number, index in enumerate(state):
             for shift, variable in enumerate(reversed(self._blocks[number].now)):
@@ -196,7 +196,7 @@ class Encoding:
         return found
 
     def least(self, states: Bdd) -> PlantState:
-        """The first state of a set that is not empty, in the order of variables and values."""
+        """Return the lexicographically first state of a set that is not empty."""
         only = self.pick(states)
         if states == self.state(only):
             return only
@@ -211,11 +211,11 @@ class Encoding:
         return tuple(state)
 
     def count(self, states: Bdd) -> int:
-        """How many states, exactly."""
+        """Return the exact number of states in a set."""
         return self.manager.count(states, self.manager.variables - self._bits)
 
     def count_with_parameters(self, event: int, states: Bdd) -> int:
-        """How many pairs of a state and a combination of the event's parameter values."""
+        """Return the exact number of pairs of a state and parameter values of the event."""
         bits = self._bits + sum(len(self._blocks[p].now) for p in self.parameters(event))
         return self.manager.count(states, self.manager.variables - bits)
 
@@ -223,14 +223,14 @@ class Encoding:
         return [(event, n) for n in range(len(self.plant.events[event].parameters))]
 
     def now(self, sources: Iterable[LeafSource]) -> Bdd:
-        """The variables of state variables and parameters before an event, to quantify over."""
+        """Return the cube of the boolean variables before an event, to quantify over."""
         return self.manager.cube(v for source in sources for v in self._blocks[source].now)
 
     def after(self, variables: Iterable[int]) -> Bdd:
         return self.manager.cube(v for variable in variables for v in self._blocks[variable].after)
 
     def pairs(self, variables: Iterable[int]) -> list[tuple[int, int]]:
-        """The variables of state variables before and after an event."""
+        """Return the pairs of boolean variables before and after an event."""
         return [
             pair
             for variable in variables
@@ -240,9 +240,9 @@ class Encoding:
     # --- expressions
 
     def holds(self, expr: Expr, event: int | None = None) -> Bdd:
-        """Where a condition is true; ``event`` is the one whose ``value`` it reads.
+        """Return where a condition is true; ``event`` is the one whose parameters it reads.
 
-        It is remembered: copies of a component share their requirements, and warnings ask again.
+        Results are cached: copies of a component share requirements, and warnings query them again.
         """
         return self._where[event].of(expr, lambda expr: self._new_holds(expr, event))
 
@@ -256,12 +256,12 @@ class Encoding:
         return next((states for one, states in values if one is wanted), self.manager.false)
 
     def partition(self, expr: Expr, event: int | None = None) -> Partition:
-        """The values of an expression."""
+        """Return the values of an expression, each with the states in which it has it."""
         return self._partitions[event].of(expr, lambda expr: self._new_partition(expr, event))
 
     def _new_partition(self, expr: Expr, event: int | None) -> Partition:
         def known(node: Expr) -> Partition | None:
-            """Its values, if looking them up is cheaper than combining operands."""
+            """Return its partition, if that is cheaper than combining those of the operands."""
             found = self._partitions[event].known(node)
             if found is not None:
                 return found
@@ -284,7 +284,7 @@ class Encoding:
         return fold(expr, leaf, operation, known=known)
 
     def _sources(self, node: Expr, event: int | None, most: int | None = None) -> set[LeafSource]:
-        """What an expression reads, or the first ``most`` of it."""
+        """Return the sources that an expression reads, or the first ``most`` of them."""
         found: set[LeafSource] = set()
         for leaf in leaves(node):
             found.add(self._source(leaf, event))
@@ -293,7 +293,7 @@ class Encoding:
         return found
 
     def _comparison(self, node: Expr, event: int | None) -> Partition | None:
-        """A comparison of linear integer expressions, by bits."""
+        """Return the partition of a comparison of linear integer expressions, by bits."""
         if not isinstance(node, Binary) or not node.operation.is_comparison:
             return None
         left, right = self._number(node.left, event), self._number(node.right, event)
@@ -333,7 +333,7 @@ class Encoding:
         return next(n for n, p in enumerate(event.parameters) if p.path == leaf.path)
 
     def _of_one_source(self, expr: Expr, sources: set[LeafSource], event: int | None) -> Partition:
-        """By the reference evaluation, value by value."""
+        """Return the partition of an expression that reads one source, evaluated for each value."""
         if not sources:
             return [(_value(expr, lambda leaf: None), self.manager.true)]
         (source,) = sources
@@ -359,7 +359,7 @@ class Encoding:
 
 
 def _is_costly(node: Expr) -> bool:
-    """Whether it is worth remembering: comparisons and sums come again in guards and questions."""
+    """Whether to cache a node: comparisons and sums occur again in guards and warnings."""
     return isinstance(node, Operation) and not node.operation.is_lazy
 
 

@@ -1,13 +1,13 @@
 """Least fixpoints of transition relations by chaining.
 
-An event is carried to its own fixpoint before another is tried, and after a change only the events
-that share something with it are tried again: chaining in the manner of saturation (Ciardo, Luettgen
-& Siminiceanu, TACAS 2001). Whether it is better to go from the low variables of the order to the
-high ones or the other way depends on the model, by a factor of ten; and where one event undoes what
-others must do again, as with priorities, both count through all combinations, and only rounds, in
-which each event has its turn once, are short. So the three are raced: each gets a budget of work,
-and larger ones in turn until one of them is done. What many small steps have found the next way
-carries on; from sets with large diagrams it would not recover, and starts again.
+Each event is applied to its own fixpoint before another is tried, and after a change only the
+events that share a state variable with it are tried again: chaining in the manner of saturation
+(Ciardo, Luettgen & Siminiceanu, TACAS 2001). Whether to go upwards or downwards in the variable
+order depends on the model, and makes a difference of up to a factor of ten. Where one event undoes
+what others must do again, as with priorities, both enumerate all combinations, and only rounds, in
+which each event is tried once, are short. So these three strategies are raced: each gets a budget
+of work, then larger budgets in turn until one finishes. The result of many small steps is the start
+of the next strategy; sets with large diagrams are discarded, since it would not recover from them.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ from robosc.synthesis.bdd.relations import Disjunct, EventRelation
 __all__ = ["Fixpoint", "Iterates", "Progress", "related_events"]
 
 Progress = Callable[[str, int, int], None]
-"""Called now and then: what is being computed, diagram nodes in use, and the most there can be."""
+"""Called at intervals: what is being computed, diagram nodes in use, and their maximum."""
 
 Iterates: TypeAlias = list[tuple[int, Bdd]]
-"""The sets that a fixpoint passes through, each with the number of the event that made it."""
+"""The sets that a fixpoint passes through, each with the number of the event that added to it."""
 
-_Way: TypeAlias = tuple[Sequence[int], int]
-"""Priorities of the events, and how many rounds later an event that was tried is tried again."""
+_Strategy: TypeAlias = tuple[Sequence[int], int]
+"""Priorities of the events, and after how many rounds a tried event is tried again."""
 
 _FIRST_BUDGET = 2**20
-"""A second of work: below that nothing is raced. Measured: a smaller one costs up to 1.5 times."""
+"""New nodes, a second of work; with a smaller budget synthesis took up to 1.5 times as long."""
 _MORE = 4
+"""Factor between one budget and the next."""
 _STEP = 32
-"""As how many new nodes a step counts, since many small ones take time, too."""
+"""New nodes that a step counts as, since many small steps take time, too."""
 
 
 class _OverBudgetError(Exception):
-    """More work than a race allows; ``states`` are those found if it was many small steps, None if
-    it was large diagrams."""
+    """Raised when a budget is used up; ``states`` are those found, None if diagrams grew large."""
 
     def __init__(self, states: Bdd | None) -> None:
         self.states = states
 
 
 class Fixpoint:
-    """Fixpoints of one plant; ``places`` says where each event stands in the variable order."""
+    """Least fixpoints of one plant; ``places`` are the events' positions in the variable order."""
 
     def __init__(
         self, manager: Manager, places: Sequence[int], progress: Progress | None = None
@@ -55,7 +55,7 @@ class Fixpoint:
         self.manager = manager
         self._progress = progress
         upwards = [-place for place in places]
-        self._ways: list[_Way] = [(upwards, 0), (list(places), 0), (upwards, 1)]
+        self._strategies: list[_Strategy] = [(upwards, 0), (list(places), 0), (upwards, 1)]
 
     def closure(
         self,
@@ -68,9 +68,8 @@ class Fixpoint:
     ) -> Bdd:
         """Return the least fixpoint above ``states`` of the steps of all disjuncts.
 
-        That events which share no state variable need not be tried again is exact for the disjuncts
-        alone, but a set that steps are confined to may couple them; so a pass over all has the last
-        word.
+        ``related`` are the events to try again after each. A set that steps are confined to may
+        couple further events, so passes over all are repeated until nothing changes.
         """
         active = [
             n for n in range(len(disjuncts)) if any(not disjunct.stays for disjunct in disjuncts[n])
@@ -94,8 +93,8 @@ class Fixpoint:
             if iterates is None:
                 states = self._raced(what, states, active, carry, related)
             else:
-                way = self._ways[0]
-                states = self._chained(what, states, active, carry, related, way, None)
+                strategy = self._strategies[0]
+                states = self._chained(what, states, active, carry, related, strategy, None)
             if states == before:
                 return states
 
@@ -107,21 +106,22 @@ class Fixpoint:
         carry: Callable[[int, Bdd], Bdd],
         related: Sequence[Sequence[int]],
     ) -> Bdd:
-        """Chain in one way or another; the one that was best is tried first next time."""
+        """Race the strategies; the one that finishes is tried first next time."""
         for attempt in count():
             budget = _FIRST_BUDGET * _MORE**attempt
-            ways = list(self._ways)
-            while ways:
-                way = ways.pop(0)
+            strategies = list(self._strategies)
+            while strategies:
+                strategy = strategies.pop(0)
                 try:
-                    found = self._chained(what, states, active, carry, related, way, budget)
+                    found = self._chained(what, states, active, carry, related, strategy, budget)
                 except _OverBudgetError as over:
                     self.manager.collect()
                     if over.states is not None:
                         states = over.states
-                        ways.sort(key=lambda way: way[1], reverse=True)
+                        strategies.sort(key=lambda strategy: strategy[1], reverse=True)
                 else:
-                    self._ways = [way, *(other for other in self._ways if other is not way)]
+                    self._strategies.remove(strategy)
+                    self._strategies.insert(0, strategy)
                     return found
         raise AssertionError("a race without end")
 
@@ -132,10 +132,10 @@ class Fixpoint:
         active: Iterable[int],
         carry: Callable[[int, Bdd], Bdd],
         related: Sequence[Sequence[int]],
-        way: _Way,
+        strategy: _Strategy,
         budget: int | None,
     ) -> Bdd:
-        priority, later = way
+        priority, later = strategy
         most = self.manager.capacity if budget is None else self.manager.nodes + budget
         waiting = set(active)
         allowed = frozenset(waiting)
@@ -164,7 +164,7 @@ class Fixpoint:
 def related_events(
     events: Sequence[EventRelation], reads: Sequence[frozenset[int]]
 ) -> list[list[int]]:
-    """Per event those that share a state variable with it which one of the two writes."""
+    """Return, per event, those that share a state variable with it that one of them writes."""
     users: dict[int, set[int]] = {}
     for event, variables in zip(events, reads, strict=True):
         for variable in variables | event.writes:

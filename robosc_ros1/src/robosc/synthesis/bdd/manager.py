@@ -1,10 +1,10 @@
-"""Decision diagrams: the library behind the symbolic engine, found late and kept within a limit.
+"""The BDD library of the symbolic engine, imported on demand and used within a memory limit.
 
 The library is OxiDD (https://oxidd.net), an optional extra. It was chosen over CUDD (``dd``) by
-measurement: twelve times faster on transfer lines, exact counts of any size, an error instead of a
-full machine when the nodes run out, and one wheel for every Python from 3.9 on all platforms.
-Methods and algorithms: Bryant, "Graph-based algorithms for Boolean function manipulation", IEEE
-Trans. Computers 35(8), 1986.
+measurement: twelve times faster on transfer lines, exact counts of any size, an error instead of
+swapping when the nodes run out, and one wheel for every Python from 3.9 on all platforms.
+Algorithms: Bryant, "Graph-based algorithms for Boolean function manipulation", IEEE Trans.
+Computers 35(8), 1986.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from robosc.synthesis.bdd.memory import DEFAULT_MEMORY, budget, has_room
 
 __all__ = ["Manager", "Bdd", "available", "install_hint", "remedy", "usable"]
 
-_BYTES_PER_NODE = 36  # measured, with the unique table, at the worst moment of its iterates
+_BYTES_PER_NODE = 36  # measured at the peak, with the unique table
 _BYTES_PER_CACHE_ENTRY = 24
 _CACHE_ENTRIES = 2**21
-# Of small models most of the time would go by in making and emptying a large cache.
+# Small models would spend most of their time on allocating and clearing a large cache.
 _CACHE_ENTRIES_PER_VARIABLE = 2**14
 _FEWEST_NODES = 2**16
 
@@ -58,16 +58,16 @@ def available() -> bool:
 
 
 def usable() -> bool:
-    """Whether the library can be imported, and there is memory for it."""
+    """Whether the library can be imported and there is memory for it."""
     return available() and has_room()
 
 
 def install_hint(package: str = "oxidd") -> str:
-    """What to type so that the library is found by the Python that runs now."""
+    """Return the shell command that installs the package for the running Python."""
     python = sys.executable or "python3"
     options = "" if sys.prefix != sys.base_prefix else " --user"
     if options and Path(sysconfig.get_path("stdlib"), "EXTERNALLY-MANAGED").exists():
-        # Debian's own Python wants to be asked twice (PEP 668); there is no package of it.
+        # Debian's Python refuses pip without this (PEP 668), and has no package of the library.
         options += " --break-system-packages"
     hint = f"{python} -m pip install{options} {package}"
     if importlib.util.find_spec("pip") is None:
@@ -76,7 +76,7 @@ def install_hint(package: str = "oxidd") -> str:
 
 
 def remedy() -> str:
-    """What to do so that the symbolic engine can be used."""
+    """Return how to make the symbolic engine usable, as the end of a message."""
     if available():
         return "or give the symbolic engine more memory (free memory, 'ulimit -v')"
     return f"or install the symbolic engine: {install_hint()}"
@@ -85,8 +85,8 @@ def remedy() -> str:
 class Manager:
     """The decision diagrams of one synthesis, over boolean variables in a fixed order.
 
-    Operations raise MemoryError when the nodes that fit into ``memory`` bytes, or into what the
-    machine and ``ulimit -v`` leave of them, are used up; nothing is allocated beyond that.
+    Nodes are limited to ``memory`` bytes, or to what the machine and ``ulimit -v`` leave of them.
+    Operations raise MemoryError when they are used up.
     """
 
     def __init__(self, variables: int, memory: int = DEFAULT_MEMORY) -> None:
@@ -94,7 +94,7 @@ class Manager:
             raise StateSpaceError(
                 f"the symbolic engine needs the Python package oxidd; type: {install_hint()}"
             )
-        # Not typed: the types would be there or not with the package, and so would mypy's opinion.
+        # Not typed: mypy must give the same result with and without the package.
         bdd: Any = importlib.import_module("oxidd.bdd")
         util: Any = importlib.import_module("oxidd.util")
         memory = budget(memory)
@@ -122,14 +122,14 @@ class Manager:
         return found
 
     def cube(self, variables: Iterable[int]) -> Bdd:
-        """The conjunction of variables, which names them as a set to quantify over."""
+        """Return the conjunction of variables, which represents the set to quantify over."""
         result = self.true
         for variable in sorted(variables, reverse=True):
             result = self.literal(variable, True) & result
         return result
 
     def union(self, sets: Iterable[Bdd]) -> Bdd:
-        """All of them, pairwise, so that intermediate results stay small."""
+        """Return the union of all, computed pairwise so that intermediate results stay small."""
         level = list(sets)
         while len(level) > 1:
             pairs = [a | b for a, b in zip(level[::2], level[1::2], strict=False)]
@@ -141,12 +141,12 @@ class Manager:
         return found
 
     def and_exists(self, first: Any, second: Bdd, cube: Bdd) -> Bdd:
-        """The conjunction, with the variables of ``cube`` quantified away on the way."""
+        """Return the relational product: the conjunction with ``cube`` quantified existentially."""
         found: Bdd = first.apply_exists(self._and, second, cube)
         return found
 
     def renaming(self, pairs: Sequence[tuple[int, int]]) -> Renaming:
-        """Each first variable becomes the second one."""
+        """Return the substitution of each first variable by the second."""
         return self._function.make_substitution(
             [(old, self.literal(new, True)) for old, new in pairs]
         )
@@ -156,7 +156,7 @@ class Manager:
         return found
 
     def count(self, states: Any, free: int) -> int:
-        """How many assignments of all variables but ``free`` ones, which it does not read."""
+        """Return the number of assignments, ignoring ``free`` variables that it does not read."""
         exact: int = states.sat_count(self.variables)
         return exact >> free
 
@@ -166,7 +166,7 @@ class Manager:
         return found
 
     def pick(self, states: Any) -> Sequence[bool | None]:
-        """One assignment of a set that is not empty; None where a variable may be either."""
+        """Return one assignment of a set that is not empty; None where a variable may be either."""
         found: Sequence[bool | None] = states.pick_cube()
         return found
 
@@ -176,12 +176,12 @@ class Manager:
 
     @property
     def nodes(self) -> int:
-        """Nodes in use, those not collected yet included."""
+        """Nodes in use, garbage included."""
         found: int = self._manager.approx_num_inner_nodes()
         return found
 
     def collect_garbage(self) -> None:
-        """Collect garbage if there may be much."""
+        """Collect garbage if more than half of the nodes are in use."""
         if self.nodes > self.capacity // 2:
             self._manager.gc()
 
@@ -190,7 +190,7 @@ class Manager:
         self._manager.gc()
 
     def run(self, operation: Callable[[], _Result]) -> _Result:
-        """An operation, a second time after collecting garbage if the nodes ran out."""
+        """Return an operation's result; on MemoryError try once more after garbage collection."""
         self.collect_garbage()
         try:
             return operation()

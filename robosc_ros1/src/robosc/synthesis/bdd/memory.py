@@ -1,4 +1,4 @@
-"""How many bytes the decision diagrams may take: what is free, and what the process is allowed."""
+"""The memory for decision diagrams: what is free, and what the process is allowed."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from robosc.errors import StateSpaceError
 __all__ = ["DEFAULT_MEMORY", "budget", "has_room"]
 
 DEFAULT_MEMORY = 2 * 2**30
-"""Bytes that the diagrams of one synthesis may take where there is enough of them."""
+"""Bytes for the diagrams of one synthesis if that much is free."""
 
 _BESIDE = 128 * 2**20
-"""Bytes that the rest of a synthesis takes beside the diagrams."""
+"""Bytes for the rest of a synthesis."""
 _STACK = 2**30 + 2**27
-"""Bytes of address space, though not of memory, that the library takes for its own thread."""
+"""Bytes of address space, not of memory, that the library reserves for its own thread."""
 _LEAST = 64 * 2**20
-"""With less than that for the diagrams it is not worth beginning."""
+"""Bytes for the diagrams below which a synthesis is not started."""
 
 
 def has_room() -> bool:
-    """Whether a synthesis with diagrams is worth beginning."""
+    """Whether there is enough memory to start a symbolic synthesis."""
     return _free() >= _LEAST
 
 
 def budget(wanted: int = DEFAULT_MEMORY) -> int:
     """Return how many bytes the diagrams may take, ``wanted`` at the most.
 
-    The library ends the whole process when the system gives it no memory, so it must not be
-    allowed more than there is.
+    The library aborts the whole process when an allocation fails, so it must not be allowed more
+    than is free.
 
     Raises:
-        StateSpaceError: it is too little for any synthesis.
+        StateSpaceError: too little is free for any synthesis.
     """
     free = _free()
     if free < min(_LEAST, wanted):
@@ -46,12 +46,12 @@ def budget(wanted: int = DEFAULT_MEMORY) -> int:
 
 
 def _free() -> int:
-    """Bytes for diagrams; less than nothing if not even the library itself has room."""
+    """Return the bytes free for diagrams; negative if not even the library itself has room."""
     return min(_available(), _below_limit() - _STACK) - _BESIDE
 
 
 def _available() -> int:
-    """Bytes that the machine can give without swapping; any number where that is not told."""
+    """Return the bytes available without swapping; 2**62 if the system does not report them."""
     try:
         text = Path("/proc/meminfo").read_text(encoding="ascii")
     except OSError:
@@ -61,7 +61,7 @@ def _available() -> int:
 
 
 def _below_limit() -> int:
-    """Bytes of address space that this process may still take."""
+    """Return the bytes of address space that this process may still take."""
     if sys.platform == "win32":
         return 2**62
     import resource

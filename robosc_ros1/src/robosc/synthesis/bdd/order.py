@@ -1,9 +1,9 @@
-"""The order of the variables: what an event touches together should stand together.
+"""Variable ordering: variables that an event reads and writes should be close to each other.
 
 The heuristic is FORCE (Aloul, Markov & Sakallah, "FORCE: a fast and easy-to-implement variable-
-ordering heuristic", GLSVLSI 2003): every item moves to the centre of the groups that it is in,
-until the groups get no shorter. It is started from the given order and from that of reverse
-Cuthill-McKee, and the better result is taken.
+ordering heuristic", GLSVLSI 2003): every item moves to the centre of gravity of its groups, until
+the total span of the groups stops shrinking. It is started from the given order and from the
+reverse Cuthill-McKee order, and the better result is taken.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _LARGEST_CLIQUE = 12
 
 
 def order_items(count: int, groups: Iterable[Iterable[int]]) -> list[int]:
-    """The numbers 0 to ``count`` - 1 in an order in which the groups span little."""
+    """Return the numbers 0 to ``count`` - 1 in an order in which the groups have a small span."""
     distinct = dict.fromkeys(tuple(sorted(set(group))) for group in groups)
     kept = [group for group in distinct if len(group) > 1]
     starts = [list(range(count)), _cuthill_mckee(count, kept)]
@@ -74,7 +74,7 @@ def _places(order: Sequence[int]) -> list[int]:
 
 
 def _span(order: Sequence[int], groups: Sequence[tuple[int, ...]]) -> float:
-    """How far the groups stretch, each by its weight."""
+    """Return the weighted sum of the groups' spans in an order."""
     place = _places(order)
     return sum(
         _weight(group) * (max(place[item] for item in group) - min(place[item] for item in group))
@@ -83,5 +83,5 @@ def _span(order: Sequence[int], groups: Sequence[tuple[int, ...]]) -> float:
 
 
 def _weight(group: tuple[int, ...]) -> float:
-    """How much a group counts: a large one stretches over everything in any order."""
+    """Return the weight of a group: large ones span everything in any order, so count little."""
     return 1 / len(group) ** 2

@@ -1,4 +1,4 @@
-"""What an expression can be, and where: values with sets of states, and operators on them."""
+"""Partitions of the states by the value of an expression, and operators on them."""
 
 from __future__ import annotations
 
@@ -18,18 +18,22 @@ __all__ = ["Partition", "combined", "key_of"]
 _MOST_PAIRS = 2**22
 
 Partition: TypeAlias = list[tuple[Value | None, Bdd]]
-"""The values that an expression can have, each once, with the states where it has it.
+"""The values that an expression can have, each once, with the states in which it has it.
 
-None: it is undefined."""
+The value None stands for undefined.
+"""
 
 
 def key_of(value: Value | None) -> object:
-    """Floats by their text: 0.0 and -0.0 differ when divided by, and a NaN is itself here."""
+    """Return a key by which values are distinguished; for floats their text.
+
+    0.0 and -0.0 are distinct, as divisors differ; NaN equals itself.
+    """
     return repr(value) if isinstance(value, float) else (type(value), value)
 
 
 def combined(manager: Manager, node: Operation, operands: Sequence[Partition]) -> Partition:
-    """The values of an operation, given those of its operands."""
+    """Return the partition of an operation, given those of its operands."""
     if len(operands) == 1:
         return _each(manager, scalar_of(node), operands[0])
     if node.operation.is_lazy:
@@ -45,7 +49,7 @@ def _each(manager: Manager, scalar: Callable[..., Value], operand: Partition) ->
 
 
 def _lazily(manager: Manager, operation: Operator, left: Partition, right: Partition) -> Partition:
-    """The right side counts only where the left does not decide."""
+    """Return the partition of an operator whose left operand may decide alone."""
     grouped = _Grouping()
     for value, states in left:
         if value is None:
@@ -61,10 +65,10 @@ def _lazily(manager: Manager, operation: Operator, left: Partition, right: Parti
 def _strictly(
     manager: Manager, scalar: Callable[..., Value], left: Partition, right: Partition
 ) -> Partition:
-    """Undefined where a side is.
+    """Return the partition of an operator that is undefined where an operand is.
 
     Raises:
-        StateSpaceError: there are too many pairs of values to look at.
+        StateSpaceError: there are more than ``_MOST_PAIRS`` pairs of values.
     """
     if len(left) * len(right) > _MOST_PAIRS:
         raise StateSpaceError(
@@ -74,7 +78,7 @@ def _strictly(
     grouped = _Grouping()
     ranges = _Ranges(manager, [states for _, states in right])
     for first, states in left:
-        # Neighbours often give one result (comparisons: two in all) and are taken together.
+        # Neighbouring values often have the same result (comparisons have two) and are grouped.
         results = [
             None if first is None or second is None else scalar(first, second)
             for second, _ in right
@@ -88,7 +92,7 @@ def _strictly(
 
 
 class _Ranges:
-    """Unions of neighbouring sets, from unions of 1, 2, 4, 8... that are made once."""
+    """Unions of ranges of a list of sets, from cached unions of 1, 2, 4, 8..."""
 
     def __init__(self, manager: Manager, sets: list[Bdd]) -> None:
         self._manager = manager
@@ -117,13 +121,13 @@ class _Ranges:
 
 
 class _Grouping:
-    """States collected by value."""
+    """Sets of states collected by value."""
 
     def __init__(self) -> None:
         self._found: dict[object, tuple[Value | None, list[Bdd]]] = {}
 
     def add(self, value: Value | None, states: Bdd, key: object = None) -> None:
-        """``key`` is the value's, if it is known already."""
+        """Add states; ``key`` is ``key_of(value)`` if it is known already."""
         found = key_of(value) if key is None else key
         self._found.setdefault(found, (value, []))[1].append(states)
 

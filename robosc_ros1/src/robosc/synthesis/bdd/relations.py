@@ -1,12 +1,11 @@
-"""The plant's events as partitioned relations over the variables of an encoding.
+"""The plant's events as disjunctively partitioned transition relations.
 
-The transition relation of an event is a disjunction, kept as its *disjuncts* (Burch, Clarke & Long,
-"Symbolic model checking with partitioned transition relations", VLSI 1991). A disjunct that gives
-state variables constant values needs no variables for the state afterwards: its image quantifies
-those state variables away and conjoins the new values. Only where that would make too many
-disjuncts (a counter, many automata with a choice each) do a disjunct's state variables use the
-variables beside, as a relation between old and new values. State variables that an event does not
-write do not occur, so nothing says that they stay.
+The transition relation of an event is stored as its *disjuncts* (Burch, Clarke & Long, "Symbolic
+model checking with partitioned transition relations", VLSI 1991). A disjunct that assigns constants
+needs no variables for the state afterwards: its image quantifies the written state variables and
+conjoins the new values. Only where there would be too many such disjuncts (a counter, many automata
+with a choice each) is it a relation between old and new values, over both kinds of boolean
+variables. State variables that an event does not write do not occur in it and stay unchanged.
 """
 
 from __future__ import annotations
@@ -27,19 +26,21 @@ from robosc.synthesis.vectorised import support
 __all__ = ["EventRelation", "Disjunct", "Relations"]
 
 MOST_DISJUNCTS = 3
-"""Moves of one event with constant new values; where it would be more, a relation does it.
+"""Disjuncts of one event that assign constants; if there were more, a relation is used.
 
-Measured: a counter is seven times faster as a relation, a choice of two or three slower.
+Measured: a counter is seven times faster as a relation, a choice of two or three is slower.
 """
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Disjunct:
-    """``relation`` is over the state before and over the values afterwards of ``moved``.
+    """One disjunct of a transition relation.
 
-    ``target`` are the values afterwards of the other state variables that are written. ``written``
-    and ``fixed`` are these state variables' variables, ``after`` those of ``moved`` afterwards.
-    ``stays``: it writes nothing.
+    ``relation`` is over the state before the event and the new values of those variables that are
+    not assigned constants. ``target`` are the constants. ``written`` is the cube of all written
+    state variables, ``fixed`` that of those assigned constants, ``after`` that of the others' new
+    values; ``forward`` and ``backward`` rename between these and the old ones. ``stays``: it writes
+    nothing.
     """
 
     relation: Bdd
@@ -54,11 +55,11 @@ class Disjunct:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EventRelation:
-    """One event of the plant; ``number`` is its place in ``Plant.events``.
+    """One event of the plant; ``number`` is its index in ``Plant.events``.
 
-    ``possible`` is where the plant can do it with at least one value; ``range_violation`` where a
-    range is left with at least one; ``occurring`` the same as ``possible`` with the parameters as
-    further variables. ``reads`` and ``writes`` are state variables.
+    ``possible`` is where it is possible with some parameter values, ``range_violation`` where a
+    range is left with some; ``occurring`` is ``possible`` before the parameters are quantified.
+    ``required`` is where the requirements allow it. ``reads`` and ``writes`` are state variables.
     """
 
     number: int
@@ -73,9 +74,10 @@ class EventRelation:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Case:
-    """One way to take part, over state and parameters.
+    """One way to take part in an event, over state and parameters.
 
-    ``constants`` are new values by state variable.
+    ``constants`` are new values by state variable; ``moved`` are the state variables whose new
+    values are part of ``relation``.
     """
 
     relation: Bdd
@@ -85,7 +87,7 @@ class _Case:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _LocalRelation:
-    """A component's part in an event: the cases, where it synchronises, where no range is left."""
+    """A component's part in an event: its cases, where it is enabled, where no range is left."""
 
     cases: list[_Case]
     enabled: Bdd
@@ -101,10 +103,10 @@ class Relations:
         self.most_disjuncts = most_disjuncts
         self.events = tuple(self._event(n) for n in range(len(encoding.plant.events)))
 
-    # --- computing
+    # --- images
 
     def image(self, disjunct: Disjunct, states: Bdd) -> Bdd:
-        """Where a disjunct leads from ``states``."""
+        """Return the image of ``states`` under a disjunct."""
         manager = self.manager
         found = manager.and_exists(states, disjunct.relation, disjunct.written)
         if disjunct.forward is not None:
@@ -112,7 +114,7 @@ class Relations:
         return found & disjunct.target
 
     def preimage(self, disjunct: Disjunct, states: Bdd) -> Bdd:
-        """From where a disjunct leads into ``states``."""
+        """Return the preimage of ``states`` under a disjunct."""
         manager = self.manager
         found = manager.and_exists(states, disjunct.target, disjunct.fixed)
         if disjunct.backward is None:
@@ -120,7 +122,7 @@ class Relations:
         found = manager.rename(found, disjunct.backward)
         return manager.and_exists(found, disjunct.relation, disjunct.after)
 
-    # --- building
+    # --- compilation
 
     def _event(self, number: int) -> EventRelation:
         encoding, manager = self.encoding, self.manager
@@ -195,7 +197,7 @@ class Relations:
     def _edge(
         self, edge: Edge, variable: int, here: Bdd, event: int, outside: list[Bdd]
     ) -> list[_Case]:
-        """The cases of an edge where it is taken; ``outside`` gets where it leaves a range."""
+        """Return the cases of an edge, taken in ``here``; add range violations to ``outside``."""
         constants = ((variable, edge.target),) if edge.target != edge.source else ()
         cases = [_Case(here, constants, frozenset())]
         private = private_parameters(self.encoding.plant.events[event], edge)
@@ -216,16 +218,16 @@ class Relations:
         return cases
 
     def _for_some(self, states: Bdd, parameters: Sequence[LeafSource]) -> Bdd:
-        """The states of pairs with some values of parameters that nothing else depends on."""
+        """Quantify parameters that nothing else depends on."""
         for parameter in parameters:
             states = states & self.encoding.all_values(parameter)
         return self.manager.exists(states, self.encoding.now(parameters)) if parameters else states
 
     def _assigned(self, edge: Edge, event: int) -> dict[int, Partition]:
-        """What an edge assigns, by state variable.
+        """Return the values that an edge assigns, by state variable.
 
-        Of several assignments to one state variable the last one that is defined counts; a value
-        outside the range counts wherever it stands, so it is kept beside.
+        Of several assignments to one state variable the last defined one counts, but a value
+        outside the range is an error in any of them, so it is kept.
         """
         found: dict[int, Partition] = {}
         for variable, expr in edge.updates:
@@ -243,7 +245,7 @@ class Relations:
         return found
 
     def _merge(self, cases: Iterable[_Case]) -> list[_Case]:
-        """Cases with the same effect in one; those that never happen left out."""
+        """Join cases with the same effect; drop those that never happen."""
         found: dict[tuple[frozenset[tuple[int, int]], frozenset[int]], list[Bdd]] = {}
         for case in cases:
             # Of two assignments to one state variable the later one counts.
@@ -257,7 +259,7 @@ class Relations:
         ]
 
     def _as_relation(self, cases: Sequence[_Case]) -> _Case:
-        """All cases in one that says for each state variable what it is afterwards."""
+        """Return one case for all, a relation with the new value of each written variable."""
         written = {variable for case in cases for variable, _ in case.constants}
         moved = written.union(*(case.moved for case in cases))
         relations = []
@@ -273,7 +275,7 @@ class Relations:
         return _Case(self.manager.union(relations), (), frozenset(moved))
 
     def _disjuncts(self, cases: Sequence[_Case], parameters: Bdd) -> list[Disjunct]:
-        """Moves over the state alone; those that differ only in the new values become one."""
+        """Return the disjuncts over the state alone; join those that differ in constants only."""
         bare = [
             _Case(self.manager.exists(case.relation, parameters), case.constants, case.moved)
             for case in cases

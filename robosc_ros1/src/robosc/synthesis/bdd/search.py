@@ -1,10 +1,10 @@
 """Short paths in a symbolic solution.
 
-Breadth first, one diagram per distance, as long as the manager stay small: then a path is a
-shortest one. States at one exact distance can take far larger manager than all states together, so
-in a large system a path goes back through the sets that the fixpoint passed through, always from
-the first set that holds a state to the one before. Every step is one of the controlled system, and
-the path is short, as a rule the shortest.
+The search is breadth first, one diagram per distance, as long as the diagrams stay small: then a
+path is a shortest one. The states at one distance can take far larger diagrams than all states
+together, so in a large system a path goes backwards through the iterates of the fixpoint, from the
+first one that contains a state to the one before. Every step is one of the controlled system, and
+the path is short, usually a shortest one.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from robosc.synthesis.system import Runs
 __all__ = ["SymbolicSystem"]
 
 _MOST_NODES = 50_000
-"""Nodes of all layers together, beyond which the search is no longer breadth first."""
+"""Nodes of all layers together above which the search is no longer breadth first."""
 
 
 class SymbolicSystem:
@@ -61,7 +61,7 @@ class SymbolicSystem:
             return None
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
-        """A path to a state where the condition holds: a shortest one unless that is too costly."""
+        """Return a path to a state with the condition: a shortest one unless that is too costly."""
         self.encoding.manager.collect_garbage()
         wanted = self.encoding.holds(condition) & self.solution.states
         if wanted == self._false:
@@ -76,7 +76,10 @@ class SymbolicSystem:
     # --- breadth first
 
     def _layer(self, number: int) -> Bdd | None:
-        """The states at a distance from the initial ones; kept for further questions."""
+        """Return the states at a distance from the initial ones; None if too costly.
+
+        Layers are stored for later queries.
+        """
         while len(self._layers) <= number:
             if self._nodes_left <= 0:
                 return None
@@ -101,14 +104,14 @@ class SymbolicSystem:
         after = self.encoding.state(target)
         initial = self.plant.initial
         moved = {variable for variable, value in enumerate(target) if value != initial[variable]}
-        # The last event on a shortest path has most likely done something that shows.
+        # The last event on a shortest path most likely wrote what differs from the start.
         for event in sorted(self.engine.events, key=lambda e: e.writes.isdisjoint(moved)):
             before = self.engine.required_preimage(event, after) & layer
             if before != self._false:
                 return self.encoding.least(before)
         raise AssertionError("a state without predecessor")
 
-    # --- through the sets of the fixpoint
+    # --- through the iterates of the fixpoint
 
     @cached_property
     def _iterates(self) -> Iterates:
@@ -129,7 +132,7 @@ class SymbolicSystem:
         return tuple(reversed(states))
 
     def _first(self, assignment: Sequence[tuple[int, bool]], before: int) -> int:
-        """The first of the sets before a place that holds a state."""
+        """Return the first iterate before a position that contains a state."""
         contains = self.encoding.manager.contains
         return bisect_left(
             self._iterates, True, hi=before, key=lambda item: contains(item[1], assignment)

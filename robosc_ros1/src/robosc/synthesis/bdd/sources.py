@@ -1,4 +1,4 @@
-"""What events and expressions read: state variables, and parameters of events."""
+"""The sources that events and expressions read: state variables, and parameters of events."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robosc.synthesis.vectorised import support
 __all__ = ["LeafSource", "leaves", "touched_together"]
 
 LeafSource: TypeAlias = int | tuple[int, int]
-"""Where a leaf reads: a state variable, or (number of the event, number of its parameter)."""
+"""What a leaf reads: a state variable, or (number of the event, number of its parameter)."""
 
 
 def leaves(expr: Expr) -> Iterator[Leaf]:
@@ -24,7 +24,7 @@ def leaves(expr: Expr) -> Iterator[Leaf]:
 
 
 def touched_together(plant: Plant, items: Sequence[LeafSource]) -> Iterator[list[int]]:
-    """What should stand together in the variable order: what an event or a condition touches."""
+    """Yield groups for the variable order: what one event or condition reads or writes."""
     number = {item: n for n, item in enumerate(items)}
     for e, event in enumerate(plant.events):
         group = [number[e, p] for p in range(len(event.parameters))]

@@ -1,7 +1,7 @@
-"""The symbolic engine: sets of states as decision diagrams, for products that no array could hold.
+"""The symbolic engine: sets of states as decision diagrams, for products too large for arrays.
 
-The fixpoints are those of the dense engine (Ramadge & Wonham 1987; Ouedraogo et al. 2011), confined
-to states that the plant can reach; least fixpoints are found by chaining
+The fixpoints are those of the dense engine (Ramadge & Wonham 1987; Ouedraogo et al. 2011),
+restricted to states that the plant can reach; least fixpoints are computed by chaining
 (:mod:`robosc.synthesis.bdd.fixpoint`).
 """
 
@@ -29,11 +29,13 @@ _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
 
 @dataclass(frozen=True, eq=False)
 class SymbolicSolution:
-    """The controlled system: the ``states`` reached under control; ``good`` are all worth keeping.
+    """The controlled system: ``states`` are those reached under control.
 
-    ``plant_reach`` is what the plant reaches, requirements apart. ``restricted`` says whether
-    something is forbidden beyond the requirements. Without a single state to keep, ``good`` means
-    something only of states that the uncontrollable loss of the initial one passes through.
+    ``good`` is the supremal safe, controllable and nonblocking set. If it does not contain the
+    initial states, ``states`` is empty, and ``good`` is an intermediate set of the fixpoint, enough
+    to explain the loss of an initial state by uncontrollable events. ``plant_reach`` is what the
+    plant reaches without its requirements. ``restricted`` says whether something is forbidden
+    beyond the requirements.
     """
 
     engine: SymbolicEngine
@@ -44,7 +46,7 @@ class SymbolicSolution:
 
     @property
     def empty(self) -> bool:
-        """Whether not even the initial state can be kept."""
+        """Whether an initial state is not good."""
         return self.states == self.engine.manager.false
 
     @property
@@ -57,7 +59,7 @@ class SymbolicSolution:
 
     @property
     def controlled_transitions(self) -> int:
-        """State-event-value triples, self-loops included."""
+        """The number of triples (state, event, values), self-loops included."""
         engine = self.engine
         total = 0
         for event in engine.events:
@@ -70,11 +72,11 @@ class SymbolicSolution:
         return total
 
     def possible(self, event: EventRelation) -> Bdd:
-        """The states in which the plant can do an event."""
+        """Return the controlled states in which an event is possible in the plant."""
         return self.states & event.possible
 
     def enabled(self, event: EventRelation) -> Bdd:
-        """The states in which a controllable event is allowed."""
+        """Return the controlled states in which a controllable event is enabled."""
         if not self.restricted:
             return self.possible(event) & event.required
         return self.engine.required_preimage(event, self.states) & self.states
@@ -83,7 +85,8 @@ class SymbolicSolution:
 class SymbolicEngine:
     """Synthesis with decision diagrams, within ``memory`` bytes.
 
-    Raises MemoryError when they do not suffice.
+    Raises:
+        MemoryError: they do not suffice.
     """
 
     def __init__(
@@ -107,13 +110,13 @@ class SymbolicEngine:
         self._fixpoint = Fixpoint(self.manager, places, progress)
 
     def _place(self, event: EventRelation) -> int:
-        """Where an event stands in the variable order: its first variable."""
+        """Return the position of an event in the variable order: that of its first variable."""
         return min(
             (self.encoding.place(variable) for variable in event.reads | event.writes), default=0
         )
 
     def solve(self) -> SymbolicSolution:
-        """The controlled system."""
+        """Return the controlled system: states to avoid and blocking ones are removed in turn."""
         encoding = self.encoding
         initial = encoding.initial
         reach = plant_reach = self._forward(initial, [event.disjuncts for event in self.events])
@@ -137,7 +140,7 @@ class SymbolicEngine:
         return SymbolicSolution(self, plant_reach, reach, good, restricted)
 
     def unsafe(self) -> Bdd:
-        """The states that break a state requirement or leave a range, reachable or not."""
+        """Return the states that violate a state requirement or leave a range, reachable or not."""
         found = [
             event.range_violation
             for event in self.events
@@ -147,7 +150,7 @@ class SymbolicEngine:
         return self.manager.union(found)
 
     def successors(self, states: Bdd) -> Bdd:
-        """Where the plant under its requirements leads in one step."""
+        """Return the image of ``states`` under one step of the plant under its requirements."""
         return self.manager.union(
             self.manager.run(lambda m=disjunct: self.relations.image(m, states))  # type: ignore[misc]
             for disjuncts in self._permitted
@@ -156,22 +159,22 @@ class SymbolicEngine:
         )
 
     def required_preimage(self, event: EventRelation, states: Bdd) -> Bdd:
-        """From where the event leads into ``states`` in the plant under its requirements."""
+        """Return the preimage of ``states`` under an event of the plant under its requirements."""
         return self.manager.union(
             self.relations.preimage(disjunct, states) for disjunct in self._permitted[event.number]
         )
 
     def iterates(self, states: Bdd) -> Iterates:
-        """How the controlled system unfolds from the initial states, ``states`` being all of it."""
+        """Return the iterates of the reachability fixpoint; ``states`` is its result."""
         found: Iterates = [(-1, self.encoding.initial)]
         self._forward(self.encoding.initial, *self._controlled(states), iterates=found)
         return found
 
     def longest_completion(self, states: Bdd) -> int | None:
-        """The most internal transitions that can follow one another in the controlled system.
+        """Return the length of the longest sequence of internal transitions; None if unbounded.
 
         A greatest fixpoint: after n rounds those states are left from which n transitions can
-        follow one another. None if there is no end.
+        follow one another.
         """
         transitions = [
             disjunct
@@ -196,10 +199,10 @@ class SymbolicEngine:
     # --- control
 
     def _inside(self, good: Bdd) -> tuple[Sequence[Disjunct], ...]:
-        """The disjuncts of all events, those of commands where nothing leads out of ``good``.
+        """Return the disjuncts of all events; commands only where all outcomes are in ``good``.
 
-        That matters for commands about which the environment decides: any other command leads to
-        one state, and what is kept inside ``good`` afterwards is kept by that alone.
+        Only commands whose outcome the environment chooses are restricted: any other command has
+        one outcome, so intersecting the image with ``good`` suffices.
         """
         found = []
         for event, disjuncts in zip(self.events, self._required, strict=True):
@@ -211,9 +214,9 @@ class SymbolicEngine:
         return tuple(found)
 
     def _controlled(self, good: Bdd) -> tuple[list[Sequence[Disjunct]], list[list[int]]]:
-        """The disjuncts that stay in ``good``, and which events can set each other going.
+        """Return the disjuncts that stay in ``good``, and the related events of each event.
 
-        A command's guard reads as few state variables as possible: with all that ``good``
+        A command's guard reads as few state variables as possible: if it read all that ``good``
         reads, every event would have to be tried again after every other.
         """
         disjuncts: list[Sequence[Disjunct]] = []
@@ -232,7 +235,7 @@ class SymbolicEngine:
         return disjuncts, related_events(self.events, reads)
 
     def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
-        """A condition that distinguishes two sets, and the few state variables that it reads."""
+        """Return a condition that separates two sets, and the few state variables that it reads."""
         self.manager.collect_garbage()
 
         def without(left: _Narrowed, variables: Sequence[int]) -> _Narrowed | None:
@@ -255,7 +258,7 @@ class SymbolicEngine:
         related: Sequence[Sequence[int]] | None = None,
         iterates: Iterates | None = None,
     ) -> Bdd:
-        """All that the disjuncts reach."""
+        """Return all states that the disjuncts reach."""
 
         def step(disjunct: Disjunct, found: Bdd) -> Bdd:
             return self.relations.image(disjunct, found)
@@ -264,7 +267,7 @@ class SymbolicEngine:
         return self._fixpoint.closure("reachable states", states, disjuncts, step, near, iterates)
 
     def _uncontrollably(self, bad: Bdd, good: Bdd) -> Bdd:
-        """``bad``, and the states of ``good`` from which uncontrollable events lead there."""
+        """Return ``bad`` and the states of ``good`` from which uncontrollable events lead there."""
         disjuncts = [
             () if self.plant.events[event.number].controllable else event.disjuncts
             for event in self.events
@@ -273,7 +276,7 @@ class SymbolicEngine:
         return self._fixpoint.closure("states to be avoided", bad, disjuncts, step, self._related)
 
     def _coreachable(self, good: Bdd) -> Bdd:
-        """The states of ``good`` from which a marked state is reached inside ``good``."""
+        """Return the states of ``good`` from which a marked state is reached inside ``good``."""
         marked = self.encoding.marked & good
         step = self._step_back(good)
         inside = self._inside(good)

@@ -1,4 +1,4 @@
-"""Synthesis with the symbolic engine: from a plant to the same supervisor as the dense engine's."""
+"""Synthesis with the symbolic engine; the supervisor is the same as the dense engine's."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["available", "install_hint", "synthesize_bdd"]
 def synthesize_bdd(
     plant: Plant, progress: Progress | None = None, memory: int = DEFAULT_MEMORY
 ) -> Supervisor:
-    """The supervisor of a plant; an empty one is a result, not an error.
+    """Return the supervisor of a plant; an empty one is a result, not an error.
 
     Raises:
         StateSpaceError: the library is missing, or ``memory`` bytes do not suffice.

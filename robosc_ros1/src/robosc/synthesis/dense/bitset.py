@@ -1,4 +1,4 @@
-"""Sets of states as bits: 64 states to a word."""
+"""Sets of states as bits, 64 to a word."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _ONE, _TWO, _FOUR, _TOP = (np.uint64(n) for n in (1, 2, 4, 56))
 
 
 def count(words: Bitset) -> int:
-    """How many bits are set."""
+    """Return the number of bits that are set."""
     flat = np.ascontiguousarray(words).reshape(-1)
     return sum(_count(flat[start : start + _CHUNK]) for start in range(0, flat.size, _CHUNK))
 
 
 def _count(words: Bitset) -> int:
-    """Bits added up in parallel, in ever wider fields (Warren, Hacker's Delight, 5-1)."""
+    """Add up bits in parallel, in ever wider fields (Warren, Hacker's Delight, 5-1)."""
     found = words - ((words >> _ONE) & _PAIRS)
     found = (found & _FOURS) + ((found >> _TWO) & _FOURS)
     found = (found + (found >> _FOUR)) & _EIGHTS
@@ -40,7 +40,7 @@ def _count(words: Bitset) -> int:
 
 
 def pack(flags: Bools) -> Bitset:
-    """Booleans to words along the last axis, which has at most 64 entries."""
+    """Return booleans as words along the last axis, which has at most 64 entries."""
     padded = np.zeros((*flags.shape[:-1], BITS), np.bool_)
     padded[..., : flags.shape[-1]] = flags
     packed = np.packbits(padded, axis=-1, bitorder="little")
@@ -48,26 +48,26 @@ def pack(flags: Bools) -> Bitset:
 
 
 def unpack(words: Bitset, bits: int) -> Bools:
-    """The first bits of each word as booleans along a new last axis."""
+    """Return the lowest ``bits`` of each word as booleans along a new last axis."""
     flat = np.ascontiguousarray(words).view(np.uint8).reshape(*words.shape, BITS // 8)
     return np.unpackbits(flat, axis=-1, count=bits, bitorder="little").view(np.bool_)
 
 
 def places(words: Bitset) -> Indexes:
-    """The numbers of the bits that are set, ascending."""
+    """Return the numbers of the bits that are set, ascending."""
     filled = np.flatnonzero(words)
     rows, bits = np.nonzero(unpack(words[filled], BITS))
     return np.asarray(filled[rows] * BITS + bits, dtype=np.intp)
 
 
 def members(words: Bitset, numbers: Indexes) -> Bools:
-    """Which of the numbered bits are set."""
+    """Return which of the numbered bits are set."""
     shifts = (numbers % BITS).astype(np.uint64)
     return np.asarray((words[numbers // BITS] >> shifts) & _ONE, dtype=np.bool_)
 
 
 def add(words: Bitset, numbers: Indexes) -> None:
-    """Set the numbered bits; the numbers ascend."""
+    """Set the bits with the given numbers, which are ascending."""
     if not len(numbers):
         return
     home = numbers // BITS

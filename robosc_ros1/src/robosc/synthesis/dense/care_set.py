@@ -1,4 +1,4 @@
-"""The states in which an event is allowed and refused, as arrays of the dense engine."""
+"""Care sets as arrays of the dense engine."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _MOST_WORK = 2**26
 
 @dataclass(frozen=True, eq=False)
 class DenseCareSet:
-    """Two disjoint sets over dimensions, as flat arrays. See ``guards.CareSet``."""
+    """A :class:`~robosc.synthesis.guards.CareSet`: flat boolean arrays over dimensions."""
 
     plant: Plant
     dims: tuple[Dim, ...]
@@ -60,7 +60,7 @@ class DenseCareSet:
         return DenseCareSet(self.plant, dims, allowed, refused)
 
     def selected(self) -> DenseCareSet | None:
-        """Select the dimension that leaves the fewest states confused, until none is."""
+        """Select dimensions greedily, each time the one that leaves the fewest states confused."""
         count = np.count_nonzero(self.allowed) + np.count_nonzero(self.refused)
         if count * len(self.dims) ** 2 > _MOST_WORK:
             return None
@@ -83,7 +83,7 @@ class DenseCareSet:
         return None if chosen is None else self._onto(sorted(chosen), places, columns)
 
     def _columns(self, places: Indexes) -> list[Indexes]:
-        """The positions in each dimension of states at some places."""
+        """Return the positions in each dimension of states at some places."""
         shape = [dim.size for dim in self.dims]
         found: list[Indexes] = []
         for size in reversed(shape):
@@ -123,12 +123,12 @@ class DenseCareSet:
         )
 
     def _has(self, condition: Expr) -> bool:
-        """Whether all state variables that a condition reads are left."""
+        """Whether a condition reads no state variable that was projected away."""
         left = {variable for dim in self.dims for variable in dim.variables}
         return left.issuperset(support(self.plant, condition))
 
     def _holding(self, states: Bools, condition: Expr) -> Iterator[tuple[Indexes, Bools]]:
-        """The places of states, some at a time, and in which of them a condition holds."""
+        """Yield the places of states, in chunks, and in which of them a condition holds."""
         variables = support(self.plant, condition)
         for start in range(0, len(states), _MOST_ROWS):
             places = start + np.flatnonzero(states[start : start + _MOST_ROWS])
@@ -137,7 +137,7 @@ class DenseCareSet:
             yield places, found.astype(np.bool_)
 
     def _values(self, places: Indexes) -> dict[int, Indexes]:
-        """The values per state variable of states at some places."""
+        """Return the values per state variable of states at some places."""
         return {
             variable: dim.table[positions, number]
             for dim, positions in zip(self.dims, self._columns(places), strict=True)
@@ -182,17 +182,17 @@ def _table(rows: Indexes, shape: tuple[int, ...]) -> Bools:
 
 
 def _distinct(rows: Indexes) -> Indexes:
-    """Each row once, sorted."""
+    """Return the distinct rows, sorted."""
     return np.unique(rows, axis=0)
 
 
 def _numbered(codes: Indexes) -> Indexes:
-    """The same groups, numbered without gaps."""
+    """Return the same groups, numbered without gaps."""
     return np.unique(codes, return_inverse=True)[1]
 
 
 def _confused(groups: Indexes, refused: Bools) -> int:
-    """How many states share a group with one of the other set."""
+    """Return how many states share a group with one of the other set."""
     some, none = np.bincount(groups[refused]), np.bincount(groups[~refused])
     both = min(len(some), len(none))
     mixed = (some[:both] > 0) & (none[:both] > 0)
@@ -200,7 +200,7 @@ def _confused(groups: Indexes, refused: Bools) -> int:
 
 
 def _forget(states: Bools, dims: Sequence[Dim], place: int) -> Bools:
-    """The projection that leaves one dimension out."""
+    """Return the projection without one dimension."""
     count = dims[place].size
     after = prod(dim.size for dim in dims[place + 1 :])
     shaped = states.reshape(-1, count, after)

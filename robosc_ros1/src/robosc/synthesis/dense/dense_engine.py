@@ -1,8 +1,8 @@
-"""The explicit engine: one bit per state of the product, fixpoints as operations in place.
+"""The dense engine: one bit per state of the product, fixpoints computed in place.
 
-The product space holds states that are never reached; what the fixpoints say of those means nothing
-and does no harm, since nothing leads there. Sweeps go over the events in model order, so that those
-of one component follow each other, and work in place: what one event adds the next one carries on.
+The product contains unreachable states; what the fixpoints compute for those is irrelevant, since
+no reachable state leads there. A sweep applies the events in model order, so that those of one
+component follow each other, and updates the set in place: what one event adds, the next one sees.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from robosc.synthesis.vectorised import Bools, Indexes
 __all__ = ["DenseEngine", "DenseSolution", "EventOperations", "Progress"]
 
 Progress = Callable[[str, int, int], None]
-"""Called now and then: what is being computed, how far it is, and the most it can be."""
+"""Called at intervals: what is being computed, how far it is, and the most it can be."""
 
 
 _NOTHING_REFUSED: Mapping[int, Bitset] = {}
@@ -48,8 +48,7 @@ _NOTHING_REFUSED: Mapping[int, Bitset] = {}
 class EventOperations:
     """The operations of an event in the plant, and where its requirement also holds.
 
-    Each is a sequence of stages; one stage is the rule. ``possible`` is where the plant allows the
-    event as far as that is decided by states alone (ranges left aside).
+    ``plant`` and ``required`` are sequences of stages, in most cases a single one.
     """
 
     rules: EventRules
@@ -62,7 +61,7 @@ class EventOperations:
 
     @property
     def branches(self) -> bool:
-        """Whether the environment chooses what a command leads to: all of it must be good then."""
+        """Whether the environment chooses the outcome of a command: all of them must be good."""
         return self.event.controllable and bool(self.event.parameters)
 
 
@@ -70,9 +69,9 @@ class EventOperations:
 class DenseSolution:
     """The controlled system, in the engine's layout.
 
-    ``states`` are those reached under control, ``good`` those that need not be avoided.
-    ``restricted`` says whether synthesis forbids anything that the requirements allow, ``empty``
-    whether one of the initial states cannot be kept (then ``states`` mean nothing).
+    ``states`` are those reached under control, ``good`` the supremal safe, controllable and
+    nonblocking set. ``restricted`` says whether synthesis forbids anything that the requirements
+    allow, ``empty`` whether an initial state is not good (``states`` are then undefined).
     """
 
     engine: DenseEngine
@@ -117,7 +116,7 @@ class DenseEngine:
     # --- synthesis
 
     def solve(self) -> DenseSolution:
-        """The controlled system."""
+        """Return the controlled system: states to avoid and blocking ones are removed in turn."""
         initial = self.layout.starts()
         states = self.plant_reach()
         self.plant_states = count(states)
@@ -148,7 +147,7 @@ class DenseEngine:
         return DenseSolution(self, states, good, restricted, False)
 
     def plant_reach(self) -> Bitset:
-        """The states that the plant reaches, requirements apart."""
+        """Return the states that the plant without its requirements reaches."""
         states = self._only(self.layout.starts())
         self._forward(states, [step.plant for step in self.steps])
         return states
@@ -157,7 +156,7 @@ class DenseEngine:
         return [step.required for step in self.steps]
 
     def _refused(self, good: Bitset) -> dict[int, Bitset]:
-        """Where commands that the environment decides about may lead out of ``good``, by number."""
+        """Return where commands with several outcomes may lead out of ``good``, by event number."""
         outside = np.bitwise_not(good)
         return {
             number: preimage(step.required, outside)
@@ -177,7 +176,7 @@ class DenseEngine:
         within: Bitset | None = None,
         refused: Mapping[int, Bitset] = _NOTHING_REFUSED,
     ) -> None:
-        """Add all that is reached from ``states``, inside ``within`` if given."""
+        """Add all that is reached from ``states``, restricted to ``within`` if given."""
         most = self.layout.size if within is None else count(within)
 
         def sweep() -> None:
@@ -197,7 +196,7 @@ class DenseEngine:
         self._fixpoint("reachable states", states, sweep, most)
 
     def _remove_bad(self, good: Bitset) -> bool:
-        """Take out the states that break an invariant or leave a range; whether there are any."""
+        """Remove the states that violate an invariant or leave a range; whether there are any."""
         before = count(good)
         for step in self.steps:
             if not step.event.controllable:
@@ -212,7 +211,7 @@ class DenseEngine:
                 clear(op, states)
 
     def _close_bad(self, good: Bitset) -> None:
-        """Take out the states from which uncontrollable events lead out of ``good``."""
+        """Remove the states from which uncontrollable events lead out of ``good``."""
         events = [step.plant for step in self.steps if not step.event.controllable]
 
         def sweep() -> None:
@@ -227,10 +226,10 @@ class DenseEngine:
         self._fixpoint("states to be avoided", good, sweep, 0)
 
     def _coreachable(self, good: Bitset, restricted: bool) -> Bitset:
-        """The states of ``good`` from which a marked state is reached inside ``good``.
+        """Return the states of ``good`` from which a marked state is reached inside ``good``.
 
-        Unless something is forbidden already, all that ``good`` leads to is in ``good``; then
-        nothing needs to be compared with it on the way, and the result may hold more.
+        Unless ``restricted``, ``good`` is closed under all events, so intermediate results are not
+        intersected with it, and the result may contain further states.
         """
         back = self.layout.nothing()
         for op in self.layout.regions(self._marked()):
@@ -268,7 +267,7 @@ class DenseEngine:
         return Condition(allowed)
 
     def _fixpoint(self, what: str, states: Bitset, sweep: Callable[[], None], most: int) -> None:
-        """Sweep until nothing changes, or until nothing can change any more."""
+        """Sweep until nothing changes, or ``most`` states are reached."""
         before = -1
         now = count(states)
         while now not in (before, most):
@@ -280,15 +279,15 @@ class DenseEngine:
     # --- counting
 
     def count(self, states: Bitset, conditions: Iterable[Condition]) -> int:
-        """How many of ``states`` meet one of the conditions, which exclude each other."""
+        """Return how many of ``states`` satisfy one of the mutually exclusive conditions."""
         return sum(
             measure(op, states) for condition in conditions for op in self.layout.regions(condition)
         )
 
     def meeting(self, states: Bitset, expr: Expr, polarity: bool = True) -> Bitset:
-        """Those of ``states`` in which an expression is ``polarity``, as an array of its own.
+        """Return those of ``states`` in which an expression is ``polarity``, as a new array.
 
-        Put together set by set: as conditions that exclude each other it may be very long.
+        It is built set by set: mutually exclusive conditions may be very many.
         """
         if isinstance(expr, Unary):
             return self.meeting(states, expr.operand, not polarity)
@@ -304,7 +303,7 @@ class DenseEngine:
         return found
 
     def _regions(self, states: Bitset, conditions: Iterable[Condition]) -> Bitset:
-        """Those of ``states`` that meet one of the conditions."""
+        """Return those of ``states`` that satisfy one of the conditions, as a new array."""
         found = self.layout.nothing()
         for condition in conditions:
             for op in self.layout.regions(condition):
@@ -314,13 +313,13 @@ class DenseEngine:
         return found
 
     def enabled(self, step: EventOperations, states: Bitset) -> int:
-        """How many of ``states`` allow a controllable event that stays inside ``states``."""
+        """Return in how many of ``states`` a controllable event stays inside ``states``."""
         if step.branches:
             return count(self._allowed(step, states))
         return self._count_steps(step.required, states, states)
 
     def _allowed(self, step: EventOperations, states: Bitset) -> Bitset:
-        """Where a command is allowed that stays inside ``states``, whatever comes of it."""
+        """Return in which of ``states`` all outcomes of a controllable event are in ``states``."""
         if not step.branches:
             return self._sources_of(step.required, states, states)
         found = preimage(step.required, states)
@@ -329,15 +328,15 @@ class DenseEngine:
         return np.bitwise_and(found, states, out=found)
 
     def required(self, step: EventOperations, states: Bitset) -> int:
-        """How many of ``states`` allow a controllable event in the plant under requirements."""
+        """Return in how many of ``states`` the plant under requirements allows an event."""
         return self._count_sources(step, step.required, states)
 
     def possible(self, step: EventOperations, states: Bitset) -> int:
-        """How many of ``states`` allow an event in the plant."""
+        """Return in how many of ``states`` an event is possible in the plant."""
         return self._count_sources(step, step.plant, states)
 
     def _count_sources(self, step: EventOperations, stages: Stages, states: Bitset) -> int:
-        if step.branches:  # its operations may have sources in common
+        if step.branches:  # several operations may apply to one state
             return count(self._sources_of(stages, states, None))
         return self._count_steps(stages, states, None)
 
@@ -349,14 +348,17 @@ class DenseEngine:
         return sum(measure(op, states, within) for op in stages[0])
 
     def care_set(self, step: EventOperations, states: Bitset, required: bool) -> DenseCareSet:
-        """Where a controllable event is allowed, and where refused though the plant could."""
+        """Return where a controllable event is allowed, and where it is possible but refused.
+
+        ``required``: the refused states are those that the requirements allow.
+        """
         allowed = self._allowed(step, states)
         refused = self._sources_of(step.required if required else step.plant, states, None)
         np.bitwise_and(refused, np.bitwise_not(allowed), out=refused)
         return DenseCareSet.of(self.layout, allowed, refused)
 
     def _sources_of(self, stages: Stages, states: Bitset, within: Bitset | None) -> Bitset:
-        """The states that allow a controllable event, and lead inside ``within`` if given."""
+        """Return in which of ``states`` an event is possible and leads into ``within`` if given."""
         if len(stages) > 1:
             everything = self.layout.everything() if within is None else within
             before = preimage(stages, everything)
@@ -369,7 +371,10 @@ class DenseEngine:
         return found
 
     def occurrences(self, step: EventOperations, states: Bitset) -> int:
-        """State-event-value triples of an uncontrollable event; only time is ever waited for."""
+        """Return the number of transitions (state, event, values) of an uncontrollable event.
+
+        Only time events are blocked by automata; for the others the phase decides.
+        """
         phase = step.event.phase
         if step.event.kind.synchronised:
             return self.possible(step, states) * step.rules.weight

@@ -1,4 +1,4 @@
-"""Dimensions of the array of states: state variables that are numbered together."""
+"""Dimensions of the array of states: one state variable, or several projected together."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Dim"]
 
 @dataclass(frozen=True, eq=False)
 class Dim:
-    """Axes in one dimension: row i of ``table`` are their values at position i."""
+    """State variables in one dimension: row i of ``table`` has their values at position i."""
 
     variables: tuple[int, ...]
     table: Indexes
@@ -37,21 +37,21 @@ class Dim:
 
     @cached_property
     def _codes(self) -> tuple[Indexes, Indexes]:
-        """The rows as single numbers, ascending, and the position of each."""
+        """The rows as integer keys, ascending, and the position of each."""
         codes = np.ravel_multi_index(tuple(self.table.T), self._spread)
         order = np.argsort(codes)
         return codes[order], order
 
     def find(self, columns: Sequence[Indexes]) -> Indexes:
-        """The positions of many rows, each of which must be there; one array per state variable."""
+        """Return the positions of many rows, all of which exist; one array per state variable."""
         codes, order = self._codes
         found = np.searchsorted(codes, np.ravel_multi_index(tuple(columns), self._spread))
         return np.asarray(order[found], dtype=np.intp)
 
     def images(self, writes: Mapping[int, Writes]) -> list[tuple[int, ...]]:
-        """Per position, those that writes of the dimension's state variables lead to.
+        """Return, per position, those that writes of the dimension's state variables lead to.
 
-        Combinations that the dimension leaves out belong to states that are never reached.
+        Combinations that are not in the table are unreachable and left out.
         """
         relations = [
             None if (found := writes.get(variable)) is None else _relation(found)

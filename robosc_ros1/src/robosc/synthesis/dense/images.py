@@ -1,4 +1,4 @@
-"""What operations do to sets of states: images, preimages and what is lost, in place."""
+"""Images and preimages of sets of states under operations, partly in place."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = [
 ]  # fmt: skip
 
 Stages: TypeAlias = Sequence[Sequence[Operation]]
-"""An event: its operations in stages that follow one another; one stage is the rule."""
+"""The operations of an event in stages that follow one another, in most cases a single one."""
 
 
 def image(stages: Stages, states: Bitset) -> Bitset:
-    """The states after an event, as an array of its own."""
+    """Return the states after an event, as a new array."""
     for stage in stages:
         after = np.zeros_like(states)
         for op in stage:
@@ -30,7 +30,7 @@ def image(stages: Stages, states: Bitset) -> Bitset:
 
 
 def preimage(stages: Stages, states: Bitset) -> Bitset:
-    """The states before an event, as an array of its own."""
+    """Return the states before an event, as a new array."""
     for stage in reversed(stages):
         before = np.zeros_like(states)
         for op in stage:
@@ -43,9 +43,9 @@ def preimage(stages: Stages, states: Bitset) -> Bitset:
 
 
 def forward(op: Operation, states: Bitset, after: Bitset, within: Bitset | None) -> None:
-    """Add to ``after`` what an operation makes of ``states``, inside ``within`` if given.
+    """Add to ``after`` the image of ``states``, restricted to ``within`` if given.
 
-    Both may be one array.
+    ``states`` and ``after`` may be the same array.
     """
     sources = op.changing if states is after else op.sources
     if not sources:
@@ -58,7 +58,7 @@ def forward(op: Operation, states: Bitset, after: Bitset, within: Bitset | None)
 
 
 def backward(op: Operation, states: Bitset, within: Bitset | None) -> None:
-    """Add to ``states`` what leads to them by an operation, inside ``within`` if given."""
+    """Add to ``states`` their preimage, restricted to ``within`` if given."""
     sources = op.changing
     if not sources:
         return
@@ -72,7 +72,7 @@ def backward(op: Operation, states: Bitset, within: Bitset | None) -> None:
 
 
 def uncontrolled(op: Operation, good: Bitset) -> None:
-    """Take out of ``good`` what an operation can lead out of it."""
+    """Remove from ``good`` the states that an operation can lead out of it."""
     sources = op.changing
     if not sources:
         return
@@ -86,9 +86,9 @@ def uncontrolled(op: Operation, good: Bitset) -> None:
 
 
 def origins(op: Operation, source: SourceSlice, states: Bitset, within: Bitset | None) -> Bitset:
-    """The states of a source that an operation rules, into ``within`` if given.
+    """Return the states of a source from which an operation leads into ``within`` if given.
 
-    An operation without targets moves nothing, but the states that it applies to are returned.
+    An operation without targets leads nowhere; all states that it applies to are returned.
     """
     found = op.masked(source, op.at(states, source.offset)) & op.held
     if within is not None:
@@ -97,12 +97,12 @@ def origins(op: Operation, source: SourceSlice, states: Bitset, within: Bitset |
 
 
 def measure(op: Operation, states: Bitset, within: Bitset | None = None) -> int:
-    """How many states :func:`origins` returns, of all sources."""
+    """Return how many states :func:`origins` returns for all sources."""
     return sum(count(origins(op, source, states, within)) for source in op.sources)
 
 
 def clear(op: Operation, states: Bitset) -> None:
-    """Take the states that an operation applies to out of ``states``."""
+    """Remove the states that an operation applies to from ``states``."""
     for source in op.sources:
         here = op.at(states, source.offset)
         there = op.masked(source, np.broadcast_to(op.held, op.shape))
@@ -118,7 +118,7 @@ def fill(op: Operation, states: Bitset) -> None:
 
 
 def _sources(op: Operation, states: Bitset, sources: Sequence[SourceSlice]) -> Bitset:
-    """Some sources of an operation in one."""
+    """Return the union of some sources of an operation."""
     found = op.masked(sources[0], op.at(states, sources[0].offset))
     for source in sources[1:]:
         found = found | op.masked(source, op.at(states, source.offset))
@@ -126,7 +126,7 @@ def _sources(op: Operation, states: Bitset, sources: Sequence[SourceSlice]) -> B
 
 
 def _targets(op: Operation, states: Bitset) -> Bitset:
-    """All targets of an operation in one."""
+    """Return the union of the targets of an operation."""
     found = op.at(states, op.targets[0])
     for target in op.targets[1:]:
         found = found | op.at(states, target)

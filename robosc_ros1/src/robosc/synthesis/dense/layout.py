@@ -1,12 +1,12 @@
 """States as bits of one array, and the rules of a plant as operations on it.
 
 The array has one dimension (:class:`Dim`) per state variable, or per group of state variables that
-depend on each other: such a group is *folded* into one dimension that has only the combinations
-that can occur. Some short dimensions, with a product of at most 64, are packed: their combinations
-are the bits of a word. All others are dimensions of an array of words. So a set of states takes
-little more than a bit for each, and an operation on one word moves up to 64 states.
+depend on each other: such a group is projected to one dimension that has only the combinations that
+can occur. Some short dimensions, with a product of at most 64, are *packed*: their combinations are
+the bits of a word. All others are dimensions of an array of words. So a set of states takes little
+more than a bit per state, and an operation on one word moves up to 64 states.
 
-The *place* of a state is the number of its bit, counted through the array.
+The *place* of a state is the number of its bit in the array.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _LARGEST_GRID = 2**22
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Grid:
-    """A factor as words, one dimension of ``memory`` per dimension of the array that it reads."""
+    """A factor as bit masks; ``memory`` has the dimensions ``dims`` of the array that it reads."""
 
     dims: tuple[int, ...]
     memory: Bitset
@@ -47,7 +47,7 @@ class _Grid:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Where:
-    """A condition: positions per dimension of the array, bits of a word, and grids."""
+    """A condition in terms of the array: positions per dimension, bits of a word, and grids."""
 
     allowed: dict[int, Bools]
     bits: Bools
@@ -55,9 +55,9 @@ class _Where:
 
 
 class Layout:
-    """Where each state of a plant lies, and operations for its rules.
+    """The array positions of a plant's states, and the operations of its rules.
 
-    ``size`` is the number of combinations, ``words`` that of words for a set of states.
+    ``size`` is the number of combinations, ``words`` the number of words of a set of states.
     """
 
     def __init__(self, plant: Plant, dims: Sequence[Dim]) -> None:
@@ -81,7 +81,7 @@ class Layout:
 
     @classmethod
     def plain(cls, plant: Plant) -> Layout:
-        """One dimension per state variable."""
+        """Return the layout with one dimension per state variable."""
         return cls(
             plant,
             [
@@ -91,7 +91,7 @@ class Layout:
         )
 
     def _strides(self) -> tuple[int, ...]:
-        """Per dimension, how far its positions lie apart, in bits."""
+        """Return, per dimension, the distance of its positions in bits."""
         found = [0] * len(self.dims)
         for numbers, stride in ((self._packed, 1), (self._outer, BITS)):
             for number in reversed(numbers):
@@ -102,11 +102,11 @@ class Layout:
     # --- states
 
     def nothing(self) -> Bitset:
-        """The empty set."""
+        """Return the empty set, as a new array."""
         return np.zeros(self.words, WORD)
 
     def everything(self) -> Bitset:
-        """All combinations, whether they are ever reached or not."""
+        """Return all combinations, reachable or not, as a new array."""
         return np.full(self.words, self._every_bit, WORD)
 
     @property
@@ -114,7 +114,7 @@ class Layout:
         return (1 << self.bits) - 1
 
     def index(self, state: PlantState) -> int | None:
-        """The place of a state; None if the layout leaves it out as unreachable."""
+        """Return the place of a state; None if the layout leaves it out as unreachable."""
         place = 0
         for dim, stride in zip(self.dims, self.strides, strict=True):
             position = dim.positions.get(tuple(state[variable] for variable in dim.variables))
@@ -124,7 +124,7 @@ class Layout:
         return place
 
     def starts(self) -> Indexes:
-        """The places of the initial states, ascending."""
+        """Return the places of the initial states, ascending."""
         places = np.zeros(1, dtype=np.intp)
         for dim, stride in zip(self.dims, self.strides, strict=True):
             starts = product(
@@ -143,28 +143,28 @@ class Layout:
         return tuple(values)
 
     def position(self, number: int, places: Indexes | int) -> Indexes:
-        """The positions in one dimension of states at some places."""
+        """Return the positions in one dimension of states at some places."""
         within = np.asarray(places) % BITS if number in self._packed else np.asarray(places)
         return np.asarray(within // self.strides[number] % self.dims[number].size)
 
     @property
     def order(self) -> tuple[Dim, ...]:
-        """The dimensions in the order in which the array has them, packed ones last."""
+        """The dimensions in memory order, packed ones last."""
         return tuple(self.dims[number] for number in (*self._outer, *self._packed))
 
     def flags(self, states: Bitset) -> Bools:
-        """A set as booleans, flat, with the dimensions in ``order``."""
+        """Return a set as flat booleans, with the dimensions in ``order``."""
         return unpack(states, self.bits).reshape(-1)
 
     def _values(self, variable: int) -> tuple[int, Indexes]:
-        """The dimension of a state variable, and its value at each position there."""
+        """Return the dimension of a state variable, and its value at each position there."""
         dim, column = self.home[variable]
         return dim, self.dims[dim].table[:, column]
 
     # --- conditions
 
     def regions(self, condition: Condition) -> list[Operation]:
-        """The states of a condition, as operations that lead nowhere."""
+        """Return the states of a condition, as operations without targets."""
         where = self._where(condition)
         if where is None:
             return []
@@ -195,13 +195,13 @@ class Layout:
             where.allowed[dim] = positions
 
     def _grid(self, factor: Factor) -> _Grid:
-        """A factor evaluated over the dimensions of its state variables, once."""
+        """Return the grid of a factor, evaluated once."""
         if id(factor) not in self._grids:
             self._grids[id(factor)] = factor, self._new_grid(factor)
         return self._grids[id(factor)][1]
 
     def _new_grid(self, factor: Factor) -> _Grid:
-        """Evaluated in parts: intermediate results are integers, and there may be many."""
+        """Evaluate a factor in chunks: intermediate results are integer arrays and may be large."""
         read = {self.home[variable][0] for variable in factor.variables}
         dims = tuple(sorted(read.difference(self._packed)))
         shape = tuple(self.dims[dim].size for dim in dims)
@@ -233,7 +233,7 @@ class Layout:
     def operations(
         self, rule: TransitionRule, required: Condition | None = None
     ) -> list[Operation]:
-        """The operations of a rule, under a further condition if given."""
+        """Return the operations of a rule, under a further condition if given."""
         condition = rule.condition if required is None else rule.condition.both(required)
         where = None if condition is None else self._where(condition)
         if where is None:
@@ -255,14 +255,14 @@ class Layout:
     def _shift_masks(
         self, bits: Bools, images: dict[int, list[tuple[int, ...]]]
     ) -> list[ShiftMask]:
-        """How the bits of a word move when packed dimensions are written."""
+        """Return how the bits of a word move when packed dimensions are written."""
         masks: dict[int, int] = {}
         for bit in np.flatnonzero(bits).tolist():
-            rules = []
+            moves = []
             for dim, found in images.items():
                 old = int(self._positions[dim][bit])
-                rules.append([(new - old) * self.strides[dim] for new in found[old]])
-            for shifts in product(*rules):
+                moves.append([(new - old) * self.strides[dim] for new in found[old]])
+            for shifts in product(*moves):
                 masks[sum(shifts)] = masks.get(sum(shifts), 0) | 1 << bit
         return [ShiftMask(np.uint64(mask), shift) for shift, mask in sorted(masks.items())]
 
@@ -295,7 +295,7 @@ class Layout:
         shift_masks: Sequence[ShiftMask],
         lead: bool,
     ) -> Iterator[Operation]:
-        """One rectangle of each written dimension, one run of each that is only read."""
+        """Yield the operations of one rectangle per written and one run per read dimension."""
         offset = 0
         kept: dict[int, tuple[int, int]] = {}
         for number in self._outer:
@@ -317,12 +317,12 @@ class Layout:
         return operations(shape, sources, targets if lead else [], shift_masks, self._every_bit)
 
     def _shift(self, at: dict[int, int]) -> int:
-        """How far into the array some positions lead, in bytes."""
+        """Return the offset of some positions in the array, in bytes."""
         return sum(position * self.strides[dim] // 8 for dim, position in at.items())
 
 
 def _packed(sizes: Sequence[int]) -> tuple[int, ...]:
-    """Dimensions whose product fills a word best."""
+    """Return the dimensions to pack: those whose product fills a word best."""
     best: dict[int, tuple[int, ...]] = {1: ()}
     for number, size in enumerate(sizes):
         for filled, chosen in list(best.items()):
@@ -338,7 +338,7 @@ def _flags(mask: int, bits: int) -> Bools:
 def _rectangles(
     images: Sequence[tuple[int, ...]], allowed: Bools | None
 ) -> list[tuple[list[int], list[int]]]:
-    """Positions with one image each, and the image."""
+    """Return positions with equal images as (positions, image)."""
     found: dict[tuple[int, ...], list[int]] = {}
     for position, image in enumerate(images):
         if image and (allowed is None or allowed[position]):
@@ -347,7 +347,7 @@ def _rectangles(
 
 
 def _runs(positions: Indexes) -> list[tuple[int, int, int]]:
-    """Ascending positions as runs of equal steps: (start, length, step)."""
+    """Return ascending positions as arithmetic progressions: (start, length, step)."""
     values = positions.tolist()
     found: list[tuple[int, int, int]] = []
     at = 0

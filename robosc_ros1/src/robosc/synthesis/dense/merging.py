@@ -1,4 +1,4 @@
-"""Rules of one event: what they are, and their merging where conditions or writes are alike."""
+"""The transition rules of one event, and merging those with equal conditions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Writes: TypeAlias = tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Factor:
-    """A test over several state variables: a boolean array for any columns of them."""
+    """A test over several state variables: returns a boolean array for columns of their values."""
 
     variables: tuple[int, ...]
     test: Callable[[IndexArrays], Bools]
@@ -35,7 +35,7 @@ class Factor:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Condition:
-    """A conjunction: each state variable in ``allowed`` has such a value, and each factor holds."""
+    """A conjunction: each variable has a value in its ``allowed`` array, and each factor holds."""
 
     allowed: dict[int, Bools]
     factors: tuple[Factor, ...] = ()
@@ -49,7 +49,7 @@ class Condition:
         )
 
     def both(self, other: Condition) -> Condition | None:
-        """The conjunction; None if no value of some state variable is left."""
+        """Return the conjunction; None if no value of some state variable is left."""
         allowed = dict(self.allowed)
         for variable, values in other.allowed.items():
             kept = allowed[variable] & values if variable in allowed else values
@@ -65,15 +65,17 @@ ALWAYS = Condition({})
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TransitionRule:
+    """Where ``condition`` holds, the state variables in ``writes`` change as given there."""
+
     condition: Condition
     writes: dict[int, Writes]
 
 
 @dataclass(frozen=True, eq=False)
 class EventRules:
-    """One event of the plant.
+    """The rules of one event of the plant, in stages (:mod:`robosc.synthesis.dense.transitions`).
 
-    ``range_violations`` says where an update would leave its range, for some parameter values.
+    ``range_violations`` are where an update would leave its range, for some parameter values.
     ``required`` are conditions that exclude each other; the requirement is their disjunction.
     ``weight`` is the number of combinations of parameter values.
     """
@@ -86,7 +88,7 @@ class EventRules:
 
 
 def as_writes(images: dict[int, set[int]]) -> Writes:
-    """Rectangles of a relation, old values with equal images in one."""
+    """Return a relation as rectangles, one for all old values with equal images."""
     found: dict[tuple[int, ...], list[int]] = {}
     for old, new in images.items():
         found.setdefault(tuple(sorted(new)), []).append(old)
@@ -98,7 +100,7 @@ def _union(writes: Iterable[Writes]) -> Writes:
     for one in writes:
         for old, new in one:
             together.setdefault(old, set()).update(new)
-    if len(together) == 1:  # as a rule, an assignment of what came in: too many pairs to list
+    if len(together) == 1:  # mostly the assignment of a parameter: too many pairs to list
         return tuple((old, tuple(sorted(new))) for old, new in together.items())
     images: dict[int, set[int]] = {}
     for old, after in together.items():
@@ -126,7 +128,7 @@ class Merger:
 
 
 def _product(several: list[dict[int, Writes]]) -> dict[int, Writes] | None:
-    """One write for several, if they are all combinations of writes per state variable."""
+    """Return one write for several, if these are all combinations of writes per variable."""
     variables = several[0].keys()
     if any(writes.keys() != variables for writes in several):
         return None

@@ -1,8 +1,8 @@
-"""Operations: what an event does to whole slices of states at once.
+"""Operations: the effect of an event on whole slices of states at once.
 
-States lie in words of 64 bits (:mod:`robosc.synthesis.dense.layout`). An operation takes slices of
-words to slices of words of the same shape, and within each word some bits to others, told by pairs
-of a shift and a mask of the bits that it moves.
+States are bits of 64-bit words (:mod:`robosc.synthesis.dense.layout`). An operation maps slices of
+words to slices of words of the same shape, and bits within each word by pairs of a shift and a mask
+of the bits that it moves.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ __all__ = [
 ]  # fmt: skip
 
 _LARGEST_STEP = 2**16
-"""Words at once, where intermediate results are made: they should stay in the cache."""
+"""Words per operation with intermediate results: these should fit into the processor's cache."""
 _MOST_DIMENSIONS = 24
 _SHORT = 16
-"""Inner loops shorter than this cost more than what is done in them; they become operations."""
+"""Inner loops shorter than this cost more than their work; they are unrolled to operations."""
 _WORTH_UNROLLING = 2**9
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ShiftMask:
-    """The bits of ``mask`` rule up by ``shift`` places, or down if it is negative."""
+    """The bits of ``mask`` move up by ``shift`` places, or down if it is negative."""
 
     mask: np.uint64
     shift: int
@@ -37,7 +37,7 @@ class ShiftMask:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MaskView:
-    """Masks beside the states, one per word: their memory, where they start, their strides."""
+    """Masks, one per word of a slice: their memory, and offset and strides in bytes."""
 
     memory: Bitset
     offset: int
@@ -46,7 +46,7 @@ class MaskView:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SourceSlice:
-    """Where a slice begins, and the masks that its words must pass."""
+    """The offset of a slice in bytes, and the masks that apply to its words."""
 
     offset: int
     masks: tuple[MaskView, ...]
@@ -54,10 +54,10 @@ class SourceSlice:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Operation:
-    """All states at each source, where its masks let them, lead by shifts to each of the targets.
+    """All states of each source that pass its masks lead, after the shifts, to each target.
 
     Offsets and strides are in bytes. ``whole``: the only shift is 0 and its mask is full.
-    Without targets an operation is no more than a set of states.
+    An operation without targets only denotes the set of states that it applies to.
     """
 
     shape: tuple[int, ...]
@@ -69,27 +69,27 @@ class Operation:
 
     @property
     def held(self) -> np.uint64:
-        """The bits that some shift moves."""
+        """The bits that the shifts apply to."""
         found = np.uint64(0)
         for shift_mask in self.shift_masks:
             found |= shift_mask.mask
         return found
 
     def at(self, states: Bitset, offset: int) -> Bitset:
-        """The slice that begins there, a view."""
+        """Return a view of the slice at an offset."""
         return np.ndarray(self.shape, WORD, states, offset, self.strides)
 
     def mask(self, view: MaskView) -> Bitset:
         return np.ndarray(self.shape, WORD, view.memory, view.offset, view.strides)
 
     def masked(self, source: SourceSlice, words: Bitset) -> Bitset:
-        """What the masks of a source leave of words of its shape; the words if it has none."""
+        """Return words restricted to the masks of a source; the same array if it has none."""
         for view in source.masks:
             words = words & self.mask(view)
         return words
 
     def moved(self, words: Bitset) -> Bitset:
-        """Bitset after their shift_masks; the words themselves if nothing changes."""
+        """Return words after the shifts; the same array if nothing changes."""
         if self.whole:
             return words
         return _joined(
@@ -97,7 +97,7 @@ class Operation:
         )
 
     def moved_back(self, words: Bitset) -> Bitset:
-        """Bitset before their shift_masks; the words themselves if nothing changes."""
+        """Return words before the shifts; the same array if nothing changes."""
         if self.whole:
             return words
         return _joined(
@@ -106,7 +106,7 @@ class Operation:
 
     @property
     def changing(self) -> tuple[SourceSlice, ...]:
-        """The sources that do not merely lead to themselves."""
+        """The sources that lead to other states than themselves."""
         if any(shift_mask.shift for shift_mask in self.shift_masks):
             return self.sources
         return tuple(source for source in self.sources if self.targets != (source.offset,))
@@ -140,9 +140,9 @@ def operations(
     shift_masks: Sequence[ShiftMask],
     every_bit: int,
 ) -> Iterator[Operation]:
-    """One operation, or several where that is faster or there are too many dimensions.
+    """Yield one operation, or several where that is faster or there are too many dimensions.
 
-    ``every_bit`` is the mask of the bits that stand for states.
+    ``every_bit`` is the mask of the bits that represent states.
     """
     whole = (
         len(shift_masks) == 1 and not shift_masks[0].shift and int(shift_masks[0].mask) == every_bit
@@ -151,10 +151,10 @@ def operations(
 
 
 def sweep_order(found: Iterable[Operation]) -> tuple[Operation, ...]:
-    """The operations of an event, so ordered that one carries on what another adds.
+    """Return the operations of an event in an order in which each uses what earlier ones add.
 
-    What counts up goes from low to high, what counts down from high to low: then one sweep takes a
-    counter all the way, instead of one step.
+    Those that count up are ordered from low to high, those that count down from high to low: then
+    one sweep moves a counter through its whole range, instead of one step.
     """
 
     def place(operation: Operation) -> int:
@@ -212,7 +212,7 @@ def _split(
 
 
 def _cut(sizes: Sequence[int], intermediate: bool) -> tuple[int, int] | None:
-    """The dimension to cut and the length of the parts, if any."""
+    """Return the dimension to cut and the length of the parts; None if the shape is fine."""
     if len(sizes) > _MOST_DIMENSIONS:
         return min(range(len(sizes)), key=lambda i: sizes[i]), 1
     total = prod(sizes)
@@ -226,7 +226,7 @@ def _cut(sizes: Sequence[int], intermediate: bool) -> tuple[int, int] | None:
 def _merge(
     shape: Iterable[int], strides: Sequence[Sequence[int]]
 ) -> tuple[list[int], list[tuple[int, ...]]]:
-    """Neighbouring dimensions in one where all strides allow it; dimensions of size 1 vanish."""
+    """Join neighbouring dimensions where all strides allow it; drop those of size 1."""
     sizes: list[int] = []
     merged: list[list[int]] = [[] for _ in strides]
     for number, size in enumerate(shape):

@@ -1,11 +1,10 @@
-"""State variables that depend on each other, projected to one dimension before anything is
-allocated.
+"""Projection of state variables that depend on each other to one dimension of the state array.
 
 A component often mirrors the phase of its service, and then half of the combinations of the two
-never occur. For a group of state variables, the combinations that the plant can reach are
-over-approximated by looking at the group alone: conditions on other state variables are taken to
-hold. What is found is closed under every event of the plant, so all reachable states have their
-combination among it, and the others need no place in memory.
+never occur. For a group of state variables, the reachable combinations are over-approximated by the
+projection of the plant to the group: conditions on other state variables are assumed to hold. The
+result is closed under every event of the plant, so it contains the combination of every reachable
+state, and the others need no memory.
 """
 
 from __future__ import annotations
@@ -25,18 +24,19 @@ from robosc.synthesis.dense.operations import sweep_order
 __all__ = ["projected_layout"]
 
 _LARGEST_LOOK = 2**14
-"""Groups with more combinations than this are not looked at."""
+"""Combinations above which a group is not projected."""
 _LARGEST_DIM = 256
+"""Positions above which dimensions are not joined."""
 _MOST_PAIRS = 20_000
-"""More pairs of state variables than this would take minutes to look at."""
+"""Pairs of state variables above which none is projected: it would take minutes."""
 _WORTH = 0.75
-"""At most this part of the combinations may be left: long dimensions make more operations."""
+"""Largest share of combinations left for which to join: long dimensions need more operations."""
 
 
 def projected_layout(plant: Plant, rules: Sequence[EventRules]) -> Layout:
-    """The layout of a plant with dependent state variables in common dimensions.
+    """Return the layout of a plant with dependent state variables in common dimensions.
 
-    The size of the layout bounds the memory of the engine and is what ``max_states`` speaks of.
+    The size of the layout determines the memory of the engine; ``max_states`` limits it.
     """
     projector = _Projector(plant, rules)
     projector.reduce_variables()
@@ -52,7 +52,7 @@ class _Projector:
         self.touched = [
             written | _read(event) for event, written in zip(rules, self.written, strict=True)
         ]
-        # Groups are many and events too: which events write a state variable is found once for all.
+        # Computed once, since there are many groups and many events.
         self.writers: dict[int, list[int]] = {}
         for number, written in enumerate(self.written):
             for variable in written:
@@ -66,13 +66,13 @@ class _Projector:
         return list({id(dim): dim for dim in self.dim_of.values()}.values())
 
     def reduce_variables(self) -> None:
-        """Drop the values that a state variable never takes."""
+        """Drop the values that a state variable never has."""
         for variable, dim in self.dim_of.items():
             if 1 < dim.size <= _LARGEST_LOOK:
                 self.dim_of[variable] = self._reached([dim])
 
     def merge(self) -> None:
-        """Project groups, the most dependent first, as long as it pays."""
+        """Join pairs of dimensions, the most dependent first, while that saves enough."""
         ranked = []
         for first, second in sorted(self._related()):
             one, other = self.dim_of[first], self.dim_of[second]
@@ -90,7 +90,7 @@ class _Projector:
                 self.dim_of.update(dict.fromkeys(joint.variables, joint))
 
     def _related(self) -> set[tuple[int, int]]:
-        """Pairs of state variables of which one event writes one and reads or writes the other.
+        """Return pairs of variables of which an event writes one and reads or writes the other.
 
         Empty if there are too many: one event may assign thousands of variables.
         """
@@ -103,7 +103,7 @@ class _Projector:
         return pairs
 
     def _reached(self, dims: Sequence[Dim]) -> Dim:
-        """The combinations of some dimensions that can occur, as one dimension."""
+        """Return the combinations of some dimensions that can occur, as one dimension."""
         variables = tuple(variable for dim in dims for variable in dim.variables)
         layout = Layout(self.plant, dims)
         numbers = sorted(
@@ -136,7 +136,7 @@ class _Projector:
 
 
 def _apply(stages: Stages, states: Bitset, between: Bitset) -> None:
-    """Add what an event leads to; what it passes through on the way needs a place as well."""
+    """Add the image of an event to ``states``, and the states between its stages to ``between``."""
     if len(stages) == 1:
         for op in stages[0]:
             forward(op, states, states, None)
@@ -149,7 +149,7 @@ def _apply(stages: Stages, states: Bitset, between: Bitset) -> None:
 
 
 def _distinct(stage: Iterable[TransitionRule], variables: set[int]) -> list[TransitionRule]:
-    """The rules as far as they concern some state variables, each once."""
+    """Return the distinct projections of rules to some state variables."""
     found: dict[tuple[object, ...], TransitionRule] = {}
     for rule in stage:
         condition = Condition(

@@ -1,7 +1,7 @@
-"""Shortest paths in a dense solution: breadth first over arrays of states.
+"""Shortest paths in a dense solution: breadth-first search over arrays of states.
 
-A frontier is an array of places in the layout; its states are decoded to one column per state
-variable, and each rule is evaluated on all of them at once. Only the layers are kept: a path is
+A layer is an array of places in the layout; its states are decoded to one column per state
+variable, and each rule is evaluated on all of them at once. Only the layers are stored: a path is
 found backwards, by expanding each layer once more.
 """
 
@@ -25,7 +25,7 @@ from robosc.synthesis.vectorised import Bools, Indexes
 __all__ = ["DenseSystem"]
 
 _LARGEST_REPEAT = 2**22
-"""The plant's own states are not kept; up to this size they are computed again when asked for."""
+"""Layout size up to which the states of the plant, which are not stored, are computed again."""
 
 
 class DenseSystem:
@@ -76,7 +76,7 @@ class DenseSystem:
         raise AssertionError("a controlled state is not reached")
 
     def _layer(self, number: int) -> Indexes:
-        """The states at a distance from the initial ones; kept for further questions."""
+        """Return the states at a distance from the initial ones; stored for later queries."""
         if self._seen is None:
             self._seen = self.layout.nothing()
             self._keep(self.layout.starts())
@@ -90,7 +90,7 @@ class DenseSystem:
         return self._stored(number)
 
     def _keep(self, layer: Indexes) -> None:
-        """Keep a layer in whichever form is shorter."""
+        """Store a layer in whichever form is smaller."""
         assert self._seen is not None
         add(self._seen, layer)
         if layer.nbytes <= self._seen.nbytes:
@@ -111,9 +111,9 @@ class DenseSystem:
         return tuple(self.layout.state(each) for each in reversed(found))
 
     def _predecessor(self, layer: Indexes, target: int) -> int:
-        """The first state of a layer, event by event, that an event leads to the target.
+        """Return a state of a layer from which an event leads to the target, the first event first.
 
-        Only states are tried that differ from it in nothing but what the event writes.
+        Only states are tried that differ from the target in no variable that the event keeps.
         """
         columns, state = self._columns(layer), self.layout.state(target)
         changed = [columns[variable] != state[variable] for variable in range(len(state))]
@@ -132,7 +132,7 @@ class DenseSystem:
     # --- steps of many states at once
 
     def _successors(self, places: Indexes) -> Iterator[tuple[Indexes, Indexes]]:
-        """Pairs of places before and after, event by event, under control."""
+        """Yield pairs of places before and after each event, under control."""
         start = _Batch(places, self._columns(places), frozenset())
         for step in self.solution.engine.steps:
             yield from self._steps(step, start)
@@ -162,7 +162,7 @@ class DenseSystem:
         return found
 
     def _after(self, batch: _Batch) -> Indexes:
-        """The places of the states after the steps of a batch."""
+        """Return the places of the states after the steps of a batch."""
         after = batch.places
         for number in {self.layout.home[variable][0] for variable in batch.written}:
             dim, stride = self.layout.dims[number], self.layout.strides[number]
@@ -173,14 +173,14 @@ class DenseSystem:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Batch:
-    """States on their way through an event: where they came from, and what they are by now."""
+    """States in the course of an event: their places before it, and their current values."""
 
     places: Indexes
     columns: dict[int, Indexes]
     written: frozenset[int]
 
     def where(self, condition: Condition) -> _Batch:
-        """Those that meet a condition."""
+        """Return those that satisfy a condition."""
         kept = np.ones(len(self.places), np.bool_)
         for variable, values in condition.allowed.items():
             kept &= values[self.columns[variable]]
@@ -189,7 +189,7 @@ class _Batch:
         return self._only(kept)
 
     def moved(self, rule: TransitionRule) -> Iterator[_Batch]:
-        """Where a rule leads those in which it holds, once per combination of new values."""
+        """Yield the batch after a rule, once per combination of new values."""
         batches = [self.where(rule.condition)]
         for variable, writes in rule.writes.items():
             batches = [
@@ -201,7 +201,7 @@ class _Batch:
         yield from batches
 
     def _written(self, variable: int, writes: Writes) -> Iterator[_Batch]:
-        """Old values with one new value each are looked up at once; there may be hundreds."""
+        """Yield the batches after a write; one for all old values that have one new value."""
         most = 1 + max(max(old) for old, _ in writes)
         single = np.full(most, -1)
         for old, new in writes:
@@ -215,7 +215,7 @@ class _Batch:
         yield self._changed(variable, single)
 
     def _changed(self, variable: int, new: Indexes) -> _Batch:
-        """With a new value for each old one; without the states that have -1 or none there."""
+        """Return the batch with new values by old one; states where it is -1 or missing go."""
         values = self.columns[variable]
         found = np.full(len(values), -1)
         known = values < len(new)

@@ -1,7 +1,7 @@
-"""Which automata of an event can be dealt with one after another.
+"""Splitting the automata of an event into stages that are computed one after another.
 
-A choice of one edge per automaton multiplies; beyond some number it is cheaper to let the
-automata move in turn. That is exact as long as nobody reads what an earlier one wrote.
+The number of choices of one edge per automaton is a product; above some number it is cheaper to
+apply the automata in turn. That is exact as long as none reads what an earlier one writes.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from robosc.synthesis.vectorised import support
 __all__ = ["stages_of"]
 
 _MOST_CHOICES = 64
+"""Combinations of edges up to which automata are in one stage."""
 
 
 def stages_of(plant: Plant, event: Event) -> list[tuple[LocalAutomaton, ...]]:
-    """The automata in stages, at least one; readers stand before those who write."""
+    """Return the automata in stages, at least one; readers of a variable before its writers."""
     automata = event.automata
     if prod(_choices(p) for p in automata) <= _MOST_CHOICES:
         return [automata]
@@ -41,7 +42,7 @@ def _choices(automaton: LocalAutomaton) -> int:
 def _ordered_groups(
     plant: Plant, automata: Sequence[LocalAutomaton]
 ) -> list[tuple[LocalAutomaton, ...]]:
-    import networkx as nx  # loaded when it is needed: it costs more than most syntheses
+    import networkx as nx  # imported on demand: the import takes longer than most syntheses
 
     graph = nx.DiGraph()
     graph.add_nodes_from(range(len(automata)))
@@ -78,9 +79,9 @@ def _reads(plant: Plant, automaton: LocalAutomaton) -> set[int]:
 
 
 def _takes(automaton: LocalAutomaton) -> set[tuple[str | int, ...]]:
-    """The parts of the event's value that the automaton reads.
+    """Return the parameters of the event that the automaton reads.
 
-    Those of one array count as the array: which of them did not come hangs together.
+    Elements of one array count as the array, since they are missing together.
     """
     return {
         node.path[: next((d for d, step in enumerate(node.path) if isinstance(step, int)), None)]

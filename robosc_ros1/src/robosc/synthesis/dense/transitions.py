@@ -1,14 +1,13 @@
-"""The plant's events as conditions and writes over state variables: what engines compile further.
+"""Compilation of the plant's events to transition rules over state variables.
 
-An event in all states is a set of *rules*. A rule has a condition, a conjunction of sets of values
-per state variable and of tests over several state variables, and what it writes: per state
-variable, which old values lead to which new ones. For one combination of parameter values the
-conditions of an event's rules exclude each other; combinations that behave alike share one rule,
-whose writes are then sets.
+An event is a set of *rules*. A rule has a condition, a conjunction of sets of values per state
+variable and of tests over several state variables, and writes: per state variable, which old values
+lead to which new ones. For one combination of parameter values the conditions of an event's rules
+are mutually exclusive; combinations with equal effects share one rule, whose writes are then sets.
 
-Events with many automata are cut into *stages*, sets of rules that follow one another. No stage
-writes what a later one reads, so the result is that of all at once; within a stage exactly one rule
-holds in every state in which the event is possible.
+Events with many automata are split into *stages*, sets of rules that are applied one after another.
+No stage writes what a later one reads, so the result equals simultaneous application; within a
+stage exactly one rule holds in every state in which the event is possible.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,11 +46,15 @@ from robosc.synthesis.vectorised import Bools, IndexArrays, evaluate_vectorised,
 __all__ = ["Compiler"]
 
 _WIDE = 2**16
+"""Combinations of values above which an expression is not evaluated as a whole."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Option:
-    """One way for a component to take part: locations with their targets, guards, updates."""
+    """One way for a component to take part in an event, the same in several locations.
+
+    ``targets`` are pairs of locations (source, target); ``fails`` are guards of earlier edges.
+    """
 
     variable: int
     targets: tuple[tuple[int, int], ...]
@@ -67,19 +70,15 @@ class _Option:
             yield expr
 
 
-_Case: TypeAlias = tuple[Condition, int | None]
-"""Where an update gives one value (its index); None: where it needs no write."""
-
-
 class Compiler:
-    """Compiles events and conditions of one plant, each distinct test once."""
+    """Compiles the events and conditions of one plant; each distinct test is compiled once."""
 
     def __init__(self, plant: Plant) -> None:
         self.plant = plant
         self._tests: dict[tuple[object, ...], Condition | None] = {}
 
     def condition(self, expr: Expr, polarity: bool = True) -> tuple[Condition, ...]:
-        """Conditions that exclude each other and together say that ``expr`` is ``polarity``."""
+        """Return mutually exclusive conditions whose disjunction is: ``expr`` is ``polarity``."""
         return self._all_of([(expr, polarity)])
 
     def is_wide(self, expr: Expr) -> bool:
@@ -87,6 +86,7 @@ class Compiler:
         return self._size(support(self.plant, expr)) > _WIDE
 
     def event(self, event: Event) -> EventRules:
+        """Return the rules of an event of the plant."""
         entry = ALWAYS
         writes: dict[int, Writes] = {}
         if event.phase is not None:
@@ -119,7 +119,7 @@ class Compiler:
         if parts is not None and parts.conjunctive:
             return self._all_of(parts.parts)
         if parts is not None and self.is_wide(expr):
-            # A wide choice becomes cases that exclude each other: each reads fewer state variables.
+            # Split into mutually exclusive cases, each of which reads fewer state variables.
             return self._either(*parts.parts)
 
         def test(columns: IndexArrays) -> Bools:
@@ -138,7 +138,7 @@ class Compiler:
         variables: tuple[int, ...],
         test: Callable[[IndexArrays], Bools],
     ) -> tuple[Condition, ...]:
-        """The condition that a test holds; none if it never does. ``key`` names the test."""
+        """Return the condition that a test holds, or () if it never does; ``key`` identifies it."""
         if key not in self._tests:
             self._tests[key] = self._new_test(variables, test)
         found = self._tests[key]
@@ -220,7 +220,7 @@ class Compiler:
         writes: dict[int, Writes],
         merger: Merger,
     ) -> Iterator[Condition]:
-        """Add the rules of one choice of edges to ``merger``; yield where a range is left."""
+        """Add the rules of one choice of edges to ``merger``; yield the range violations."""
         free = self._free_writes(event, options)
         options = [
             replace(o, updates=tuple(u for u in o.updates if u[0] not in free)) for o in options
@@ -248,9 +248,9 @@ class Compiler:
                     merger.add(condition, {**writes, **write})
 
     def _free_writes(self, event: Event, options: Sequence[_Option]) -> dict[int, Writes]:
-        """Writes of what comes in and nothing else reads: any value, so none is looked at.
+        """Return the writes of parameters that nothing else reads: to any of their values.
 
-        Without that, all values of such parameters would be combined with each other.
+        Otherwise all values of such parameters would be combined with each other.
         """
         expressions = [expr for option in options for expr in option.expressions()]
         read = Counter(
@@ -287,7 +287,7 @@ class Compiler:
     def _update(
         self, variable: int, expr: Expr
     ) -> tuple[list[tuple[dict[int, Writes], Condition]], tuple[Condition, ...]]:
-        """Writes with the conditions under which they happen, and where the range is left."""
+        """Return the writes of an update, each with its condition, and the range violations."""
         size = self.plant.variables[variable].size
         everything = tuple(range(size))
         variables = support(self.plant, expr)
@@ -308,7 +308,7 @@ class Compiler:
         return cases, self._index_test(variable, expr, indexes, -1)
 
     def _indexes_of(self, variable: int, expr: Expr) -> Callable[[IndexArrays], NDArray[Any]]:
-        """The index of the value that ``expr`` gives a state variable, -1 outside its range."""
+        """Return a function for the index of the assigned value, -1 outside the range."""
         values = self.plant.variables[variable].values
 
         def indexes(columns: IndexArrays) -> NDArray[Any]:
@@ -333,7 +333,7 @@ class Compiler:
         variables: tuple[int, ...],
         indexes: Callable[[IndexArrays], NDArray[Any]],
     ) -> list[int]:
-        """The indexes that an update can give: exactly if that is cheap to know."""
+        """Return the indexes that an update can assign; all if computing them is too costly."""
         if self._size(variables) > _WIDE:
             return list(range(self.plant.variables[variable].size))
         grid = (
@@ -356,7 +356,7 @@ class Compiler:
 
 
 def _reference(variable: StateVariable, assigned: Expr) -> VariableRef | TestRef:
-    """What reads a variable of the type of what it is assigned."""
+    """Return the leaf that reads a variable, with the type of what is assigned to it."""
     if variable.test is not None:
         return variable.test
     component, _, name = variable.name.partition(".")

@@ -1,1 +1,1 @@
-"""Reasons for restrictions, and diagnostics that need the state space."""
+"""Explanations of restrictions, and diagnostics that need the state space."""

@@ -1,4 +1,4 @@
-"""What is said of a state from which no marked state can be reached, whatever is done."""
+"""Explanation of a blocking state: one from which no marked state can be reached."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from robosc.synthesis.stepper import Stepper
 __all__ = ["Blocked", "why_blocked"]
 
 _MOST_STATES = 20_000
+"""States above which the search for a marked one is given up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,10 +29,10 @@ class Blocked:
 def why_blocked(
     stepper: Stepper, state: PlantState, steps: Callable[[], Sequence[Step]]
 ) -> Blocked | None:
-    """Why no marked state can be reached from a state; None if one can, or that is too far off.
+    """Return why no marked state can be reached from a state; None if one can, or if unknown.
 
-    ``steps`` gives what led there, which takes its time; one of the last may be what the stuck
-    component fails to react to.
+    ``steps`` computes the trace to the state: a component may be stuck because it does not react to
+    one of its last events.
     """
     plant = stepper.plant
     states = _reachable(stepper, state)
@@ -56,14 +57,14 @@ def why_blocked(
 
 
 def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
-    """All that the plant under its requirements reaches; None if that is too much."""
+    """Return the reachable states, up to the first marked one; None if they are too many."""
     plant = stepper.plant
     if any(weight(event) > MOST_COMBINATIONS for event in plant.events):
         return None
     events = stepper.required()
     seen = {start}
     states = [start]
-    for state in states:  # grows while it is walked
+    for state in states:  # appended to below
         if plant.is_marked(state):
             return states
         for event in events:
@@ -127,9 +128,9 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> s
 
 
 def _requested_from(plant: Plant, key: str, variable: int, place: int) -> int | None:
-    """The state from which a request led the component here, or else its initial one.
+    """Return the state from which a request led the component here, else its initial one.
 
-    Not where a good result leads: nothing has been achieved.
+    An error leads back there, not to where a response does: nothing has been achieved.
     """
     sources = [
         edge.source
@@ -145,7 +146,7 @@ def _requested_from(plant: Plant, key: str, variable: int, place: int) -> int | 
 
 
 def _edges(event: Event, variable: int, place: int) -> list[Edge]:
-    """What a component, told by its state variable, does on an event in a state."""
+    """Return the edges of an event from a location (``place``) of a component (``variable``)."""
     return [
         edge
         for automaton in event.automata
@@ -156,7 +157,7 @@ def _edges(event: Event, variable: int, place: int) -> list[Edge]:
 
 
 def _leaving_by(plant: Plant, key: str, variable: int, place: int) -> list[Edge]:
-    """Edges out of a state by other events of a communication."""
+    """Return the edges that leave a location by an event of a communication."""
     return [
         edge
         for event in plant.events

@@ -1,4 +1,4 @@
-"""A bound on completions from the components' automata alone."""
+"""A bound on run-to-completion steps from the components' automata alone."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ __all__ = ["longest_locally"]
 
 
 def longest_locally(plant: Plant) -> int | None:
-    """A bound on completions: internal transitions change nothing but locations.
+    """Return the sum of the components' longest paths of internal transitions, guards ignored.
 
-    None if those of some component form a cycle, their guards left aside.
+    It bounds a run-to-completion step, since internal transitions change nothing but locations.
+    None if those of a component form a cycle.
     """
-    import networkx as nx  # loaded when it is needed: it costs more than most syntheses
+    import networkx as nx  # imported on demand: the import takes longer than most syntheses
 
     graph = nx.DiGraph()
     for event in plant.events:

@@ -1,22 +1,22 @@
 """Properties of the controller that runs the supervisor (docs/semantics.md, "The result").
 
-Synthesis leaves open in which order things happen; the controller does not. It takes the internal
-transitions (taus) in source order until none is possible, after each event, and sends commands only
-when that is over. What is checked follows the controller properties checker of the
-Eclipse ESCET toolset:
+Synthesis does not fix the order of controllable events; the controller does. After each event it
+runs to completion: it takes the internal transitions (taus) in source order until none is possible,
+and only then sends commands. A state in which none is possible is *at rest*. The checks follow the
+controller properties checker of the Eclipse ESCET toolset:
 
-- *bounded response*: completion always ends; the bound caps it at run time;
-- *confluence*: it ends in the same state whatever the order of the steps;
-- *nonblocking under control*: from each state in which the controller comes to rest, one that is
-  marked and at rest can be reached, internal transitions taken eagerly.
+- *bounded response*: each run-to-completion step ends; the bound caps it at run time;
+- *confluence*: it ends in the same state whatever the order of the internal transitions;
+- *nonblocking under control*: from each reachable state at rest, one that is marked and at rest can
+  be reached, internal transitions taken eagerly.
 
 Preferences are taken into account: while a preferred command is enabled, the other one is not sent.
 A message is one input, whatever the number of its communications. Without internal transitions and
 preferences, all three properties follow from synthesis. With them the controlled system is
-walked state by state, or, if it is too large for that, set by set (:meth:`System.runs`). Where that
-is too much work, bounded response is proved from the components' automata alone or by a greatest
-fixpoint (:meth:`System.longest_completion`), and refuted where a completion near the initial state
-runs in a circle; a diagnostic says what was left out.
+searched state by state, or, if it is too large, by sets of states (:meth:`System.runs`). Where that
+takes too long, bounded response is proved from the components' automata alone or by a greatest
+fixpoint (:meth:`System.longest_completion`), or refuted by a cycle found near the initial state; a
+diagnostic names the properties that were not checked.
 """
 
 from __future__ import annotations
@@ -42,15 +42,20 @@ __all__ = ["Properties", "examine"]
 _Path: TypeAlias = tuple[PlantState, ...]
 
 _FEW_STATES = 10_000
-"""Up to here a walk state by state is as fast as any other way."""
+"""States up to which explicit search is as fast as the symbolic one."""
 _MOST_STATES = 100_000
+"""States above which there is no full explicit search."""
 _FIRST = 2_000
-"""Completions that are walked through in a system with more states."""
+"""Run-to-completion steps that are searched for a cycle in a system with more states."""
 
 
 @dataclass(frozen=True)
 class Properties:
-    """What holds, by name; ``step_bound`` is the longest completion, None: unknown or livelock."""
+    """Whether each property holds, by name; unknown ones are left out.
+
+    ``step_bound`` bounds the internal transitions of a run-to-completion step; None: unknown or
+    livelock.
+    """
 
     holds: tuple[tuple[str, bool], ...]
     step_bound: int | None
@@ -61,7 +66,7 @@ _NAMES = ("bounded response", "confluence", "nonblocking under control")
 
 
 def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
-    """The properties of the controller of a supervisor that is not empty."""
+    """Return the properties of the controller of a supervisor that is not empty."""
     stepping = any(g.event.kind is EventKind.TAU and g.status != "never" for g in guards)
     yields_to = system.plant.robot.yields_to
     if not stepping and not any(guard.event.key in yields_to for guard in guards):
@@ -70,20 +75,20 @@ def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> 
         return _of_large(system, guards, controlled_states)
     runs = system.runs() if controlled_states > _FEW_STATES else None
     if runs is not None:
-        return _Controller(system.plant, guards).told(runs, _longest(system))
+        return _Controller(system.plant, guards).of_runs(runs, _longest(system))
     if controlled_states > _MOST_STATES:
         return _of_large(system, guards, controlled_states)
     return _Controller(system.plant, guards).examine()
 
 
 def _longest(system: System) -> int | None:
-    """A bound on completions in any order, if there is one."""
+    """Return a bound on the internal transitions of a step, in any order, if there is one."""
     bound = longest_locally(system.plant)
     return system.longest_completion() if bound is None else bound
 
 
 def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
-    """What can be decided without walking through all states."""
+    """Return what can be decided without visiting all states."""
     bound = _longest(system)
     branching, livelock = _branching(system), None
     outcomes = f", a message {amount(branching)} values" if branching > MOST_COMBINATIONS else ""
@@ -111,7 +116,7 @@ def _branching(system: System) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Completion:
-    """The states of one completion, its start included; ``ends`` is False for a cycle."""
+    """The states of one run-to-completion step, with its start; ``ends`` is False for a cycle."""
 
     path: tuple[PlantState, ...]
     ends: bool
@@ -122,7 +127,7 @@ class _Completion:
 
 
 class _Controller:
-    """The controller, from rest to rest: one event, then run to completion."""
+    """Explicit search of the controller: from a state at rest one event, then run to completion."""
 
     def __init__(self, plant: Plant, guards: Sequence[Guard]) -> None:
         self.plant = plant
@@ -139,9 +144,9 @@ class _Controller:
         }
         self.completions: dict[PlantState, _Completion] = {}
         self.came: dict[PlantState, _Path] = {}
-        """The state in which a run to completion began, to how it was reached from one at rest."""
+        """Per state in which a step starts, the path to it from a state at rest."""
         self.rests: dict[PlantState, PlantState] = {}
-        """Each state at rest, to where the first completion that led to it began."""
+        """Per state at rest, the start of the first step that led to it."""
         self.edges: list[tuple[PlantState, PlantState]] = []
 
     def examine(self) -> Properties:
@@ -161,8 +166,8 @@ class _Controller:
         bound = max(len(s.path) - 1 for s in self.completions.values())
         return Properties(holds, bound if livelock is None else None, tuple(diagnostics))
 
-    def told(self, runs: Runs, bound: int | None) -> Properties:
-        """What was found set by set, in words; ``bound`` is a closer one on completions."""
+    def of_runs(self, runs: Runs, bound: int | None) -> Properties:
+        """Return the properties from a symbolic search; ``bound`` replaces its bound if given."""
         diagnostics: list[Diagnostic] = []
         if runs.livelock is not None:
             diagnostics.append(self._livelock(self._follow(runs.livelock)))
@@ -179,7 +184,7 @@ class _Controller:
         return Properties(holds, bound if ends else None, tuple(diagnostics))
 
     def _follow(self, chain: Sequence[PlantState]) -> _Completion:
-        """Walk through the completions that start in these states; the last one."""
+        """Run to completion from each state of a chain (:class:`Runs`); return the last step."""
         for start in chain:
             self._completed(start)
         for before, start in pairwise(chain):
@@ -190,19 +195,19 @@ class _Controller:
         return self.completions[chain[-1]]
 
     def livelock(self, most: int) -> Diagnostic | None:
-        """A completion that runs into a cycle, among the first ones."""
+        """Return the diagnostic of a cycle among the first ``most`` steps, if there is one."""
         self._run(most)
         found = next((s for s in self.completions.values() if not s.ends), None)
         return None if found is None else self._livelock(found)
 
     def _run(self, most: int | None = None) -> None:
-        """Walk through all completions, or until there are ``most``."""
+        """Search all steps, or until there are ``most``."""
         queue: list[PlantState] = []
         for state in self.plant.initial_states:
             queue.extend(self._completed(state))
             if most is not None and len(self.completions) > most:
                 return
-        for rest in queue:  # grows while it is walked
+        for rest in queue:  # appended to below
             if most is not None and len(self.completions) > most:
                 return
             for events in self.inputs:
@@ -218,7 +223,7 @@ class _Controller:
                         self.edges.append((rest, self.completions[after].rest))
 
     def _completed(self, start: PlantState) -> list[PlantState]:
-        """Run to completion from a state, once; the state at rest if it is a new one."""
+        """Run to completion from a new state; return the state at rest if that is new, too."""
         if start in self.completions:
             return []
         completion = self.completions[start] = self._complete(start)
@@ -228,7 +233,7 @@ class _Controller:
         return [completion.rest]
 
     def _complete(self, state: PlantState) -> _Completion:
-        """As the controller does it: all taus in source order, again until none was possible."""
+        """Run to completion as the controller does: taus in source order until none is left."""
         path = [state]
         seen: set[PlantState] = set()
         while state not in seen:
@@ -243,9 +248,9 @@ class _Controller:
         return _Completion(tuple(path), False)
 
     def _differing(self) -> tuple[PlantState, PlantState, PlantState] | None:
-        """A state from which completion ends in two states, depending on the order.
+        """Return a state from which a step may end in two states, and both; None if there is none.
 
-        An order that never ends is no other end: bounded response is about that.
+        An order that never ends is not counted as an end: bounded response covers it.
         """
         known: dict[PlantState, PlantState] = {}
         for start in self.completions:
@@ -253,7 +258,7 @@ class _Controller:
             closing: list[PlantState] = []
             before: dict[PlantState, list[PlantState]] = {start: []}
             queue = [start]
-            for state in queue:  # grows while it is walked
+            for state in queue:  # appended to below
                 after = [target for tau in self.taus for target in _moves(tau, state)]
                 if state in known or not after:
                     ends[known.get(state, state)] = None
@@ -265,28 +270,28 @@ class _Controller:
             if len(ends) > 1:
                 one, other, *_ = ends
                 return start, one, other
-            for state in closing:  # grows while it is walked, back from the end
+            for state in closing:  # appended to below, backward from the end
                 known.setdefault(state, *ends)
                 closing.extend(before.pop(state, ()))
         return None
 
     def _stuck(self) -> PlantState | None:
-        """A state at rest from which no marked one at rest is reached."""
+        """Return a state at rest from which no marked one at rest is reachable, if there is one."""
         before: dict[PlantState, list[PlantState]] = {}
         for source, target in self.edges:
             before.setdefault(target, []).append(source)
         queue = [rest for rest in self.rests if self.plant.is_marked(rest)]
         good = set(queue)
-        for rest in queue:  # grows while it is walked
+        for rest in queue:  # appended to below
             fresh = dict.fromkeys(s for s in before.get(rest, ()) if s not in good)
             good.update(fresh)
             queue.extend(fresh)
         return next((rest for rest in self.rests if rest not in good), None)
 
-    # --- what is said
+    # --- diagnostics
 
     def _trace_to(self, start: PlantState) -> tuple[Step, ...]:
-        """The steps from the initial state to where a completion begins."""
+        """Return the trace from the initial state to a state in which a step starts."""
         steps: list[Step] = []
         while start in self.came:
             path = self.came[start]
@@ -337,7 +342,7 @@ class _Controller:
         )
 
     def _difference(self, one: PlantState, other: PlantState) -> str:
-        told = [
+        sides = [
             [
                 f"{variable.name}.{variable.values[state[n]]}"
                 for n, variable in enumerate(self.plant.variables)
@@ -345,10 +350,10 @@ class _Controller:
             ]
             for state in (one, other)
         ]
-        return " or in ".join(listing(names) for names in told)
+        return " or in ".join(listing(names) for names in sides)
 
     def _order(self) -> str:
-        """What the controller decides that synthesis leaves open."""
+        """Return which choices of the controller synthesis does not make."""
         if not self.taus:
             return "it sends preferred commands as long as they are enabled"
         preferring = ", and preferred commands first" if self.preferred else ""
@@ -368,7 +373,7 @@ class _Controller:
 
 
 def _paths(events: Sequence[CompiledEvent], state: PlantState) -> Iterable[_Path]:
-    """How each state is reached that these events, one after the other, may lead to."""
+    """Return a path to each state that these events, one after the other, may lead to."""
     found: dict[PlantState, _Path] = {state: ()}
     for event in events:
         after: dict[PlantState, _Path] = {}
@@ -384,5 +389,5 @@ def _is_enabled(event: CompiledEvent, state: PlantState) -> bool:
 
 
 def _moves(tau: CompiledEvent, state: PlantState) -> list[PlantState]:
-    """Where an internal transition leads; the controller does not take one that changes nothing."""
+    """Return where an internal transition leads; the controller takes no self-loop."""
     return [target for _, target in tau.targets(state) if target != state]

@@ -1,4 +1,4 @@
-"""What is said of an uncontrollable event that takes a variable out of its range."""
+"""Explanation of an uncontrollable event that takes a variable out of its range."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Leaving:
 
 
 def leaving_remedy(stepper: Stepper, step: Step, state: PlantState) -> Leaving:
-    """Which variable leaves its range by the step, and which guard would prevent it."""
+    """Return which variable leaves its range by a step, and the guard that would prevent it."""
     plant = stepper.plant
 
     def lookup(leaf: Leaf) -> Value | None:
@@ -97,7 +97,7 @@ def _told(
 
 
 def _preventing(plant: Plant, index: int, expr: Expr) -> Expr | None:
-    """A guard that keeps ``x := x + c`` or ``x := x - c`` inside the range."""
+    """Return a guard that keeps ``x := x + c`` or ``x := x - c`` in range, if there is one."""
     values = plant.variables[index].values
     match expr:
         case Binary(

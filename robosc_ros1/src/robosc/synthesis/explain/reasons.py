@@ -1,4 +1,4 @@
-"""Reasons: why a command is restricted further than its requirements, or the supervisor is empty.
+"""Explanations why a command is restricted beyond its requirements, or the supervisor is empty.
 
 The trace of a refused command: a shortest path under control to a state in which the requirements
 would allow it; the command; then the uncontrollable events that lead on, over states that must all
@@ -34,7 +34,11 @@ __all__ = ["explain_empty", "explain_guards"]
 
 @dataclass(frozen=True, slots=True)
 class _BadState:
-    """A state to be avoided, and the path of uncontrollable events to it: ``states``, ``last``."""
+    """A bad state, and the path of uncontrollable events to it.
+
+    ``last`` is the step out of the last of ``states`` that takes a variable out of its range, if
+    that is what is bad.
+    """
 
     states: tuple[PlantState, ...]
     last: Step | None
@@ -48,7 +52,7 @@ def explain_guards(
     guards: tuple[Guard, ...],
     progress: Callable[[str, int, int], None] | None = None,
 ) -> tuple[Explanation, ...]:
-    """An explanation per guard that is restricted or never."""
+    """Return an explanation per guard that is restricted or never holds."""
     explainer = _Explainer(system)
     found = []
     for number, guard in enumerate(guards):
@@ -60,7 +64,7 @@ def explain_guards(
 
 
 def explain_empty(system: System) -> Explanation:
-    """Why not even the initial state can be kept."""
+    """Return why an initial state cannot be kept."""
     return _Explainer(system).empty()
 
 
@@ -72,7 +76,7 @@ class _Explainer:
 
     @cached_property
     def uncontrollable(self) -> list[CompiledEvent]:
-        """All uncontrollable events, compiled only when something is to be explained."""
+        """All uncontrollable events, compiled on demand."""
         return [
             self.stepper.compiled(number, None)
             for number, event in enumerate(self.plant.events)
@@ -113,7 +117,7 @@ class _Explainer:
             return self._never_asked(guard)
         number = self.plant.number(event)
         outcomes = list(self.stepper.compiled(number, None).targets(path[-1]))
-        # Where the environment decides what comes of a command, what is bad of it matters.
+        # Of several outcomes that the environment chooses from, explain a bad one.
         values, target = min(outcomes, key=lambda outcome: self.system.is_good(outcome[1]))
         command = make_step(self.plant, event, values, path[-1], target)
         bad = self._bad_state(target, (command,))
@@ -137,7 +141,7 @@ class _Explainer:
         return Explanation(event, message, trace, bad.remedy, diagnostic)
 
     def _never_asked(self, guard: Guard) -> Explanation:
-        """Never, though synthesis takes nothing away: plant or requirements never allow it."""
+        """Return why a command never happens that the plant or the requirements never allow."""
         event = guard.event
         name = event_text(event)
         path = self.system.nearest(possible(self.plant, event))
@@ -168,9 +172,9 @@ class _Explainer:
     # --- the bad state
 
     def _bad_state(self, start: PlantState, before: tuple[Step, ...] = ()) -> _BadState:
-        """From a state that must be avoided to the nearest one that plainly breaks a requirement.
+        """Return the nearest bad state to which uncontrollable events lead from ``start``.
 
-        ``before`` is the step that led to the state.
+        ``before`` is the step that led to ``start``.
         """
         paths: list[tuple[PlantState, ...]] = []
         for path in self._unpreventable(start):
@@ -195,18 +199,18 @@ class _Explainer:
         return (*before, *steps_of(self.stepper, path))
 
     def _unpreventable(self, start: PlantState) -> Iterator[tuple[PlantState, ...]]:
-        """Paths of uncontrollable events over states to be avoided, shortest first."""
+        """Yield paths of uncontrollable events over states that are not good, shortest first."""
         seen = {start}
         looked = 0
         sampled = any(event.is_sampled for event in self.uncontrollable)
         most = _MOST_SAMPLES if sampled else _MOST_STEPS
         paths: list[tuple[PlantState, ...]] = [(start,)]
-        for path in paths:  # grows while it is walked
+        for path in paths:  # appended to below
             yield path
             if looked > most:
                 continue
             for step, target in self._uncontrollable(path[-1], self.uncontrollable):
-                looked += 1 + len(step.values)  # each part takes its time
+                looked += 1 + len(step.values)  # time grows with the number of parameters
                 if isinstance(target, Verdict) or target in seen:
                     continue
                 if not self.system.is_good(target):
@@ -251,11 +255,11 @@ def _may_leave(plant: Plant, number: int) -> bool:
 _MOST_PATHS = 20_000
 _MOST_STEPS = 1_000_000
 _MOST_SAMPLES = 200_000
-"""The same where not all values of an event are tried."""
+"""The limit on steps where events are sampled."""
 
 
 def _avoiding(requirement: Requirement, event: Event | None) -> str:
-    """How a state requirement could be kept that fails after an event, or at the start (None)."""
+    """Return how to mend a state requirement that fails after an event, or at the start (None)."""
     read = dict.fromkeys(
         part.component
         for part in walk(requirement.condition)

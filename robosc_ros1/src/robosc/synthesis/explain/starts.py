@@ -1,7 +1,7 @@
-"""Which of the initial states an explanation is about: as far as possible that of the defaults.
+"""The initial state of an explanation: the one closest to the parameters' defaults.
 
-What parameters are is not known beforehand, so there is an initial state for all that they may be.
-A reader wants to hear of a parameter only where it has to do with the matter.
+Parameters of the node are unknown at synthesis, so there is an initial state for each of their
+values. An explanation mentions a parameter only if its default would not do.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["assumed", "lost_start", "nearest"]
 
 
 def assumed(plant: Plant, start: PlantState) -> str:
-    """What an initial state takes parameters to be that their defaults are not, before a clause."""
+    """Return which parameters differ from their defaults in an initial state, as a clause."""
     texts = [
         to_dsl(_outcome(variable, index), plant.robot)
         for variable, index in zip(plant.variables, start, strict=True)
@@ -28,7 +28,7 @@ def assumed(plant: Plant, start: PlantState) -> str:
 
 
 def lost_start(system: System) -> PlantState:
-    """An initial state that cannot be kept; there is one."""
+    """Return an initial state that is not good; there is one."""
     state = system.lost_start()
     for number, variable in enumerate(system.plant.variables):
         other = (*state[:number], variable.initial, *state[number + 1 :])
@@ -38,7 +38,7 @@ def lost_start(system: System) -> PlantState:
 
 
 def nearest(system: System, condition: Expr) -> tuple[PlantState, ...] | None:
-    """A path as of :meth:`System.nearest`, with as many parameters as possible at their default."""
+    """Return :meth:`System.nearest`, with as many parameters as possible at their defaults."""
     found = system.nearest(condition)
     if found is None:
         return None
@@ -54,7 +54,7 @@ def nearest(system: System, condition: Expr) -> tuple[PlantState, ...] | None:
 
 
 def _outcome(variable: StateVariable, index: int) -> Expr:
-    """The condition that a test comes to one of its outcomes."""
+    """Return the condition that a test has one of its values."""
     test = variable.test
     assert test is not None
     if isinstance(variable.values, Classes):

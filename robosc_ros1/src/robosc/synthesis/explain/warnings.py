@@ -1,7 +1,7 @@
-"""What only the state space shows about a model (docs/diagnostics.md).
+"""Diagnostics of a model that need the state space (docs/diagnostics.md).
 
-Each question is a condition; if a state of the controlled system meets it, the shortest way there
-goes into the message.
+Each check is a condition; if a state of the controlled system satisfies it, the message has a
+shortest trace to that state.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ __all__ = ["warnings"]
 
 
 def warnings(system: System, guards: Sequence[Guard]) -> tuple[Diagnostic, ...]:
-    """Errors and warnings of the controlled system, in no order."""
+    """Return errors and warnings of the controlled system, in no order."""
     examiner = _Examiner(system, guards)
     return (
         *examiner.topics(),
@@ -48,7 +48,7 @@ class _Examiner:
         }
 
     def _when(self, condition: Expr) -> str | None:
-        """How a state with the condition comes about, as the end of a sentence; None: never."""
+        """Return how a state with a condition is reached, to end a sentence with; None: never."""
         path = self.system.nearest(condition)
         if path is None:
             return None
@@ -69,7 +69,7 @@ class _Examiner:
                     yield from self._topic(first, second)
 
     def _one_is_preferred(self, first: str, second: str) -> bool:
-        """Whether a preference keeps two commands from being sent in one state."""
+        """Whether a preference excludes that two commands are sent in one state."""
         yields_to = self.robot.yields_to
         return first in yields_to.get(second, ()) or second in yields_to.get(first, ())
 
@@ -142,7 +142,7 @@ class _Examiner:
     def _nothing_to_send(
         self, key: str, provides: Sequence[Provide], command: Expr
     ) -> Iterator[Diagnostic]:
-        """Data that may not have come when a command is to be sent with them."""
+        """Warn of data that may not have arrived when a command is to be sent with them."""
         earlier: list[Expr] = []
         for provide in provides:
             condition = self._condition(provide)
@@ -173,15 +173,15 @@ class _Examiner:
     def requirements(self) -> Iterator[Diagnostic]:
         numbers = {number for _, number in self.plant.invariants}
         numbers.update(number for event in self.plant.events for number in event.requirements)
-        told: set[str] = set()
+        reported: set[str] = set()
         for number in sorted(numbers):
-            yield from self._requirement(self.robot.requirements[number], told)
+            yield from self._requirement(self.robot.requirements[number], reported)
         for key, guard in self.requests.items():
-            if guard.status == "never" and key not in told:
+            if guard.status == "never" and key not in reported:
                 yield from self._unmet_together(guard.event)
 
-    def _requirement(self, requirement: Requirement, told: set[str]) -> Iterator[Diagnostic]:
-        """``told`` gets the commands that can never happen because of it."""
+    def _requirement(self, requirement: Requirement, reported: set[str]) -> Iterator[Diagnostic]:
+        """Check one requirement; add the commands that it makes impossible to ``reported``."""
         kept = self._kept(requirement)
         forbids = _forbids(requirement)
         if self.system.plant_reaches(negation(kept)) is False:
@@ -199,7 +199,7 @@ class _Examiner:
             where = conjunction([kept, possible(self.plant, self.requests[key].event)])
             if self.system.plant_reaches(where) is False:
                 unmet.append(self.robot.display_names[key])
-                told.add(key)
+                reported.add(key)
         if unmet:
             yield Diagnostic(
                 Severity.WARNING,
@@ -210,7 +210,7 @@ class _Examiner:
             )
 
     def _unmet_together(self, event: Event) -> Iterator[Diagnostic]:
-        """Requirements of a command that the controlled system never meets where it is possible."""
+        """Warn of requirements of a command that never hold together where it is possible."""
         here = possible(self.plant, event)
 
         def never_met(requirements: Sequence[Requirement]) -> bool:
@@ -247,12 +247,12 @@ class _Examiner:
     def overlaps(self) -> Iterator[Diagnostic]:
         for event in self.plant.events:
             for automaton in event.automata:
-                told: set[tuple[Span, Span]] = set()
+                reported: set[tuple[Span, Span]] = set()
                 for first, second in _guarded_pairs(automaton):
                     # A transition of the whole automaton is an edge in every location.
-                    if (first.span, second.span) not in told:
+                    if (first.span, second.span) not in reported:
                         found = list(self._overlap(event, automaton, first, second))
-                        told.update((first.span, second.span) for _ in found)
+                        reported.update((first.span, second.span) for _ in found)
                         yield from found
 
     def _overlap(

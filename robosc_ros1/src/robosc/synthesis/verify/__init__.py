@@ -1,1 +1,1 @@
-"""An independent check of a supervisor against its plant."""
+"""Independent verification of a supervisor against its plant."""

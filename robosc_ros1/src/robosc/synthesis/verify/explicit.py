@@ -1,7 +1,7 @@
-"""The states under the guards of a supervisor, searched one by one.
+"""Verification of a supervisor by explicit search, state by state.
 
-What the guards forbid and the requirements permit is walked as well: where it leads decides whether
-the guards forbid more than they need to.
+Steps that the guards forbid and the requirements permit are followed as well: where they lead
+decides whether the guards forbid more than necessary.
 """
 
 from __future__ import annotations
@@ -28,14 +28,15 @@ __all__ = ["ExplicitVerifier"]
 _MOST_STEPS: Final = 1 << 24  # each takes 16 bytes
 
 _Work: TypeAlias = tuple[int, Successors, bool, bool]
-"""One event in one state: its first label, its moves, whether its guard allows it and whether the
-requirements permit it."""
+"""One event in one state: its first label, its successors, whether its guard allows it, and whether
+the requirements permit it.
+"""
 
 # --- the search ----------------------------------------------------------------------------------
 
 
 class ExplicitVerifier:
-    """One run: conditions and moves are remembered from search to search."""
+    """One verification: conditions and successors are cached across its searches."""
 
     def __init__(self, supervisor: Supervisor, limit: int) -> None:
         plant = supervisor.plant
@@ -48,7 +49,7 @@ class ExplicitVerifier:
         guards = {guard.event.identity: guard.expr for guard in supervisor.guards}
         self._guards = [guards.get(event.identity) for event in plant.events]
         self._invariants = [(condition(plant, expr), index) for expr, index in plant.invariants]
-        # Uncontrollable events have the first labels, so that one comparison recognises them.
+        # Uncontrollable events have the first labels, so one comparison identifies them.
         self._order = sorted(range(len(plant.events)), key=lambda i: plant.events[i].controllable)
         self._labels: dict[int, int] = {}
         self._labelled: list[tuple[int, int]] = []
@@ -73,7 +74,7 @@ class ExplicitVerifier:
         ]
 
         def work_out(event: int, state: PlantState) -> _Work | None:
-            # Those that leave a range last, so that one look suffices.
+            # Range violations last, so only the last one has to be checked.
             moves = tuple(sorted(self._moves[event](state), key=lambda move: move[1] is None))
             if not moves:
                 return None
@@ -112,7 +113,7 @@ class ExplicitVerifier:
         )
 
     def _search(self) -> CodedGraph:
-        """Everything that the requirements permit; unsafe states are not left."""
+        """Return the graph that the requirements permit; unsafe states have no successors."""
         codes = [self._coding.encode(state) for state in self._plant.initial_states]
         number = {code: n for n, code in enumerate(codes)}
         graph = CodedGraph(codes, number, len(codes), self._outcomes)
@@ -152,7 +153,7 @@ class ExplicitVerifier:
         graph.allowed.append(allowed)
 
     def _failing(self, state: PlantState, work: list[_Work]) -> str | None:
-        """Why a state is unsafe in itself, None if it is not."""
+        """Return why a state is unsafe in itself; None if it is safe."""
         for holds, index in self._invariants:
             if not holds(state):
                 return f"'{self._plant.robot.requirements[index].text}' fails"
@@ -163,11 +164,11 @@ class ExplicitVerifier:
         return None
 
     def _refuse(self) -> None:
-        """Refuse before anything is walked what synthesis knows to be too large."""
-        told = self._supervisor
+        """Raise StateSpaceError before the search if the supervisor's sizes exceed the limits."""
+        supervisor = self._supervisor
         for found, what, most in (
-            (told.controlled_states, "states", self._limit),
-            (told.controlled_transitions, "transitions", _MOST_STEPS),
+            (supervisor.controlled_states, "states", self._limit),
+            (supervisor.controlled_transitions, "transitions", _MOST_STEPS),
         ):
             if found > most:
                 raise StateSpaceError(
@@ -182,10 +183,10 @@ class ExplicitVerifier:
             raise StateSpaceError(f"verification stops at {_MOST_STEPS} transitions")
 
     def _keepable(self, graph: CodedGraph, backward: Backward) -> bytearray:
-        """Which states some supervisor can keep safe and nonblocking: 1, the others 0.
+        """Return the supremal safe, controllable and nonblocking set: 1 per state in it, else 0.
 
-        Starting from the unsafe states, lose in turn what uncontrollable events lead to lost ones,
-        and what cannot reach a marked state through kept ones, until nothing more is lost.
+        Starting from all but the unsafe states, remove in turn those from which uncontrollable
+        events lead out of the set, and those that reach no marked state inside it.
         """
         kept = bytearray(b"\1" * len(graph.codes))
         fresh = list(graph.unsafe)
@@ -204,10 +205,10 @@ class ExplicitVerifier:
     def _blocked(
         self, graph: CodedGraph, backward: Backward, within: bytearray, forbidden: bool
     ) -> list[int]:
-        """States ``within`` that reach no marked one through such states.
+        """Return the states ``within`` that reach no marked one through such states.
 
-        Steps that the guards forbid count only if ``forbidden``, and if the command cannot lead
-        elsewhere.
+        With ``forbidden``, steps that the guards forbid count, too, and a command counts only where
+        all its outcomes are ``within``.
         """
         reaching = bytearray(len(within))
         todo = [
@@ -261,7 +262,7 @@ class ExplicitVerifier:
         return Check("maximally permissive", True)
 
     def _plant_states(self) -> int | None:
-        """The states that can be reached without any requirement; None if they are too many."""
+        """Return how many states the plant reaches without requirements; None if too many."""
         if self._supervisor.plant_states > self._limit:
             return None
         changes = Grouped(
@@ -284,7 +285,7 @@ class ExplicitVerifier:
     # --- traces ----------------------------------------------------------------------------------
 
     def _trace(self, graph: CodedGraph, reached: Reached, state: int) -> tuple[Step, ...]:
-        """A shortest way from an initial state."""
+        """Return a shortest trace from an initial state."""
         steps = []
         while (source := reached.parents[state]) != state:
             label = next(n for target, n in graph.steps(source) if target == state and n >= 0)

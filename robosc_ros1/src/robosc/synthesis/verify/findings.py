@@ -1,4 +1,4 @@
-"""What the check of a supervisor found, and the document of it."""
+"""The results of verification, and their JSON document."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Check", "Findings", "VerifyReport", "state_text", "verify_document"]
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One property: ``detail`` says in a sentence what fails, ``trace`` leads there."""
+    """The result for one property: ``detail`` says what fails, ``trace`` leads to it."""
 
     name: str
     holds: bool
@@ -25,11 +25,11 @@ class Check:
 
 @dataclass(frozen=True, slots=True)
 class VerifyReport:
-    """What was found; ``states`` and ``transitions`` are those under the guards.
+    """The results of a verification; ``states`` and ``transitions`` are those under the guards.
 
-    ``properties`` are the controller properties as synthesis found them, by name; one that fails
-    is a warning and leaves the supervisor right. Where the guards are not even safe, nothing is
-    said about what comes after.
+    ``properties`` are the controller properties as synthesis found them, by name; one that fails is
+    a warning and does not make the supervisor wrong. If the guards are not safe, there are no
+    further checks.
     """
 
     robot: str
@@ -48,8 +48,9 @@ class VerifyReport:
 class Findings:
     """What a search found under the guards of a supervisor.
 
-    ``others`` are the checks of a supervisor that is safe. ``keeps_initial`` says whether the
-    initial states can be kept safe and nonblocking.
+    ``others`` computes the further checks if it is safe. ``keeps_initial`` says whether the initial
+    states are in the supremal safe, controllable and nonblocking set. ``plant_states`` computes how
+    many states the plant reaches; None if that is unknown.
     """
 
     method: Literal["explicit", "symbolic"]
@@ -62,7 +63,7 @@ class Findings:
 
 
 def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> dict[str, object]:
-    """``verify --json``, version 1; ``event`` writes one step as ``explore --json`` does."""
+    """Return the document of ``verify --json``, version 1; ``event`` returns that of a step."""
     return {
         "version": 1,
         "robot": report.robot,

@@ -1,8 +1,8 @@
-"""The graph that the independent checker walks: states by number, steps forward and backward.
+"""The graph of the explicit verifier: numbered states, steps forward and backward.
 
-Searched by hand, not by networkx, which costs too much here: for 261,632 states and 3.8 million
-steps, to build its graph and search it once in each direction takes 10.4 s and 750 MB, where all
-searches of a verification take 3.6 s (of 6.0 s in all); for 65,536 states 3.2 s instead of 0.9 s.
+It does not use networkx, which is too slow here: for 261,632 states and 3.8 million steps, building
+its graph and searching it once in each direction takes 10.4 s and 750 MB, where all searches of a
+verification take 3.6 s (of 6.0 s in all); for 65,536 states 3.2 s instead of 0.9 s.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ __all__ = ["Backward", "CodedGraph", "Reached"]
 
 @dataclass
 class CodedGraph:
-    """What the requirements permit, and which of it the guards allow.
+    """The steps that the requirements permit, and which of them the guards allow.
 
-    States are numbered as they are found, the ``starts`` initial ones first; ``codes`` and
-    ``number`` lead from number to state and back. The steps of state ``i`` are those from
-    ``first[i]`` to ``first[i + 1]``: ``targets``, and ``labels`` of event and value,
-    complemented where the guard forbids the step. An allowed step that changes nothing is only
-    counted, in ``allowed``. Of a command that may come to several states, ``outcomes`` are the
-    labels of all, by each of them.
+    States are numbered in the order of discovery, the ``starts`` initial ones first; ``codes`` and
+    ``number`` map numbers to coded states and back. The steps of state ``i`` are those from
+    ``first[i]`` to ``first[i + 1]``: ``targets``, and ``labels`` of event and values, complemented
+    where the guard forbids the step. Allowed self-loops are only counted, in ``allowed``, which has
+    the number of allowed steps per state. ``outcomes`` has, for each label of a command with
+    several outcomes, the labels of all of them.
     """
 
     codes: list[int]
@@ -38,12 +38,12 @@ class CodedGraph:
     violations: dict[int, int] = field(default_factory=dict)  # state: label of the step
 
     def steps(self, state: int) -> Iterator[tuple[int, int]]:
-        """Targets and labels."""
+        """Yield the target and label of each step of a state."""
         for step in range(self.first[state], self.first[state + 1]):
             yield self.targets[step], self.labels[step]
 
     def staying(self, state: int, label: int, within: bytearray) -> bool:
-        """Whether a step of the state leads ``within`` whatever comes of the command."""
+        """Whether all outcomes of a command in a state are ``within``."""
         labels = self.outcomes.get(label if label >= 0 else ~label)
         return labels is None or all(
             within[target]
@@ -78,16 +78,16 @@ class Backward:
         return cls(first, sources, labels)
 
     def steps(self, target: int) -> Iterator[tuple[int, int]]:
-        """Sources and labels."""
+        """Yield the source and label of each step to a state."""
         start, end = self.first[target], self.first[target + 1]
         return zip(self.sources[start:end], self.labels[start:end], strict=True)
 
 
 @dataclass
 class Reached:
-    """What the guards let happen: states in the order of a breadth-first search.
+    """The states reached under the guards, in breadth-first order.
 
-    An initial state is its own parent.
+    An initial state is its own parent; ``among`` is 1 per reached state, else 0.
     """
 
     order: list[int]

@@ -1,8 +1,8 @@
-"""Sets of states and transition relations of the independent checker, as decision diagrams.
+"""Sets of states and transition relations of the symbolic verifier, as decision diagrams.
 
-Variables stand in model order. The transition relation of an event is the conjunction of a table
-for each automaton that takes part, of what :class:`EventSteps` works out state by state. Conditions
-are taken apart at their operators and looked up value by value.
+Variables are in model order. The transition relation of an event is the conjunction of one table
+per automaton that takes part, computed by :class:`EventSteps` state by state. Conditions are
+decomposed at their operators, and the operands evaluated value by value.
 """
 
 from __future__ import annotations
@@ -31,21 +31,21 @@ from robosc.synthesis.verify.steps import (
 __all__ = ["Relation", "StateSets"]
 
 _MOST_ROWS: Final = 1 << 18  # some seconds each
-_FEW_ROWS: Final = 1 << 10  # beyond, operators are put together: sums have few values
+_FEW_ROWS: Final = 1 << 10  # above, operands are combined by value: sums have few values
 
 _Values: TypeAlias = tuple[Value | None, ...]
 _Row: TypeAlias = tuple[int, ...]
 """Values of some state variables."""
 _Effect: TypeAlias = tuple[int | None, ...]
-"""What becomes of the state variables that an event writes; None: one stays as it is."""
+"""The new values of the state variables that an event writes; None: unchanged."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Relation:
     """An event: its steps as pairs of states before and after, over what it reads and writes.
 
-    ``possible`` is where it can happen at all, ``escapes`` where it may leave a range, ``weights``
-    in how many ways it can happen.
+    ``possible`` is where it can happen with some values, ``escapes`` where it may leave a range,
+    ``weights`` are sets of states, each with a number of values with which it can happen there.
     """
 
     event: Event
@@ -61,9 +61,11 @@ class Relation:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Table:
-    """What an automaton does with some values of an event: ``inside`` and ``escapes`` are where it
-    takes part and keeps to the ranges or may not, ``steps`` are pairs of states before and after,
-    over what it reads and writes."""
+    """The effect of an automaton for some values of an event.
+
+    ``inside`` is where it takes part within the ranges, ``escapes`` where it may leave one;
+    ``steps`` are pairs of states before and after, over what it reads and writes.
+    """
 
     inside: Bdd
     escapes: Bdd
@@ -72,10 +74,9 @@ class _Table:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Local:
-    """An automaton's part in an event, as tables.
+    """An automaton's part in an event: one table per combination of the values that it reads.
 
-    It has the state variables ``written``, the places in the event's values that it ``reads``, and
-    a table for each combination of these.
+    ``written`` are state variables, ``reads`` indexes into the event's values.
     """
 
     written: list[int]
@@ -83,12 +84,12 @@ class _Local:
     tables: dict[_Values, _Table]
 
     def read(self, values: _Values) -> _Values:
-        """Those of the event's values that the automaton reads."""
+        """Return those of the event's values that the automaton reads."""
         return tuple(values[place] for place in self.reads)
 
 
 def _parts(event: Event) -> Iterator[Event]:
-    """The event as it is for its communication, and for each automaton alone."""
+    """Yield the event without automata, then with the phase left out for each automaton alone."""
     yield replace(event, automata=())
     for automaton in event.automata:
         yield replace(event, automata=(automaton,), phase=None)
@@ -119,7 +120,7 @@ class StateSets:
         return found
 
     def holds(self, expr: Expr) -> Bdd:
-        """The states in which a condition holds."""
+        """Return the states in which a condition holds."""
         match expr:
             case Unary(operator="!", operand=operand):
                 return ~self.holds(operand)
@@ -131,9 +132,10 @@ class StateSets:
         return self._valued(expr).get(True, self.false)
 
     def _valued(self, expr: Expr) -> dict[Value, Bdd]:
-        """The values of an expression, each with the states in which it has it.
+        """Return the values of an expression, each with the states in which it has it.
 
-        What reads few combinations of values is looked up; a wider one is put together.
+        It is evaluated for all combinations of what it reads; if these are too many, its operands
+        are, and their values combined.
         """
         variables = sorted(variables_of(self.plant, expr))
         if self._size(variables) <= _FEW_ROWS or not isinstance(expr, Binary):
@@ -187,7 +189,7 @@ class StateSets:
         )
 
     def _local(self, coding: Coding, event: Event) -> _Local:
-        """What one automaton does in an event, given as an event of its own."""
+        """Return the part of one automaton, given as an event of its own."""
         steps = EventSteps(self.plant, coding, event)
         (written,) = replace(self.plant, events=(event,)).writes
         variables = sorted(variables_read(self.plant, event))
@@ -204,9 +206,9 @@ class StateSets:
     def _table(
         self, steps: EventSteps, variables: Sequence[int], written: Sequence[int], values: _Values
     ) -> _Table:
-        """What the event does, by the values that it reads.
+        """Return the effect of an event for some values, as a table over what it reads.
 
-        A state variable that is not read either stays or gets the same value whatever it was; two
+        A variable that is written but not read is either unchanged or assigned a constant; two
         states that differ in it show which.
         """
         escapes: list[_Row] = []
@@ -249,14 +251,14 @@ class StateSets:
         )
 
     def _at(self, variables: Sequence[int], row: _Row, rest: int = 0) -> PlantState:
-        """The state with some values; all others are ``rest`` where they can be."""
+        """Return the state with some values; all others are ``rest``, or their maximum."""
         state = [min(rest, variable.size - 1) for variable in self.plant.variables]
         for index, value in zip(variables, row, strict=True):
             state[index] = value
         return tuple(state)
 
     def _rows(self, variables: Sequence[int], rows: Iterable[_Row]) -> Bdd:
-        """The states in which state variables, ascending, have the values of one of the rows."""
+        """Return where state variables, ascending, have the values of one of the rows."""
         if not variables:
             return self.manager.true if any(True for _ in rows) else self.false
         by_value: dict[int, list[_Row]] = {}

@@ -1,8 +1,8 @@
-"""Single steps of a plant for the independent checker: what an event does in one state.
+"""Single steps of a plant for the independent verifier: the effect of an event in one state.
 
-A state is one integer here, its state variables in mixed radix, so that a step is an addition. What
-an event does depends on few state variables; it is worked out by the book
-(:mod:`robosc.ir.automaton`) once for each combination of their values and looked up afterwards.
+A state is coded as one integer, its state variables in mixed radix, so that a step is an addition.
+The effect of an event depends on few state variables; it is computed as defined in
+:mod:`robosc.ir.automaton` once for each combination of their values and cached.
 """
 
 from __future__ import annotations
@@ -49,23 +49,23 @@ T = TypeVar("T")
 Condition: TypeAlias = Callable[[PlantState], bool]
 
 Successors: TypeAlias = tuple[tuple[int, int | None], ...]
-"""Per value that the event may carry: its number, and what is added to the state's integer; None
-where an assignment would leave its range."""
+"""Per combination of values of the event: its number, and what is added to the state's code; None
+if an assignment would leave its range.
+"""
 
 _Values: TypeAlias = tuple[Value | None, ...]
 _Parameters: TypeAlias = dict[tuple[str | int, ...], Value | None]
 _MOST_VALUES = 1 << 22
-_CHUNK = 4096  # states of one remembered part of the state variables
+_CHUNK = 4096  # combinations of state variables in one cache
 
 
 class Coding:
-    """States as integers; the last state variable counts fastest."""
+    """States as integers; the last state variable varies fastest."""
 
     def __init__(self, plant: Plant) -> None:
         sizes = [variable.size for variable in plant.variables]
         self.strides = [prod(sizes[i + 1 :]) for i in range(len(sizes))]
-        # The state variables in runs that are decoded together, each run with the product of its
-        # sizes.
+        # State variables are decoded in runs; each has its product of sizes, and a cache.
         self._runs: list[tuple[int, list[int], dict[int, PlantState]]] = []
         run: list[int] = []
         for size in reversed(sizes):
@@ -107,10 +107,10 @@ def _getter(variables: Iterable[int]) -> Callable[[PlantState], Any]:
 
 
 def condition(plant: Plant, expr: Expr) -> Condition:
-    """A function that evaluates a condition over the state.
+    """Return a function that evaluates a condition over the state.
 
-    What reads few state variables is evaluated once per combination of their values; a wider
-    condition is taken apart at its operators.
+    If it reads few state variables, results are cached by their values; a wider condition is
+    decomposed at its operators.
     """
     variables = variables_of(plant, expr)
     if _size(plant, variables) > _CHUNK:
@@ -138,10 +138,10 @@ def condition(plant: Plant, expr: Expr) -> Condition:
 
 
 class Grouped(Generic[T]):
-    """A function of single events, remembered for groups of them; results of None are left out.
+    """A function of event and state, cached for groups of events; results of None are left out.
 
-    Events that touch few state variables between them share one table, so that a state costs one
-    look-up per group. An event that touches many is worked out anew in each state.
+    Events that together depend on few state variables share one cache, so a state costs one look-up
+    per group. An event that depends on many is evaluated anew in each state.
     """
 
     def __init__(
@@ -184,7 +184,7 @@ class Grouped(Generic[T]):
 
 
 class EventSteps:
-    """What one event does."""
+    """The effect of one event, cached by the state variables that it reads and writes."""
 
     def __init__(self, plant: Plant, coding: Coding, event: Event) -> None:
         self.event = event
@@ -204,7 +204,7 @@ class EventSteps:
         self._known: dict[Any, Successors] = {}
 
     def __call__(self, state: PlantState) -> Successors:
-        """All that the event can do; nothing where the plant cannot do it."""
+        """Return the successors by the event; none if the plant cannot do it."""
         if not self._few:
             return tuple(self._moves(state))
         here = self._key(state)
@@ -223,7 +223,7 @@ class EventSteps:
                 yield number, None
 
     def after(self, state: PlantState, values: _Values) -> list[int] | str:
-        """The state after the event with these values; ``impossible``, or ``escapes`` a range."""
+        """Return the state after the event with some values, ``impossible`` or ``escapes``."""
         after = list(state)
         phase = self.event.phase
         if phase is not None:
@@ -255,7 +255,7 @@ class EventSteps:
     def _assign(
         self, edge: Edge, state: PlantState, parameters: _Parameters, after: list[int]
     ) -> bool:
-        """Whether all assignments stay in their ranges; an undefined one changes nothing."""
+        """Assign to ``after``; whether all stay in range. An undefined value changes nothing."""
         for variable, expr in edge.updates:
             try:
                 value = evaluate(expr, _lookup(self._plant, state, parameters))
@@ -269,11 +269,11 @@ class EventSteps:
 
 
 def _fit(event: Event, values: _Values) -> bool:
-    """Whether one incoming value can have these parts.
+    """Whether an event can have these parameter values.
 
-    An array that is too short for one of its elements is so for all that follow, and what is in
-    them is missing, too. What no array is on the way to is missing only with the whole value, as
-    when an action fails without a result.
+    If an array element is missing, so are all that follow it and everything inside them. What is
+    not inside an array is missing only with the whole value, as when an action fails without a
+    result.
     """
     there = [p for p, v in zip(event.parameters, values, strict=True) if v is not None]
     for parameter, value in zip(event.parameters, values, strict=True):
@@ -321,7 +321,7 @@ def _variable_of(plant: Plant, leaf: VariableRef | TestRef | StateRef | PhaseRef
 
 
 def variables_of(plant: Plant, expr: Expr) -> set[int]:
-    """What a condition over the state reads."""
+    """Return the state variables that an expression reads."""
     return {
         _variable_of(plant, part)
         for part in walk(expr)
@@ -330,7 +330,7 @@ def variables_of(plant: Plant, expr: Expr) -> set[int]:
 
 
 def value_in(plant: Plant, expr: Expr, state: PlantState) -> Value:
-    """The value of an expression; a condition that reads what is not there does not hold."""
+    """Return the value of an expression; a condition that reads a missing element is false."""
     try:
         return evaluate(expr, _lookup(plant, state, {}))
     except Undefined:
@@ -338,7 +338,7 @@ def value_in(plant: Plant, expr: Expr, state: PlantState) -> Value:
 
 
 def values_read(event: Event) -> set[tuple[str | int, ...]]:
-    """What an event's automata read of its value."""
+    """Return the paths of the parameters that an event's automata read."""
     edges = [edge for automaton in event.automata for edge in automaton.edges]
     read = [edge.guard for edge in edges if edge.guard is not None]
     read += [expr for edge in edges for _, expr in edge.updates]
@@ -346,7 +346,7 @@ def values_read(event: Event) -> set[tuple[str | int, ...]]:
 
 
 def variables_read(plant: Plant, event: Event) -> set[int]:
-    """What decides over an event."""
+    """Return the state variables on which the effect of an event depends."""
     variables = set() if event.phase is None else {event.phase.variable}
     for automaton in event.automata:
         variables.add(automaton.variable)
@@ -366,7 +366,7 @@ def _touched(plant: Plant, event: Event) -> set[int]:
 
 
 def _holds(plant: Plant, expr: Expr, state: PlantState, parameters: _Parameters) -> bool:
-    """Whether a condition holds; one that reads an element that did not come does not."""
+    """Whether a condition holds; one that reads a missing element does not."""
     try:
         return bool(evaluate(expr, _lookup(plant, state, parameters)))
     except Undefined:

@@ -1,10 +1,8 @@
-"""The second opinion on systems that are too large to visit every state: sets of states.
+"""Symbolic verification of systems with too many states for explicit search.
 
-The same proof as in :mod:`robosc.synthesis.verify.explicit`, with decision diagrams of its own. It
-shares the library with the symbolic engine, and nothing else: variables stand in model order, the
-transition relation of an event is the conjunction of a table for each automaton that takes part, of
-what :class:`EventSteps` works out state by state, conditions are taken apart at their operators and
-looked up value by value, and the fixpoints are plain rounds over all events.
+It proves the same as :mod:`robosc.synthesis.verify.explicit`, by sets of states. It shares only the
+BDD library with the symbolic engine: the transition relations are independent
+(:mod:`robosc.synthesis.verify.state_sets`), and the fixpoints are plain rounds over all events.
 """
 
 from __future__ import annotations
@@ -24,7 +22,10 @@ __all__ = ["Answers", "answers"]
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """What the guards of a supervisor do; what fails is a sentence, None: it holds."""
+    """The results for the guards of a supervisor.
+
+    ``unsafe``, ``blocking`` and ``needless`` say what fails; None: the property holds.
+    """
 
     unsafe: str | None
     blocking: str | None
@@ -36,7 +37,7 @@ class Answers:
 
 
 def answers(supervisor: Supervisor, describe: Callable[[Event], str]) -> Answers:
-    """What is to be said of a supervisor; ``describe`` names an event in a sentence.
+    """Return the results for a supervisor; ``describe`` names an event in a sentence.
 
     Raises:
         StateSpaceError: an event or a condition reads too much, or the diagrams grow too large.
@@ -84,7 +85,7 @@ class _Proof:
             keeps_initial=initial & ~keepable == self.false,
         )
 
-    # --- what is asked
+    # --- properties
 
     def _unsafe(self, reached: Bdd, unsafe: Bdd) -> str | None:
         if reached & unsafe != self.false:
@@ -128,11 +129,11 @@ class _Proof:
         return self.manager.and_exists(renamed, relation.steps, relation.after)
 
     def _staying(self, relation: Relation, within: Bdd) -> Bdd:
-        """Where an event is possible and all that it leads to is ``within``."""
+        """Return where an event is possible and all its outcomes are ``within``."""
         return relation.possible & ~self._preimage(relation, ~within)
 
     def _forward(self, states: Bdd, where: Sequence[Bdd], left: Bdd) -> Bdd:
-        """All that events reach where they are allowed, from states that may be ``left``."""
+        """Return what events reach where they are allowed; states outside ``left`` are not left."""
         while True:
             before = states
             for relation, allowed in zip(self.relations, where, strict=True):
@@ -142,7 +143,7 @@ class _Proof:
                 return states
 
     def _coreachable(self, within: Bdd, where: Sequence[Bdd]) -> Bdd:
-        """The states ``within`` from which a marked one is reached there."""
+        """Return the states ``within`` from which a marked one is reached inside ``within``."""
         found = within & self.sets.marked
         while True:
             before = found
@@ -153,7 +154,7 @@ class _Proof:
                 return found
 
     def _keepable(self, safe: Bdd) -> Bdd:
-        """What some supervisor can keep safe and nonblocking, of the safe states."""
+        """Return the supremal controllable and nonblocking subset of the safe states."""
         kept = safe
         while True:
             before = kept

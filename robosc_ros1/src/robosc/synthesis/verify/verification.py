@@ -1,19 +1,19 @@
-"""A second opinion on a supervisor: its guards, taken as data, held against the plant.
+"""Independent verification of a supervisor: its guards checked against the plant.
 
-The engines compute with arrays or decision diagrams over the whole product space; here the states
-are searched one by one, in plain Python (:mod:`robosc.synthesis.verify.explicit`), or by sets where
-they are too many for that (:mod:`robosc.synthesis.verify.symbolic`). Both share the plant with the
-engines, and what the operators mean (:func:`robosc.model.evaluation.evaluate`), but no search, no
-data structure and no compiled event. What is shown is that the guards of a
-:class:`~robosc.supervisor.Supervisor` keep the controlled system
+The engines compute with arrays or decision diagrams over the whole product; here the states are
+searched one by one, in plain Python (:mod:`robosc.synthesis.verify.explicit`), or by sets where
+they are too many (:mod:`robosc.synthesis.verify.symbolic`). Both share the plant with the engines,
+and the semantics of operators (:func:`robosc.model.evaluation.evaluate`), but no search, no data
+structure and no compiled event. They prove that under the guards of a
+:class:`~robosc.supervisor.Supervisor` the system is
 
-- *safe*: no requirement violated, no state requirement failing, no range left;
-- *controllable*: nothing that the plant does by itself is forbidden, or leads out of what was shown
-  to be safe;
+- *safe*: no requirement is violated, no state requirement fails, no range is left;
+- *controllable*: no uncontrollable event is forbidden, or leads to an unsafe state;
 - *nonblocking*: from each reachable state a marked one is reachable;
-- *maximally permissive*: each step that a guard forbids and a requirement allows leads to a state
-  that no supervisor could keep (it can be forced into an unsafe or a blocking one);
-- and that the *counts* of the supervisor are those of the search.
+- *maximally permissive*: each step that a guard forbids and the requirements allow leads to a state
+  outside the supremal safe, controllable and nonblocking set;
+
+and that the *counts* of the supervisor are those of the search.
 
 The supremal controllable and nonblocking behaviour is that of Ramadge & Wonham, "Supervisory
 control of a class of discrete event processes", SIAM J. Control Optim. 25(1), 1987.
@@ -32,16 +32,17 @@ from robosc.synthesis.verify.findings import Check, Findings, VerifyReport, stat
 __all__ = ["DEFAULT_LIMIT", "verify"]
 
 DEFAULT_LIMIT: Final = 1 << 20  # states; about a minute and 700 MB
-_MANY_STEPS: Final = 1 << 22  # from here on sets are faster, as measured
+_MANY_STEPS: Final = 1 << 22  # above, symbolic search is faster, as measured
 
 
 def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
-    """Prove a supervisor's properties by exhaustive search, or find where they fail.
+    """Return the results of checking a supervisor's properties by exhaustive search.
 
-    More than ``limit`` states, or many steps, are taken by sets if possible, faults without traces.
+    With more than ``limit`` states or many transitions the search is symbolic if possible; failures
+    then have no traces.
 
     Raises:
-        StateSpaceError: it is too large for that, too.
+        StateSpaceError: the system is too large for that, too.
     """
     large = supervisor.plant_states > limit or supervisor.controlled_transitions > _MANY_STEPS
     found = (
@@ -63,7 +64,7 @@ def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
 
 
 def _by_sets(supervisor: Supervisor) -> Findings:
-    from robosc.synthesis.verify.symbolic import answers  # loaded when it is needed
+    from robosc.synthesis.verify.symbolic import answers  # imported on demand
 
     found = answers(supervisor, state_text)
     others = [
@@ -82,9 +83,9 @@ def _by_sets(supervisor: Supervisor) -> Findings:
 
 
 def _check_controllable(supervisor: Supervisor) -> Check:
-    """One guard per controllable event and none on any other is all that it takes.
+    """Check that each controllable event has a guard, and that no other event has one.
 
-    What uncontrollable events do is followed in every search, so nothing can hide there.
+    That suffices: the searches follow every uncontrollable event.
     """
     guards = {guard.event.identity for guard in supervisor.guards}
     for event in supervisor.plant.events:
@@ -101,14 +102,14 @@ def _check_empty(keepable: bool) -> Check:
 
 
 def _check_counts(
-    told: Supervisor, states: int, transitions: int, plant_states: int | None
+    supervisor: Supervisor, states: int, transitions: int, plant_states: int | None
 ) -> Iterator[Check]:
     figures = [
-        ("controlled states", told.controlled_states, states),
-        ("controlled transitions", told.controlled_transitions, transitions),
+        ("controlled states", supervisor.controlled_states, states),
+        ("controlled transitions", supervisor.controlled_transitions, transitions),
     ]
     if plant_states is not None:
-        figures.append(("plant states", told.plant_states, plant_states))
+        figures.append(("plant states", supervisor.plant_states, plant_states))
     for name, claimed, found in figures:
         detail = None if claimed == found else f"{claimed} were counted, there are {found}"
         yield Check(name, claimed == found, detail)
