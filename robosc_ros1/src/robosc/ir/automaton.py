@@ -139,6 +139,14 @@ class LocalAutomaton:
     edges: tuple[Edge, ...]
     blocking: bool
 
+    @property
+    def expressions(self) -> Iterator[Expr]:
+        """The guards and the right-hand sides of updates of all edges."""
+        for edge in self.edges:
+            if edge.guard is not None:
+                yield edge.guard
+            yield from (expr for _, expr in edge.updates)
+
 
 @dataclass(frozen=True, slots=True)
 class PhaseStep:

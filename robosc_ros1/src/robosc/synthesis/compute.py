@@ -141,10 +141,7 @@ def _expressions(plant: Plant) -> Iterator[Expr]:
         if event.requirement is not None:
             yield event.requirement
         for automaton in event.automata:
-            for edge in automaton.edges:
-                if edge.guard is not None:
-                    yield edge.guard
-                yield from (expr for _, expr in edge.updates)
+            yield from automaton.expressions
 
 
 def _pairs(plant: Plant, expr: Expr) -> int:

@@ -19,7 +19,7 @@ from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import FALSE, Expr
 from robosc.supervisor import Explanation, Guard, Step, Supervisor
 from robosc.synthesis.system import inputs
-from robosc.synthesis.vectorised import support
+from robosc.synthesis.vectorised import event_support, support
 
 __all__ = ["combined", "independent_parts"]
 
@@ -96,7 +96,7 @@ class _DisjointSets:
             if event.kind is EventKind.REQUEST
         }
         for number, event in enumerate(plant.events):
-            self._join([self.node(number), *_touched(plant, event)])
+            self._join([self.node(number), *event_support(plant, event)])
         for condition, _ in plant.invariants:
             self._join(support(plant, condition))
         self._join_components()
@@ -162,21 +162,6 @@ class _DisjointSets:
 
     def _read(self, condition: Expr) -> tuple[int, ...]:
         return support(self.plant, self.plant.view.expression(condition))
-
-
-def _touched(plant: Plant, event: Event) -> set[int]:
-    """The variables that an event, its requirement included, reads or writes."""
-    found = {automaton.variable for automaton in event.automata}
-    if event.phase is not None:
-        found.add(event.phase.variable)
-    read = [] if event.requirement is None else [event.requirement]
-    for automaton in event.automata:
-        for edge in automaton.edges:
-            read += [] if edge.guard is None else [edge.guard]
-            for variable, expr in edge.updates:
-                found.add(variable)
-                read.append(expr)
-    return found.union(*(support(plant, expr) for expr in read))
 
 
 def _part(plant: Plant, group: _Group) -> Plant:

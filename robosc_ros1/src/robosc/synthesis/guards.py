@@ -26,10 +26,10 @@ from robosc.model.expr import FALSE, TRUE, Count, Expr, Unary
 from robosc.model.traversal import walk
 from robosc.supervisor import Guard, Status
 from robosc.synthesis.dropping import drop
-from robosc.synthesis.lasting_counts import lasting_counts, step_support
+from robosc.synthesis.lasting_counts import lasting_counts
 from robosc.synthesis.precondition import next_precondition, precondition
 from robosc.synthesis.sum_of_products import TooLarge
-from robosc.synthesis.vectorised import support
+from robosc.synthesis.vectorised import step_support, support
 
 __all__ = ["CareSet", "GuardInputs", "make_guard"]
 

@@ -21,9 +21,9 @@ from robosc.ir.counting import counts, tighter
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.expr import Binary, Count, Expr
 from robosc.synthesis.minimise import Table, condition_of
-from robosc.synthesis.vectorised import support
+from robosc.synthesis.vectorised import event_support, support
 
-__all__ = ["lasting_counts", "step_support"]
+__all__ = ["lasting_counts"]
 
 _MOST_STEPS = 2**10
 """Components with a larger product of states and parameter values are not explored."""
@@ -41,18 +41,6 @@ def lasting_counts(plant: Plant, invariant: Expr) -> tuple[Expr, ...]:
         return tuple(dict.fromkeys(expr for expr in tight if expr is not None))
 
     return plant.lasting_counts.of(invariant, find)
-
-
-def step_support(plant: Plant, event: Event) -> set[int]:
-    """The state variables that an event's automata read or write: all but its phase."""
-    found = {automaton.variable for automaton in event.automata}
-    for automaton in event.automata:
-        for edge in automaton.edges:
-            found.update(variable for variable, _ in edge.updates)
-            read = [expr for _, expr in edge.updates]
-            read += [] if edge.guard is None else [edge.guard]
-            found.update(variable for expr in read for variable in support(plant, expr))
-    return found
 
 
 def _lasting(plant: Plant, count: Count) -> Count | None:
@@ -114,8 +102,7 @@ def _component(plant: Plant, read: Sequence[int]) -> tuple[set[int], list[Event]
         }
         found |= further
         for event in further.values():
-            variables |= step_support(plant, event)
-            variables |= set() if event.phase is None else {event.phase.variable}
+            variables |= event_support(plant, event)
         size = prod(plant.variables[variable].size for variable in variables)
         if not further or size > _MOST_STEPS:
             return variables, list(found.values())

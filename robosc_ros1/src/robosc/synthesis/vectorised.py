@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.ir.automaton import Plant, StateVariable, VariableKind
+from robosc.ir.automaton import Event, Plant, StateVariable, VariableKind
 from robosc.ir.finite.classes import Classes
 from robosc.language.operators import EXACT_IN_DOUBLE, EXACT_IN_INT64, Operator, Range
 from robosc.model.evaluation import scalar_of
@@ -33,7 +33,10 @@ from robosc.model.expr import (
 from robosc.model.traversal import fold, walk_all
 from robosc.model.types import EnumType, StringType, Type
 
-__all__ = ["Bools", "IndexArrays", "Indexes", "variable_of", "evaluate_vectorised", "support"]
+__all__ = [
+    "Bools", "IndexArrays", "Indexes", "evaluate_vectorised", "event_support", "step_support",
+    "support", "variable_of",
+]  # fmt: skip
 
 Bools: TypeAlias = NDArray[np.bool_]
 Indexes: TypeAlias = NDArray[np.intp]
@@ -63,6 +66,26 @@ def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
         return tuple(sorted({variable for variable in read if variable is not None}))
 
     return plant.supports.of(expr, find)
+
+
+def step_support(plant: Plant, event: Event) -> set[int]:
+    """Return the state variables that an event's automata read or write."""
+    found: set[int] = set()
+    for automaton in event.automata:
+        found.add(automaton.variable)
+        found.update(variable for edge in automaton.edges for variable, _ in edge.updates)
+        found.update(*(support(plant, expr) for expr in automaton.expressions))
+    return found
+
+
+def event_support(plant: Plant, event: Event) -> set[int]:
+    """Return the same with what the event's phase and requirement read or write."""
+    found = step_support(plant, event)
+    if event.phase is not None:
+        found.add(event.phase.variable)
+    if event.requirement is not None:
+        found.update(support(plant, event.requirement))
+    return found
 
 
 def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArray[Any]:

@@ -162,12 +162,15 @@ class Fixpoint:
 
 
 def related_events(
-    events: Sequence[EventRelation], reads: Sequence[frozenset[int]]
+    events: Sequence[EventRelation], touched: Sequence[frozenset[int]]
 ) -> list[list[int]]:
-    """Return, per event, those that share a state variable with it that one of them writes."""
+    """Return, per event, those that share a state variable with it that one of them writes.
+
+    ``touched`` are the state variables that each event reads or writes.
+    """
     users: dict[int, set[int]] = {}
-    for event, variables in zip(events, reads, strict=True):
-        for variable in variables | event.writes:
+    for event, variables in zip(events, touched, strict=True):
+        for variable in variables:
             users.setdefault(variable, set()).add(event.number)
     related: list[set[int]] = [set() for _ in events]
     for event in events:

@@ -14,14 +14,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from robosc.ir.automaton import Edge, LocalAutomaton
-from robosc.ir.step import missing_together
 from robosc.model.expr import TRUE
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd, Renaming
 from robosc.synthesis.bdd.partition import Partition
 from robosc.synthesis.bdd.sources import LeafSource
 from robosc.synthesis.event_parameters import private_parameters
-from robosc.synthesis.vectorised import support
+from robosc.synthesis.vectorised import event_support
 
 __all__ = ["EventRelation", "Disjunct", "Relations"]
 
@@ -59,7 +58,8 @@ class EventRelation:
 
     ``possible`` is where it is possible with some parameter values, ``range_violation`` where a
     range is left with some; ``occurring`` is ``possible`` before the parameters are quantified.
-    ``required`` is where the requirements allow it. ``reads`` and ``writes`` are state variables.
+    ``required`` is where the requirements allow it. ``variables`` are the state variables that it
+    reads or writes, ``writes`` those that it writes.
     """
 
     number: int
@@ -68,7 +68,7 @@ class EventRelation:
     range_violation: Bdd
     occurring: Bdd
     required: Bdd
-    reads: frozenset[int]
+    variables: frozenset[int]
     writes: frozenset[int]
 
 
@@ -129,12 +129,6 @@ class Relations:
         event = encoding.plant.events[number]
         parameters = encoding.parameters(number)
         start = encoding.valuations(number)
-        for missing, other in missing_together(event):
-            gone = [
-                encoding.value(parameters[p], len(event.parameters[p].values) - 1)
-                for p in (missing, other)
-            ]
-            start = start & (~gone[0] | gone[1])
         constants: tuple[tuple[int, int], ...] = ()
         if event.phase is not None:
             phases = [encoding.value(event.phase.variable, s) for s in event.phase.sources]
@@ -148,7 +142,6 @@ class Relations:
             enabled, inside = enabled & part.enabled, inside & part.inside
             cases = self._product(cases, part.cases)
         disjuncts = self._disjuncts(cases, encoding.now(parameters))
-        reads, writes = self._touched(number)
         occurring = enabled & inside
         return EventRelation(
             number=number,
@@ -157,8 +150,8 @@ class Relations:
             range_violation=manager.exists(enabled & ~inside, encoding.now(parameters)),
             occurring=occurring,
             required=encoding.holds(TRUE if event.requirement is None else event.requirement),
-            reads=reads,
-            writes=writes,
+            variables=frozenset(event_support(encoding.plant, event)),
+            writes=encoding.plant.writes[number],
         )
 
     def _product(self, first: Sequence[_Case], second: Sequence[_Case]) -> list[_Case]:
@@ -307,26 +300,3 @@ class Relations:
             backward=manager.renaming(pairs) if pairs else None,
             stays=not fixed and not moved,
         )
-
-    def _touched(self, number: int) -> tuple[frozenset[int], frozenset[int]]:
-        """The state variables that an event and its requirement read, and those that it writes."""
-        plant = self.encoding.plant
-        event = plant.events[number]
-        reads: set[int] = set()
-        writes: set[int] = set()
-        if event.phase is not None:
-            reads.add(event.phase.variable)
-            writes.add(event.phase.variable)
-        if event.requirement is not None:
-            reads.update(support(plant, event.requirement))
-        for automaton in event.automata:
-            reads.add(automaton.variable)
-            for edge in automaton.edges:
-                if edge.guard is not None:
-                    reads.update(support(plant, edge.guard))
-                if edge.target != edge.source:
-                    writes.add(automaton.variable)
-                for variable, expr in edge.updates:
-                    writes.add(variable)
-                    reads.update(support(plant, expr))
-        return frozenset(reads), frozenset(writes)

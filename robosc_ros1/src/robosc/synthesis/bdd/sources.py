@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 from robosc.ir.automaton import Plant
 from robosc.model.expr import Expr, Leaf
 from robosc.model.traversal import walk
 from robosc.synthesis.event_parameters import values_read
-from robosc.synthesis.vectorised import support
+from robosc.synthesis.vectorised import event_support, support
 
 __all__ = ["LeafSource", "leaves", "touched_together"]
 
@@ -27,23 +28,14 @@ def touched_together(plant: Plant, items: Sequence[LeafSource]) -> Iterator[list
     """Yield groups for the variable order: what one event or condition reads or writes."""
     number = {item: n for n, item in enumerate(items)}
     for e, event in enumerate(plant.events):
-        group = [number[e, p] for p in range(len(event.parameters))]
-        if event.phase is not None:
-            group.append(event.phase.variable)
-        for automaton in event.automata:
-            group.append(automaton.variable)
-            for edge in automaton.edges:
-                if edge.guard is not None:
-                    group.extend(support(plant, edge.guard))
+        places = {p.path: number[e, n] for n, p in enumerate(event.parameters)}
+        if len(places) > 1:  # each parameter close to what is assigned from it
+            for edge in (edge for automaton in event.automata for edge in automaton.edges):
                 for variable, expr in edge.updates:
-                    group.extend((variable, *support(plant, expr)))
-                    if len(event.parameters) > 1:  # each beside what is assigned from it
-                        taken = values_read([expr])
-                        own = [p for p, one in enumerate(event.parameters) if one.path in taken]
-                        places = (number[e, p] for p in own)
-                        yield [variable, *support(plant, expr), *places]
-        yield group
+                    read = (places[path] for path in values_read([expr]))
+                    yield [variable, *support(plant, expr), *read]
+        yield [*places.values(), *event_support(plant, replace(event, requirement=None))]
         if event.requirement is not None:
-            yield [*group, *support(plant, event.requirement)]
+            yield [*places.values(), *event_support(plant, event)]
     for condition, _ in plant.invariants:
         yield [*support(plant, condition)]

@@ -105,15 +105,12 @@ class SymbolicEngine:
         places = [self._place(event) for event in self.events]
         self._required = tuple(_guarded(event.disjuncts, event.required) for event in self.events)
         self._permitted: tuple[Sequence[Disjunct], ...] = self._required
-        reads = [event.reads for event in self.events]
-        self._related = related_events(self.events, reads)
+        self._related = related_events(self.events, [event.variables for event in self.events])
         self._fixpoint = Fixpoint(self.manager, places, progress)
 
     def _place(self, event: EventRelation) -> int:
         """Return the position of an event in the variable order: that of its first variable."""
-        return min(
-            (self.encoding.place(variable) for variable in event.reads | event.writes), default=0
-        )
+        return min(map(self.encoding.place, event.variables), default=0)
 
     def solve(self) -> SymbolicSolution:
         """Return the controlled system: states to avoid and blocking ones are removed in turn."""
@@ -220,9 +217,9 @@ class SymbolicEngine:
         reads, every event would have to be tried again after every other.
         """
         disjuncts: list[Sequence[Disjunct]] = []
-        reads: list[frozenset[int]] = []
+        touched: list[frozenset[int]] = []
         for event in self.events:
-            required, variables = self._permitted[event.number], event.reads
+            required, variables = self._permitted[event.number], event.variables
             if self.plant.events[event.number].controllable:
                 here = good & event.possible & event.required
                 allowed = here & self.required_preimage(event, good)
@@ -231,8 +228,8 @@ class SymbolicEngine:
                     guard, needed = self._narrow(allowed, refused)
                     required, variables = _guarded(required, guard), variables | needed
             disjuncts.append(required)
-            reads.append(variables)
-        return disjuncts, related_events(self.events, reads)
+            touched.append(variables)
+        return disjuncts, related_events(self.events, touched)
 
     def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
         """Return a condition that separates two sets, and the few state variables that it reads."""

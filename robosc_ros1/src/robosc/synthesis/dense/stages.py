@@ -6,11 +6,11 @@ apply the automata in turn. That is exact as long as none reads what an earlier 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import prod
 
 from robosc.ir.automaton import Event, LocalAutomaton, Plant
-from robosc.model.expr import Expr, ValueRef
+from robosc.model.expr import ValueRef
 from robosc.model.traversal import walk
 from robosc.synthesis.vectorised import support
 
@@ -66,16 +66,8 @@ def _ordered_groups(
     ]
 
 
-def _expressions(automaton: LocalAutomaton) -> Iterator[Expr]:
-    for edge in automaton.edges:
-        if edge.guard is not None:
-            yield edge.guard
-        for _, expr in edge.updates:
-            yield expr
-
-
 def _reads(plant: Plant, automaton: LocalAutomaton) -> set[int]:
-    return {variable for expr in _expressions(automaton) for variable in support(plant, expr)}
+    return {variable for expr in automaton.expressions for variable in support(plant, expr)}
 
 
 def _takes(automaton: LocalAutomaton) -> set[tuple[str | int, ...]]:
@@ -85,7 +77,7 @@ def _takes(automaton: LocalAutomaton) -> set[tuple[str | int, ...]]:
     """
     return {
         node.path[: next((d for d, step in enumerate(node.path) if isinstance(step, int)), None)]
-        for expr in _expressions(automaton)
+        for expr in automaton.expressions
         for node in walk(expr)
         if isinstance(node, ValueRef)
     }

@@ -339,9 +339,7 @@ def value_in(plant: Plant, expr: Expr, state: PlantState) -> Value:
 
 def values_read(event: Event) -> set[tuple[str | int, ...]]:
     """Return the paths of the parameters that an event's automata read."""
-    edges = [edge for automaton in event.automata for edge in automaton.edges]
-    read = [edge.guard for edge in edges if edge.guard is not None]
-    read += [expr for edge in edges for _, expr in edge.updates]
+    read = (expr for automaton in event.automata for expr in automaton.expressions)
     return {part.path for expr in read for part in walk(expr) if isinstance(part, ValueRef)}
 
 
@@ -350,11 +348,7 @@ def variables_read(plant: Plant, event: Event) -> set[int]:
     variables = set() if event.phase is None else {event.phase.variable}
     for automaton in event.automata:
         variables.add(automaton.variable)
-        for edge in automaton.edges:
-            if edge.guard is not None:
-                variables |= variables_of(plant, edge.guard)
-            for _, expr in edge.updates:
-                variables |= variables_of(plant, expr)
+        variables.update(*(variables_of(plant, expr) for expr in automaton.expressions))
     return variables
 
 
