@@ -1,13 +1,13 @@
-"""The plant: what every backend works on (docs/semantics.md, "The plant").
+"""The plant: automata and requirements (docs/semantics.md, "The plant").
 
 A state is a tuple of small integers, one per :class:`StateVariable`: an index into its values. A
 state variable is a component's location, the phase of a communication, or a variable that
-synthesis needs. They stand in model order: per component its location, then its variables, then the
+synthesis needs. They are in model order: for each component its location, its variables, then the
 phases of its communications.
 
-An event changes the state through its *phase* (a service goes from idle to busy or back) and
-through its *automata*, those of the components that synchronise on it. What an event does in a
-state is defined by :func:`robosc.ir.step.outcome`; engines compile the same into faster forms.
+An event changes the state through its *phase step* (a service goes from idle to busy or back) and
+through the *automata* of the components that synchronise on it. :func:`robosc.ir.step.outcome`
+defines the effect of an event in a state; the engines compile it into faster forms.
 """
 
 from __future__ import annotations
@@ -48,12 +48,13 @@ class VariableKind(Enum):
 class StateVariable:
     """A variable of the plant's state: a location, a phase, data or a test of data.
 
-    ``name`` is the component's (location), the communication's key (phase) or
-    ``Component.variable``. ``values`` are the state names, the phases, or the variable's
-    values in order: a tuple, a range for an integer, classes for what is not finite. ``marked`` are
-    the indexes at which the variable is marked; None: all (a variable). ``labels`` are what users
-    see where values only represent a class. ``test`` is what a test reads. ``starts`` are the
-    indexes that it can have at the start, ``initial`` first; empty: only that.
+    ``name`` is the component's name (location), the communication's key (phase) or
+    ``Component.variable``. ``values`` are the state names, the phases, or the variable's values in
+    order: a tuple, a range for an integer, :class:`~robosc.ir.finite.classes.Classes` for an
+    unbounded type. ``marked`` are the indexes of marked values (None: all). ``labels`` are the
+    texts for users where a value represents a class. ``test`` is the test of data, if the variable
+    is one. ``starts`` are the possible initial indexes, ``initial`` first (empty: only
+    ``initial``).
     """
 
     kind: VariableKind
@@ -67,7 +68,7 @@ class StateVariable:
 
     @property
     def start_indexes(self) -> tuple[int, ...]:
-        """The indexes that it can have at the start, ``initial`` first."""
+        """The possible initial indexes, ``initial`` first."""
         return self.starts or (self.initial,)
 
     def shown(self, index: int) -> Value:
@@ -81,14 +82,14 @@ class StateVariable:
 
 @dataclass(frozen=True, slots=True)
 class EventParameter:
-    """A part of an event's value that a synthesis variable or guard takes, or a test of data.
+    """A part of an event's value, or a test of it, that guards or updates read.
 
-    ``path`` is that of the ``ValueRef``; ``values`` are all it can be, in order. ``None`` stands
-    last for a path through an array, which may be shorter than the index: assignments that read it
-    then leave their variable, and guards that read it do not hold (docs/semantics.md, "What is not
-    there"). ``labels`` are what users see where values only represent a class. ``test`` is what a
-    test reads.
-    ``optional`` says that there may be no value at all; then, too, ``None`` stands last.
+    ``path`` is that of the ``ValueRef``; ``values`` are its possible values, in order. A path
+    through an array has None as its last value, for an array that is too short: assignments that
+    read it then leave their variable unchanged, and guards that read it do not hold
+    (docs/semantics.md, "What is not there"). ``labels`` are the texts for users where a value
+    represents a class. ``test`` is the test of data, if the parameter is one. ``optional``: the
+    event may come without any value; then, too, None is the last value.
     """
 
     path: tuple[str | int, ...]
@@ -105,14 +106,13 @@ class EventParameter:
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """One way in which a component takes part in an event: in location ``source``, if ``guard``
-    holds.
+    """A transition of a component on an event, from location ``source`` if ``guard`` holds.
 
-    ``updates`` assign state variables: (index, right-hand side over the state before the event).
-    ``assignments`` are those of the model, for the controller at run time: data-only variables
-    among them, and data exactly. ``target`` is a location; ``enters`` says whether it is entered
-    (by ``goto``), be it from itself. ``level`` says whether it is a transition of the state, of
-    the whole automaton, or two of them taken together.
+    ``updates`` are the assignments to state variables: (index, right-hand side over the state
+    before the event). ``assignments`` are those of the model, which the controller executes: they
+    include data-only variables and the exact data. ``target`` is a location; ``enters``: the edge
+    has a ``goto``, so that the location is entered even if it is the source. ``level``: a
+    transition of the state, of the whole automaton, or one of each taken together.
     """
 
     source: int
@@ -127,11 +127,11 @@ class Edge:
 
 @dataclass(frozen=True, slots=True)
 class LocalAutomaton:
-    """A component's automaton as one event concerns it; ``variable`` is its location's index.
+    """A component's automaton restricted to one event; ``variable`` is the index of its location.
 
-    In a state, the first edge from its location whose guard holds is taken. Where there is none,
-    the component stays as it is, or blocks the event if ``blocking`` (a request, an
-    internal transition).
+    The first edge from the current location whose guard holds is taken. If there is none, the
+    component does not change, or blocks the event if ``blocking`` (a request or an internal
+    transition).
     """
 
     component: str
@@ -150,7 +150,7 @@ class LocalAutomaton:
 
 @dataclass(frozen=True, slots=True)
 class PhaseStep:
-    """A communication's own automaton: possible in phases ``sources``, leads to ``target``."""
+    """The phases in which an event is possible (``sources``), and the one it leads to."""
 
     variable: int
     sources: tuple[int, ...]
@@ -159,13 +159,14 @@ class PhaseStep:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One event; with parameters it stands for one event per combination of their values.
+    """An event; with parameters it represents one event per combination of their values.
 
-    ``name`` is what users see: the communication, or for a tau the component. ``key`` is
-    the communication's key, or the component for a tau. ``index`` is a tau's number, else 0.
-    ``requirement`` is what the model's requirements allow (None: always): the conjunction for a
-    request; for a cancel, that one of them is violated, or FALSE if the action has none. It is no
-    part of the plant. ``requirements`` are the indexes in ``Robot.requirements`` that speak of it.
+    ``name`` is the name for users: the communication, or for a tau the component. ``key`` is the
+    communication's key, or the component for a tau. ``index`` is a tau's number, else 0.
+    ``requirement`` is the condition under which the model's requirements allow it (None: always):
+    the conjunction of them for a request; for a cancel, that one of them is violated (FALSE if the
+    action has none). It is not part of the plant. ``requirements`` are the indexes of these
+    requirements in ``Robot.requirements``.
     """
 
     kind: EventKind
@@ -182,18 +183,18 @@ class Event:
 
     @property
     def identity(self) -> tuple[EventKind, str, int]:
-        """What identifies an event of a plant."""
+        """The key of an event, unique in its plant."""
         return self.kind, self.key, self.index
 
 
 @dataclass(frozen=True)
 class Plant:
-    """The uncontrolled system, its requirements beside it, and the model it came from.
+    """The uncontrolled system, with its requirements and the model it was made from.
 
-    ``invariants`` are the conditions of state requirements as they must hold (``never e`` is
-    ``!e``), each with its index in ``Robot.requirements``. Events stand in model order: per
-    component and communication request, response, feedback, error, cancel; a component's taus
-    after its communications. ``view`` is what the plant knows of data.
+    ``invariants`` are the conditions of state requirements, each with its index in
+    ``Robot.requirements``; they must hold in every state (``never e`` is ``!e``). ``events`` are in
+    model order: for each component those of its communications (request, response, feedback, error,
+    cancel), then its taus. ``view`` is the finite view of the data.
     """
 
     robot: Robot
@@ -208,40 +209,40 @@ class Plant:
 
     @cached_property
     def writes(self) -> tuple[frozenset[int], ...]:
-        """Per event, the variables that it may change."""
+        """For each event, the indexes of the state variables that it may change."""
         return tuple(_writes(event) for event in self.events)
 
     def number(self, event: Event) -> int:
-        """The place of an event among all."""
+        """Return the index of an event in ``events``."""
         return next(number for number, one in enumerate(self.events) if one is event)
 
     @cached_property
     def supports(self) -> ByIdentity[tuple[int, ...]]:
-        """The state variables that conditions read."""
+        """A cache: the indexes of the state variables that each condition reads."""
         return ByIdentity()
 
     @cached_property
     def lasting_counts(self) -> ByIdentity[tuple[Expr, ...]]:
-        """What guards may count, for the conditions of state requirements."""
+        """A cache: the counts that guards may use, for the conditions of state requirements."""
         return ByIdentity()
 
     @cached_property
     def tighter_counts(self) -> tuple[Expr, ...]:
-        """For each count in a state requirement, that there is room for one more.
+        """For each count in a state requirement, the condition that it may rise by one.
 
-        An event that brings one component into the counted state keeps the requirement then.
+        It is sufficient for events that bring one component into the counted state.
         """
         found = [tighter(count) for condition, _ in self.invariants for count in counts(condition)]
         return tuple(dict.fromkeys(expr for expr in found if expr is not None))
 
     @cached_property
     def initial(self) -> PlantState:
-        """The initial state where all parameters have their defaults."""
+        """The initial state with the default values of all parameters."""
         return tuple(variable.initial for variable in self.variables)
 
     @property
     def initial_states(self) -> Iterator[PlantState]:
-        """All initial states, that of the defaults first: parameters are not known beforehand."""
+        """Yield the initial states for all values of parameters, that of the defaults first."""
         return product(*(variable.start_indexes for variable in self.variables))
 
     def is_marked(self, state: PlantState) -> bool:
@@ -269,14 +270,15 @@ def is_optional(robot: Robot, event: Event) -> bool:
 
 
 def value_type(robot: Robot, event: Event) -> Type:
-    """The type of the value that comes with an event; ``none`` if an optional one is not read."""
+    """Return the type of an event's value; ``none`` if it is optional and never read."""
     if event.kind.of_component or (is_optional(robot, event) and not value_parts(event)):
         return NoneType()
     return robot.communications[event.key].value_type(event.kind)
 
 
 def value_parts(event: Event) -> dict[tuple[str | int, ...], Type]:
-    """The parts of an event's value that transitions read, data-only variables included."""
+    """Return the parts of an event's value, with their types, that transitions read for any
+    variable."""
     found: dict[tuple[str | int, ...], Type] = {}
     for automaton in event.automata:
         for edge in automaton.edges:

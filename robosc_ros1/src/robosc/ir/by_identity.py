@@ -1,4 +1,4 @@
-"""What was found of expressions, by their identity."""
+"""A cache of results for expressions, by their identity."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ _Found = TypeVar("_Found")
 
 
 class ByIdentity(Generic[_Found]):
-    """Finds something once for each expression.
+    """Computes a result once for each expression object.
 
-    Large conditions are shared, as by the requirements of copies, and hashing them would go
-    through all of them. Each is kept, so that no other one gets its identity.
+    Large conditions are shared objects (for instance by the requirements of component copies), and
+    hashing one would traverse it. The expressions are kept alive, so that no identity is reused.
     """
 
     def __init__(self) -> None:
         self._found: dict[int, tuple[Expr, _Found]] = {}
 
     def known(self, expr: Expr) -> _Found | None:
-        """What was found of an expression before."""
+        """Return the cached result; None if there is none."""
         return self._found.get(id(expr), (expr, None))[1]
 
     def of(self, expr: Expr, find: Callable[[Expr], _Found]) -> _Found:

@@ -1,4 +1,4 @@
-"""Which transitions of a component are taken together on one event."""
+"""How transitions of a state and of the whole automaton combine on one event."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Level: TypeAlias = Literal["state", "automaton", "both"]
 
 @dataclass(frozen=True)
 class Taken:
-    """One way in which a state reacts: ``transition`` has the assignments of both if two are taken
-    together, and is taken where all ``guards`` hold."""
+    """A possible reaction of a state: ``transition`` is taken where all ``guards`` hold; if two are
+    taken together, it has the assignments of both."""
 
     transition: ResultTransition
     guards: tuple[Expr, ...]
@@ -26,12 +26,12 @@ class Taken:
 
 
 def taken_in(behaviour: Behaviour, state: State, event: EventKind, key: str) -> Iterator[Taken]:
-    """What a state does on an event of a communication: the first that is possible.
+    """Yield a state's reactions to an event; the first one that is possible is taken.
 
-    For a request the state's own transitions stand alone, if it has some. For events that no
-    component blocks, a transition of the whole automaton without ``goto`` is taken together with
-    one of the state, which decides on the variables that both assign; one with ``goto`` only where
-    none of the state is.
+    If the state has transitions for a request, only these apply. For events that no component
+    blocks, a transition of the whole automaton without ``goto`` is taken together with one of the
+    state, whose assignments take precedence; one with ``goto`` is taken only if none of the state
+    is.
     """
     local = [t for t in state.transitions if t.event is event and t.communication == key]
     common = [t for t in behaviour.transitions if t.event is event and t.communication == key]
@@ -51,7 +51,7 @@ def taken_in(behaviour: Behaviour, state: State, event: EventKind, key: str) -> 
 
 
 def result_transitions(behaviour: Behaviour) -> Iterator[ResultTransition]:
-    """All transitions, and with ``guard`` None the assignments of those taken together."""
+    """Yield all transitions; also, without a guard, each two that may be taken together, as one."""
     yield from behaviour.all_transitions
     for state in behaviour.states:
         for own in state.transitions:

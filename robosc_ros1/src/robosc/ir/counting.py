@@ -1,9 +1,9 @@
-"""How many components of a kind are in a state, found again in conditions that are written out.
+"""Recognises counts, ``any`` and ``all`` in conditions where they have been expanded.
 
-``count(s.served for s in Station) < 2`` is written out when a model is read, with all cases. Texts
-of what is made of it (guards) say it as the model does, so that people can read them. It is found
-by its form: the very tree that such a count is written out to. The operands of a chain that say the
-same of each component are what ``any`` and ``all`` say.
+Reading a model expands ``count(s.served for s in Station) < 2`` into a condition with all cases.
+Texts made from such conditions (guards) show the count again, so that people can read them. A count
+is recognised by its form: exactly the tree that expanding it gives. Operands of a chain that are
+the same condition on each component become ``any`` or ``all``.
 """
 
 from __future__ import annotations
@@ -35,30 +35,30 @@ from robosc.model.types import BooleanType
 __all__ = ["copies_of", "counts", "tighter", "with_component", "with_counts"]
 
 _LEAST_COPIES = 3
-"""Conditions on fewer components are as well read one by one."""
+"""Conditions on fewer components are listed one by one."""
 
 _LEAST_LISTED = 4
-"""What is said of fewer that are not of one kind is as well read case by case."""
+"""Counts of fewer conditions that are not on components of one kind stay expanded."""
 
 _LEAST_CHAINED = 8
-"""A chain of fewer conditions is as short as a count of them."""
+"""A chain of fewer conditions is not treated as a count."""
 
 _BOOLEAN = BooleanType()
 _MOST_PARTS = 8
 _COPY = re.compile(r"(.+)\[(\d+)\]")
 
 _Kind = tuple[bool, str, Expr]
-"""What conditions on components of one kind have in common: whether they are negated, the name of
-the components, and the condition on the component of that name."""
+"""What conditions on copies of a component have in common: whether they are negated, the name
+without an index, and the condition on a component of that name."""
 
 
 def with_counts(expr: Expr, *, chains: bool = True) -> Expr:
-    """The condition with counts for all their cases; with ``chains`` also ``any`` and ``all``."""
+    """Return the condition with counts (``chains``: also ``any`` and ``all``) recognised."""
     return _Finder(chains).found(expr)
 
 
 def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
-    """The condition on the component of another name, for each that it reads."""
+    """Return the condition with each component that it reads renamed by ``name``."""
 
     def leaf(node: Literal | Leaf) -> Expr:
         match node:
@@ -75,7 +75,7 @@ def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
 
 
 def counts(expr: Expr) -> Iterator[Count]:
-    """The counts in a condition; that of a list may be one of which all or none hold."""
+    """Yield the counts in a condition; a long chain is a count of all, or at least one."""
     for part in walk(with_counts(expr)):
         negated = isinstance(part, Unary) and part.operator == "!"
         whole = part.operand if isinstance(part, Unary) and negated else part
@@ -91,13 +91,14 @@ def counts(expr: Expr) -> Iterator[Count]:
 
 
 def tighter(count: Count) -> Expr | None:
-    """That there is room for one more, or one more than needed, with all cases."""
+    """Return the expanded condition with a bound that is tighter by one; None: it would be too
+    large."""
     found = at_least(count.conditions, count.least + (-1 if count.negated else 1))
     return found if found is None or not count.negated else Unary("!", found, _BOOLEAN)
 
 
 class _Finder:
-    """Finds counts; what stands in an expression several times is looked at once."""
+    """Finds counts; each shared subexpression is examined once."""
 
     def __init__(self, chains: bool) -> None:
         self._chains = chains
@@ -137,7 +138,7 @@ class _Finder:
         return expr
 
     def _operands(self, expr: Expr, operator: str) -> Iterator[Expr]:
-        """Those of a chain, in which counts are left whole."""
+        """Yield the operands of a chain; an operand that is a count is not split."""
         if not isinstance(expr, Binary) or expr.operator != operator or self._count(expr):
             yield expr
         else:
@@ -145,14 +146,15 @@ class _Finder:
             yield from self._operands(expr.right, operator)
 
     def _count(self, expr: Binary) -> Count | None:
-        """The count that this is all the cases of; None if it is none, or ``any`` or ``all``."""
+        """Return the count with this expansion; None if there is none, or it is ``any`` or
+        ``all``."""
         if id(expr) not in self._counts:
             self._counts[id(expr)] = expr, _count_of(expr, *self._size(expr))
         return self._counts[id(expr)][1]
 
     def _size(self, expr: Expr) -> tuple[int, int]:
-        """How many conditions must hold, if no two operands of an ``and`` have some in common, and
-        how many conditions it is written with."""
+        """Return the least number of conditions that must hold (if the operands of each ``and``
+        have none in common), and the number of leaves."""
         if not _is_junction(expr):
             return 1, 1
         if id(expr) not in self._sizes:
@@ -173,12 +175,12 @@ def _count_of(expr: Binary, number: int, written: int) -> Count | None:
         or (len(conditions) < _LEAST_LISTED and _copies(conditions) is None)
     ):
         return None
-    # In the order of the model, too: that of a list is the user's.
+    # The order of the conditions must match, too: that of a list was chosen by the user.
     return _counted(conditions, number) if at_least(conditions, number) == expr else None
 
 
 def _conditions(expr: Expr) -> dict[Expr, None]:
-    """What a count goes through, in its order, if the expression is what one is written out to."""
+    """Return the conditions of the count, in order, if the expression is the expansion of one."""
     found: dict[Expr, None] = {}
     seen: set[int] = set()
     stack = [expr]
@@ -189,7 +191,8 @@ def _conditions(expr: Expr) -> dict[Expr, None]:
         elif id(node) not in seen:
             seen.add(id(node))
             parts = operands(node, node.operator)
-            # The last case has most of the first half; an ``or`` of conditions has no cases.
+            # In an expansion the last case has the most conditions of the first half; an ``or`` of
+            # plain conditions has no cases.
             is_in_order = node.operator == "and" or not any(map(_is_junction, parts))
             stack += reversed(parts) if is_in_order else parts
     return found
@@ -201,12 +204,12 @@ def _is_junction(expr: Expr) -> TypeGuard[Binary]:
 
 @cache
 def _written(conditions: int, number: int) -> int:
-    """With how many conditions it is written out that ``number`` of them hold."""
+    """Return the number of leaves of the expansion of "at least ``number`` of them hold"."""
     return Cases[int](lambda _, parts: sum(parts), (-1, 0)).least([1] * conditions, number)
 
 
 def _grouped(operator: str, parts: Sequence[Expr]) -> list[Expr]:
-    """The operands of a chain, with one for those that say the same of each component."""
+    """Return the operands of a chain, the same conditions on copies of a component as one."""
     kinds: dict[_Kind, dict[int, int]] = {}
     for place, part in enumerate(parts):
         literal = _literal(part)
@@ -218,7 +221,7 @@ def _grouped(operator: str, parts: Sequence[Expr]) -> list[Expr]:
             conditions = [parts[places[index]] for index in run]
             if negated:
                 conditions = [c.operand for c in conditions if isinstance(c, Unary)]
-            # None of them fails where not any of their opposites holds.
+            # All of them hold if and only if not any of their opposites does.
             is_any = (operator == "or") != negated
             count = _counted(conditions, 1 if is_any else len(conditions), negated)
             first, *others = sorted(places[index] for index in run)
@@ -233,7 +236,7 @@ def _counted(conditions: Sequence[Expr], least: int, negated: bool = False) -> C
 
 
 def _runs(indexes: Sequence[int]) -> Iterator[list[int]]:
-    """Those that follow one another, if they are enough."""
+    """Yield the runs of consecutive indexes that are long enough."""
     run: list[int] = []
     for index in indexes:
         if run and index != run[-1] + 1:
@@ -250,7 +253,7 @@ def _is_run(indexes: Sequence[int]) -> bool:
 
 
 def copies_of(count: Count) -> tuple[str, int] | None:
-    """The name of the components that are counted, and the first index; None: it is a list."""
+    """Return the name and the first index of the copies counted; None: it counts a list."""
     return _copies(count.conditions)
 
 
@@ -264,7 +267,7 @@ def _copies(conditions: Sequence[Expr]) -> tuple[str, int] | None:
 
 
 def _literal(expr: Expr) -> tuple[_Kind, int] | None:
-    """The kind and the index of a condition on one of several components; None if it is none."""
+    """Return kind and index of a condition on one copy of a component; None if it is none."""
     negated = isinstance(expr, Unary) and expr.operator == "!"
     inner = expr.operand if isinstance(expr, Unary) and negated else expr
     if isinstance(inner, StateRef):  # as most are

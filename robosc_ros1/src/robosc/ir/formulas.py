@@ -1,4 +1,4 @@
-"""What can be made of a resolved expression: others, model text, Python."""
+"""Transformations of resolved expressions: to other expressions, to model text, to Python."""
 
 from __future__ import annotations
 
@@ -58,25 +58,25 @@ _BOOLEAN = BooleanType()
 
 
 def negation(expr: Expr) -> Expr:
-    """``!expr``; of a comparison, the opposite one."""
+    """Return ``!expr``; for a comparison, the opposite comparison."""
     if isinstance(expr, Binary) and expr.operation.negation:
         return Binary(expr.operation.negation, expr.left, expr.right, _BOOLEAN)
     return opposite(expr)
 
 
 def conjunction(parts: Iterable[Expr]) -> Expr:
-    """All of them; TRUE if there are none. Repeated and constant parts are dropped."""
+    """Return the conjunction without repeated and constant parts; TRUE if none is left."""
     return _chain("and", parts, TRUE, FALSE)
 
 
 def disjunction(parts: Iterable[Expr]) -> Expr:
-    """At least one of them; FALSE if there are none."""
+    """Return the disjunction without repeated and constant parts; FALSE if none is left."""
     return _chain("or", parts, FALSE, TRUE)
 
 
 def _chain(operator_: str, parts: Iterable[Expr], unit: Literal, zero: Literal) -> Expr:
     distinct = [*parts]
-    if len(distinct) > 1:  # hashing goes through all of what may be large
+    if len(distinct) > 1:  # hashing traverses expressions, which may be large
         distinct = [*dict.fromkeys(distinct)]
     kept = [p for p in distinct if p != unit]
     if zero in kept:
@@ -85,7 +85,7 @@ def _chain(operator_: str, parts: Iterable[Expr], unit: Literal, zero: Literal) 
 
 
 _LONG_CHAIN = 64
-"""A longer chain becomes a low tree, as those that are written do: many functions recurse."""
+"""A longer chain becomes a balanced tree, to limit the depth of recursive functions."""
 
 
 def _joined(operator_: str, parts: Sequence[Expr]) -> Expr:
@@ -100,16 +100,16 @@ def _joined(operator_: str, parts: Sequence[Expr]) -> Expr:
 
 
 class Junction(NamedTuple):
-    """A conjunction or a disjunction of two expressions, each negated unless it goes with True."""
+    """A conjunction or disjunction of two expressions with their polarity (False: negated)."""
 
     conjunctive: bool
     parts: tuple[tuple[Expr, bool], tuple[Expr, bool]]
 
 
 def junction(expr: Expr, polarity: bool) -> Junction | None:
-    """The expression, or (``polarity`` False) its negation, taken apart at ``and``, ``or``, ``=>``.
+    """Return the operands of an ``and``, ``or`` or ``=>``, or (``polarity`` False) of its negation.
 
-    None if it is none of these.
+    None for any other expression.
     """
     if not isinstance(expr, Binary) or expr.operation.decider is None:
         return None
@@ -120,7 +120,7 @@ def junction(expr: Expr, polarity: bool) -> Junction | None:
 
 
 def exact(expr: Expr) -> Expr:
-    """The expression over the data themselves: without the terms of the plant."""
+    """Return the expression with the terms of the plant replaced by the data that they test."""
 
     def leaf(node: Literal | Leaf) -> Expr:
         test = _test(node)
@@ -157,10 +157,10 @@ def to_dsl(
     *,
     is_part: bool = False,
 ) -> str:
-    """The expression in the language's own syntax, as it would stand in a requirement.
+    """Return the expression as model text, as in a requirement.
 
-    Tests of the plant read as in the model. ``spelled`` may give a leaf another text. ``is_part``:
-    it is to stand anywhere in a requirement, not for the whole of it.
+    Tests of the plant are written as the model has them. ``spelled`` may give a leaf another text.
+    ``is_part``: the text is to be used within a requirement, not as the whole condition.
     """
     component_names = {component.name for component in robot.components}
 
@@ -234,7 +234,7 @@ def _count_text(count: Count, text: Callable[[Expr], str], components: Collectio
         high = low + len(count.conditions) - 1
         is_whole = not {f"{kind}[{low - 1}]", f"{kind}[{high + 1}]"} & {*components}
         array = escape(kind) if is_whole else f"{escape(kind)}[{low}..{high}]"
-        # An index that stands behind a name is nowhere else.
+        # The text of a name with its index occurs nowhere else.
         element = texts[0].replace(f"{kind}[{low}].", f"{name}.")
         inner = f"({element} for {name} in {array})"
     if count.least in (1, len(count.conditions)):
@@ -272,7 +272,7 @@ def _constant_text(value: Any, type_: Type) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         return f"({0 if value != value else math.copysign(1.0, value):g} / 0)"
     text = repr(value)
-    # The language wants a point in a double: 1e+16 is not one of its spellings.
+    # Exponents as people write them: 1E16, not 1e+16.
     return text.replace("e+", "E").replace("e-", "E-") if isinstance(value, float) else text
 
 
@@ -280,10 +280,10 @@ def _constant_text(value: Any, type_: Type) -> str:
 
 
 def may_be_huge(expr: Expr) -> bool:
-    """Whether this is an integer that may lie beyond the doubles.
+    """Whether this is an integer that may be too large for a double.
 
-    What comes in has 64 bits at the most, so that takes a variable without a range, or a product of
-    more than a dozen factors.
+    Received integers have at most 64 bits, so that takes a variable without a range, or a product
+    of more than twelve factors.
     """
     if not isinstance(expr.type, IntegerType):
         return False
@@ -301,11 +301,13 @@ def to_python(
     convert: Callable[[EnumType, str], str] | None = None,
     part: Callable[[Part, str], str] | None = None,
 ) -> str:
-    """The expression as Python source; ``leaf``, ``literal``, ``convert`` and ``part`` spell parts.
+    """Return the expression as Python source.
 
-    Division reads ``divide(a, b)``, and an integer that may be too large for the double beside it
-    ``widen(a)``: the caller's namespace must hold the functions of ``HELPERS``.
-    Spellings that are not one operand (``a == b``) must bring their own parentheses.
+    ``leaf``, ``literal``, ``convert`` and ``part`` give the texts of these nodes.
+
+    Division is written ``divide(a, b)``, and an integer that may be too large for the other
+    operand, a double, ``widen(a)``: the namespace of the text must have the functions of
+    ``HELPERS``. Texts of nodes that are not atomic (``a == b``) must include their parentheses.
     """
 
     def of_leaf(node: Literal | Leaf) -> Spelled:
@@ -333,7 +335,7 @@ def to_python(
 
 
 def _through_array(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
-    """An aggregate over a list comprehension; elements that are undefined are left out."""
+    """Return an aggregate as a function of a list comprehension without undefined elements."""
     name, items = element_name(node.variable), array.text
     element = visit(node.element)
     condition = None if node.condition is None else visit(node.condition).text
@@ -351,5 +353,5 @@ def _through_array(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spel
 
 
 def element_name(variable: str) -> str:
-    """The Python name of what goes through an array: no keyword and no name of the runtime."""
+    """Return the Python name of an aggregate's variable: no keyword, no name of the runtime."""
     return f"{variable}_"

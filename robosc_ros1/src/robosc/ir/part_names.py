@@ -1,12 +1,12 @@
-"""Names for what long guards have in common, so that a person can read them.
+"""Names for common parts of long guards, so that people can read them.
 
-A guard is a tree of chains of ``and`` and ``or``. Operands that several chains of one kind share
-become a *part* with a name, the one first that saves most text; then the chains read the name, and
-the search goes on, so that parts may be made of parts. This is the extraction of common cubes of
-multi-level logic minimisation (Brayton, Rudell, Sangiovanni-Vincentelli, Wang, "MIS: a
-multiple-level logic optimization system", IEEE Trans. CAD 6(6), 1987), with the length of the text
-as the cost. Nothing but the wording changes: with each name replaced by its part, in brackets, the
-text is the guard again.
+A guard is a tree of chains of ``and`` and ``or``. Operands that several chains with the same
+operator share become a named *part*. The part that saves most text is chosen first, its name
+replaces the operands, and the search is repeated, so that parts may contain other parts. This is
+common-cube extraction of multi-level logic minimisation (Brayton, Rudell, Sangiovanni-Vincentelli,
+Wang, "MIS: a multiple-level logic optimization system", IEEE Trans. CAD 6(6), 1987), with the
+length of the text as the cost. Only the text changes: replacing each name by its part, in
+parentheses, gives the guard again.
 """
 
 from __future__ import annotations
@@ -27,27 +27,28 @@ from robosc.model.types import BooleanType
 __all__ = ["LONG", "NamedExpr", "PartNames"]
 
 LONG = 200
-"""Guards of more characters read the names of parts."""
+"""Guards of more characters are shown with named parts."""
 
 _MOST_PARTS = 26
 _MOST_CHAINS = 40
 _MOST_OPERANDS = 4000
-"""Only the longest chains are compared with each other: so many, with so many operands."""
+"""Only the longest chains are compared pairwise: at most this many, with this many operands in
+all."""
 _LEAST_SAVED = 40
-"""What is not so many characters shorter is sooner read as it is."""
+"""The least number of characters that a part must save."""
 _NAME = len("part_a")
 _JOINT = len(" and ")
 _DEFINITION = len("let part_a = ")
 
 
 class NamedExpr(NamedTuple):
-    """A part: its name, and what it stands for, in which earlier parts are read by their names."""
+    """A part: its name and its expression, which refers to earlier parts by their names."""
 
     name: str
     expr: Expr
 
     def text(self, robot: Robot) -> str:
-        """What it stands for, in the language."""
+        """Return the expression as model text."""
         return to_dsl(self.expr, robot, is_part=True)
 
     def line(self, robot: Robot) -> str:
@@ -55,7 +56,7 @@ class NamedExpr(NamedTuple):
 
 
 class _Node(NamedTuple):
-    """An expression by the numbers of its operands; of what has none ``expr`` is the whole."""
+    """An expression: its operator and the numbers of its operands; a leaf has only ``expr``."""
 
     operator: str
     operands: tuple[int, ...]
@@ -63,14 +64,14 @@ class _Node(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """A name: the number of the node that reads it, and that of the chain or count behind it."""
+    """A part: the number of the node that refers to it, and that of the chain or count it names."""
 
     reference: int
     body: int
 
 
 class PartNames:
-    """The parts of the long ones among some guards."""
+    """Finds the named parts of the long ones among some guards."""
 
     def __init__(self, robot: Robot, guards: Iterable[Expr]) -> None:
         self._robot = robot
@@ -83,7 +84,7 @@ class PartNames:
         self._references: dict[int, int] = {}
         long = [guard for guard in guards if len(to_dsl(guard, robot)) > LONG]
         self._long = frozenset(map(id, long))
-        self._guards = long  # as long as they are kept, their identities are their own
+        self._guards = long  # kept alive, so that no identity is reused
         numbers = [self._number(with_counts(expr)) for expr in long]
         self._find(numbers)
         self.definitions = tuple(self._definitions())
@@ -92,34 +93,34 @@ class PartNames:
         return id(guard) in self._long
 
     def of_guard(self, guard: Expr) -> Expr:
-        """The guard, with names of parts if it is a long one."""
+        """Return the guard, with named parts if it is long."""
         return self.short(guard) if self.is_long(guard) else guard
 
     def lines(self, guard: Expr) -> list[str]:
-        """The guard as text, below a line for each part that it reads."""
+        """Return the guard as text, after a line for each part that it uses."""
         shown = self.of_guard(guard)
         parts = [part.line(self._robot) for part in self.used([shown])]
         return [*parts, to_dsl(shown, self._robot)]
 
     def short(self, expr: Expr) -> Expr:
-        """An expression with the names of all parts that are in it."""
+        """Return an expression with all parts in it replaced by their names."""
         number = self._number(with_counts(expr))
         return self._expr(self._references.get(number, number))
 
     def used(self, exprs: Iterable[Expr]) -> tuple[NamedExpr, ...]:
-        """The parts that some expressions read, also through others; in order."""
+        """Return the parts that some expressions use, directly or through other parts, in order."""
         wanted = _names(exprs)
         for part in reversed(self.definitions):
             if part.name in wanted:
                 wanted |= _names([part.expr])
         return tuple(part for part in self.definitions if part.name in wanted)
 
-    # --- expressions as numbers: those of operands are less than that of the whole
+    # --- expressions as numbers; operands have smaller numbers than the expression
 
     def _number(self, expr: Expr) -> int:
         found = self._by_identity.get(id(expr))
         if found is None:
-            # As long as the expression is kept, its identity is its own.
+            # The expression is kept alive, so that its identity is not reused.
             found = self._by_identity[id(expr)] = self._new_number(expr), expr
         return found[0]
 
@@ -146,7 +147,7 @@ class PartNames:
         return number
 
     def _replace(self, number: int, part: _Part) -> None:
-        """Have a chain read a part, in the place of the first of its operands."""
+        """Replace a part's operands in a chain by its name, at the place of the first of them."""
         own, body = self._chains[number], self._nodes[part.body]
         wanted = body.operands or (part.body,)
         if body.operator in ("", self._nodes[number].operator) and (
@@ -157,7 +158,7 @@ class PartNames:
             self._chains[number] = (*own[:at], part.reference, *rest)
 
     def _operands(self, number: int) -> tuple[int, ...]:
-        """Those that it has by now."""
+        """Return the current operands of an expression, with named parts replaced."""
         own = self._chains.get(number)
         if own is None:
             own = tuple(self._references.get(n, n) for n in self._nodes[number].operands)
@@ -195,7 +196,8 @@ class PartNames:
             self._parts.append(part)
 
     def _best(self, roots: Sequence[int]) -> _Node | int | None:
-        """The operands, or the number of the count, that are worth a name most."""
+        """Return the operands, or the number of the count, whose name saves most; None: none saves
+        enough."""
         written = self._written(roots)
         lengths = self._lengths(written)
         chains = [n for n in written if n in self._chains and len(self._chains[n]) > 1]
@@ -234,7 +236,7 @@ class PartNames:
         return best
 
     def _written(self, roots: Sequence[int]) -> Counter[int]:
-        """How often each expression is written where the roots are written once each."""
+        """Return how often each expression occurs in the texts of the roots."""
         found = Counter(roots)
         for number in range(len(self._nodes) - 1, -1, -1):
             if found[number]:
@@ -243,7 +245,7 @@ class PartNames:
         return found
 
     def _lengths(self, numbers: Iterable[int]) -> dict[int, int]:
-        """The characters of texts, give or take some brackets."""
+        """Return the approximate lengths of texts, in characters."""
         found = dict(self._atoms)
         for number in sorted(numbers):
             node = self._nodes[number]
@@ -266,7 +268,7 @@ class PartNames:
     # --- names
 
     def _definitions(self) -> Iterator[NamedExpr]:
-        """The parts with their names, each after those that it reads."""
+        """Yield the named parts, each after those that it uses."""
         names = _free_names(self._robot)
         chains = {part.reference: part.body for part in self._parts}
         done: set[int] = set()
@@ -287,7 +289,7 @@ class PartNames:
 
 
 def _saved(uses: int, length: int) -> int:
-    """The characters that a name saves, its definition included."""
+    """Return the characters that a name saves, less those of its definition."""
     return uses * (length - _NAME) - length - _DEFINITION
 
 
@@ -296,7 +298,7 @@ def _names(exprs: Iterable[Expr]) -> set[str]:
 
 
 def _free_names(robot: Robot) -> Iterator[str]:
-    """``part_a``, ``part_b``, …: no numbers, which would read as those of copies."""
+    """Yield ``part_a``, ``part_b``, …; numbers would look like those of component copies."""
     taken = {component.name for component in robot.components}
     taken |= {parameter.key for parameter in robot.parameters}
     letters = ("".join(name) for n in count(1) for name in product(ascii_lowercase, repeat=n))

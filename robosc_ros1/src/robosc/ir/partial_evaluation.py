@@ -1,9 +1,9 @@
-"""Expressions once the value that came in is known.
+"""Partial evaluation of expressions for a known value of the event.
 
-Where an event with a value becomes one event per value, guards and assignments no longer read
-``value``: it is put in, and what has become constant is evaluated. An element that did not come
-makes undefined what needs it; lazy operators need their right side only where the left does not
-decide. So where a guard is true is an expression over the state again.
+An event with a value is replaced by one event per value. In its guards and assignments ``value`` is
+replaced, and constant subexpressions are evaluated. An expression that needs a missing array
+element is undefined; lazy operators need their right operand only where the left one does not
+decide. The result is an expression over the state: where the guard is true.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from robosc.model.types import BooleanType, Value
 __all__ = ["PartValues", "assigned", "holds"]
 
 PartValues: TypeAlias = Mapping[tuple[str | int, ...], Value | None]
-"""What came in, by path; None: it did not."""
+"""The parts of the value, by path; None: the part is missing."""
 
 
 class _Truth(NamedTuple):
-    """Where an expression is true, and where it is false; it is undefined elsewhere."""
+    """The conditions under which an expression is true and false; elsewhere it is undefined."""
 
     true: Expr
     false: Expr
@@ -34,12 +34,13 @@ _UNDEFINED = _Truth(FALSE, FALSE)
 
 
 def holds(guard: Expr | None, values: PartValues) -> Expr:
-    """Where a guard holds, as a condition over the state; TRUE without one."""
+    """Return the condition over the state under which a guard holds; TRUE without a guard."""
     return TRUE if guard is None else _truth(_partial(guard, values)).true
 
 
 def assigned(expr: Expr, values: PartValues, old: Expr) -> Expr | None:
-    """What an assignment gives to a variable that is ``old``; None if it leaves it as it is."""
+    """Return the value after an assignment to a variable that is ``old``; None if it is
+    unchanged."""
     found = _partial(expr, values)
     if not isinstance(found, _Truth):
         return found
@@ -49,7 +50,7 @@ def assigned(expr: Expr, values: PartValues, old: Expr) -> Expr | None:
 
 
 def _partial(expr: Expr, values: PartValues) -> Expr | _Truth:
-    """The expression with the value put in, or where it is true and false if that may not be."""
+    """Return the expression for this value, or its truth conditions if it may be undefined."""
 
     def leaf(node: Literal | Leaf) -> Expr | _Truth:
         if not isinstance(node, ValueRef):
@@ -104,7 +105,7 @@ def _lazy(node: Operation, left: _Truth, right: _Truth) -> _Truth:
 
 
 def _same(left: _Truth, right: _Truth) -> _Truth:
-    """Where two booleans are equal, and where they differ."""
+    """Return where two booleans are equal, and where they differ."""
     same = [conjunction([left[i], right[i]]) for i in (0, 1)]
     differ = [conjunction([left[i], right[1 - i]]) for i in (0, 1)]
     return _Truth(disjunction(same), disjunction(differ))

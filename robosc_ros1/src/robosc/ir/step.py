@@ -1,4 +1,4 @@
-"""The meaning of one event in one state: the reference that engines and generated code follow."""
+"""The effect of one event in one state: the reference for engines and generated code."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from robosc.model.types import Value
 __all__ = ["Outcome", "Values", "Verdict", "holds", "missing_together", "outcome", "valuations"]
 
 Values: TypeAlias = tuple[Value | None, ...]
-"""One value per parameter of an event."""
+"""One value for each parameter of an event."""
 
 
 class Verdict(Enum):
     IMPOSSIBLE = "impossible"
-    """The plant cannot do the event in this state."""
+    """The event is not possible in this state."""
     OUT_OF_RANGE = "out of range"
-    """The event would take a variable out of its range: impossible for a controllable event; for an
-    uncontrollable one the state is to be avoided."""
+    """The event would assign a value outside the range of a variable: a controllable event is then
+    not possible; a state with such an uncontrollable event must be avoided."""
 
 
 Outcome: TypeAlias = PlantState | Verdict
 
 
 def valuations(event: Event) -> Iterator[Values]:
-    """All combinations of parameter values that one value can have, the last parameter fastest."""
+    """Yield the consistent combinations of parameter values; the last parameter varies fastest."""
     pairs = missing_together(event)
     for values in product(*(parameter.values for parameter in event.parameters)):
         if not any(values[i] is None and values[j] is not None for i, j in pairs):
@@ -48,10 +48,10 @@ def valuations(event: Event) -> Iterator[Values]:
 
 
 def missing_together(event: Event) -> tuple[tuple[int, int], ...]:
-    """Pairs of parameters: where the first did not come, the second cannot have come either.
+    """Return the pairs of parameters (indexes) of which the second is missing if the first is.
 
-    Where ``a[1]`` is missing, so are ``a[2]`` and ``a[1].x``; where a part that no array is on the
-    way to, there is no value at all.
+    If ``a[1]`` is missing, so are ``a[2]`` and ``a[1].x``. If a part is missing whose path has no
+    array, the whole value is.
     """
     parameters = event.parameters
     return tuple(
@@ -67,7 +67,7 @@ def missing_together(event: Event) -> tuple[tuple[int, int], ...]:
 
 
 def _needs(path: tuple[str | int, ...], missing: tuple[str | int, ...]) -> bool:
-    """Whether a part lies behind the array element whose absence makes ``missing`` so for sure."""
+    """Whether a part is missing for sure if the last array element on the path ``missing`` is."""
     depth = max((d for d, step in enumerate(missing) if isinstance(step, int)), default=None)
     if depth is None or len(path) <= depth or path[:depth] != missing[:depth]:
         return False
@@ -76,7 +76,7 @@ def _needs(path: tuple[str | int, ...], missing: tuple[str | int, ...]) -> bool:
 
 
 def outcome(plant: Plant, event: Event, values: Values, state: PlantState) -> Outcome:
-    """Where an event leads in the plant, requirements apart."""
+    """Return the state to which an event leads in the plant, without regard to requirements."""
     if event.phase is not None and state[event.phase.variable] not in event.phase.sources:
         return Verdict.IMPOSSIBLE
     lookup = _lookup(plant, event, values, state)
@@ -115,7 +115,7 @@ def _take(
     lookup: Callable[[Leaf], Value | None],
     after: list[int],
 ) -> bool:
-    """Write an edge's effect into ``after``; False if a variable would leave its range."""
+    """Apply the updates of an edge to ``after``; False if a variable would leave its range."""
     after[automaton.variable] = edge.target
     inside = True
     for variable, expr in edge.updates:
@@ -160,6 +160,6 @@ def _lookup(
             case ValueRef(path=path):
                 return taken[path]
             case ElementRef() | ParameterRef():
-                raise AssertionError("it belongs to an aggregate, or to a test")
+                raise AssertionError("only aggregates and tests read this leaf")
 
     return look

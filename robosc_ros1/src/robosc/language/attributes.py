@@ -1,6 +1,6 @@
-"""The table of attributes: what stands behind the ``with`` of a communication.
+"""The table of attributes: the labels after the ``with`` of a communication.
 
-Each attribute is a field of the node of its communication, by the same name.
+Each attribute is a field, of the same name, of the syntax node of its communication.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ __all__ = ["ATTRIBUTES", "Attribute", "Value", "attributes_of"]
 
 
 class Value(Enum):
-    """What the value of an attribute is."""
+    """The kind of value that an attribute has."""
 
     STRING = "a string"
     DURATION = "a duration"
@@ -21,9 +21,10 @@ class Value(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Attribute:
-    """``name: value`` of some kinds of communication; a required one stands in all of them.
+    """An attribute, written ``name: value``, and the kinds of communication that have it.
 
-    ``meaning`` continues a sentence: "as a label, …".
+    ``communications`` are the keywords of these kinds; ``required``: each of them must have it.
+    ``meaning`` continues the sentence "as a label, …".
     """
 
     name: str
@@ -46,9 +47,9 @@ ATTRIBUTES = (
     Attribute("response", Value.TYPE, _CALLS, True, "the type of what comes back"),
     Attribute("feedback", Value.TYPE, ("action",), True, "the type of what is reported"),
 )  # fmt: skip
-"""All of them, in the order in which they stand."""
+"""All attributes, in the order in which models have them."""
 
 
 def attributes_of(communication: str) -> tuple[Attribute, ...]:
-    """The attributes of ``incoming`` or ``outgoing`` messages, ``service`` or ``action``."""
+    """Return the attributes of a kind of communication; ``communication`` is its keyword."""
     return tuple(a for a in ATTRIBUTES if communication in a.communications)

@@ -1,8 +1,8 @@
 """The tables of communications and their events, which every stage reads.
 
-A communication has *phases* if something has to be remembered of it: whether a service or action is
-idle or busy, whether a message with a timeout is silent or fresh. The first phase is the initial
-one. Each of its events is possible in some phases and leads into one.
+Some communications have two *phases*: a service or an action is idle or busy, an outgoing message
+with a timeout is silent or fresh. The first phase is the initial one. Each event of such a
+communication is possible in some phases and leads to one.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Kind(Enum):
 
 
 class EventKind(Enum):
-    """What can happen; the value is its name in the language, in documents and in logs."""
+    """The kinds of event; the value is the name in the language, in JSON documents and in logs."""
 
     REQUEST = "request"
     RESPONSE = "response"
@@ -39,7 +39,7 @@ class EventKind(Enum):
 
     @property
     def controllable(self) -> bool:
-        """Whether the controller decides on it."""
+        """Whether the controller decides when it occurs."""
         return self in (EventKind.REQUEST, EventKind.CANCEL, EventKind.TAU)
 
     @property
@@ -54,13 +54,13 @@ class EventKind(Enum):
 
     @property
     def clocked(self) -> bool:
-        """Whether it happens because time passed."""
+        """Whether the passing of time causes it."""
         return self in (EventKind.TIMEOUT, EventKind.AFTER)
 
 
 @dataclass(frozen=True, slots=True)
 class Phases:
-    """The two phases of a communication, the initial one first, and which of them are marked."""
+    """The two phases of a communication, the initial one first, and those that are marked."""
 
     names: tuple[str, str]
     marked: tuple[str, ...]
@@ -75,10 +75,10 @@ class Phases:
 class EventSort:
     """An event of one kind of communication.
 
-    ``sources`` are the phases in which it is possible, ``target`` the one it leads into; they count
-    where the communication has phases. ``brings`` names the type of the value that comes with it;
-    ``optional`` says that it may come without. ``with_timeout`` marks an event that only a
-    communication with a timeout has.
+    ``sources`` are the phases in which it is possible, ``target`` the one it leads to; both are
+    ignored where the communication has no phases. ``brings`` is the attribute that names the type
+    of its value (None: it has no value); ``optional``: the value may be absent. ``with_timeout``:
+    only communications with a timeout have this event.
     """
 
     kind: EventKind
@@ -91,9 +91,10 @@ class EventSort:
 
 @dataclass(frozen=True, slots=True)
 class CommunicationSort:
-    """What the language says of one kind of communication.
+    """One kind of communication: its events and phases.
 
-    ``name`` is the short name in documents. ``phases_with_timeout``: without a timeout it has none.
+    ``name`` is the short name in JSON documents. ``phases_with_timeout``: it has ``phases`` only if
+    it has a timeout.
     """
 
     name: str

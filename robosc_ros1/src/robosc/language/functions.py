@@ -26,7 +26,7 @@ def _always(left: Range, right: Range) -> bool:
 
 
 def _no_function(value: Any) -> Any:
-    raise AssertionError("each enum has its own")
+    raise AssertionError("every enum has its own function")
 
 
 def _function(
@@ -40,7 +40,7 @@ def _function(
     variadic: bool = False,
     written: Text | None = None,
 ) -> Operator:
-    """A function; ``array`` is named where numpy has exactly the same one for integers, too."""
+    """Return a function as an operator. ``array`` names the equivalent numpy function, if any."""
     name = python or scalar.__name__
     return Operator(
         spelling,
@@ -85,7 +85,7 @@ FUNCTIONS: Mapping[str, Operator] = {
     **_COMPUTED,
     "defined": _function("defined", (Operand.ANY,), Result.BOOLEAN, runtime.is_so),
 }
-"""The functions by spelling. ``defined`` alone takes what is undefined: typing gives PRESENCE."""
+"""The functions by spelling; type checking replaces ``defined`` by PRESENCE."""
 
 _PARTS = (
     _function(
@@ -99,23 +99,23 @@ _PARTS = (
 )  # fmt: skip
 
 CALLS: Mapping[str, Operator] = {**_COMPUTED, **{part.spelling: part for part in _PARTS}}
-"""The functions of values, and what else takes arguments as they do: parts of arrays."""
+"""The operations with arguments that are evaluated: functions, array elements and array slices."""
 
 CONVERSION = Operator(
     "convert", _ATOM, Operand.BASIC, Result.ENUM, _no_function, "", _never, Text("{*}", PYTHON_ATOM)
 )
-"""An enum as a function. What it makes of a value, and its name, are each enum's own."""
+"""The conversion of a value to an enum; the function and its name depend on the enum."""
 
 PART = Operator(
     "part", _ATOM, Operand.BASIC, Result.ELEMENT, _no_function, "", _never, Text("{*}", PYTHON_ATOM)
 )
-"""A part of an object or an array. What it gives is said by its path."""
+"""A part of an object or an array, given by a path."""
 
 PRESENCE = Operator(
     "holds", _ATOM, Operand.BASIC, Result.BOOLEAN, runtime.is_so, "", _never,
     python=Text("is_so(lambda: {0:0})", PYTHON_ATOM),
 )  # fmt: skip
-"""Whether a condition is true where data that it reads may not be there; or whether they are."""
+"""Whether a condition is defined and true, or whether data are defined (``defined(…)``)."""
 
 AGGREGATES: Mapping[str, Operator] = {
     a.spelling: a
@@ -128,7 +128,7 @@ AGGREGATES: Mapping[str, Operator] = {
         _function("max", (_NUMBER,), Result.NUMBER, runtime.greatest_of),
     )
 }
-"""What goes through an array: functions of the list of what each element gives."""
+"""The aggregates: functions of the list of an expression's values for the elements of an array."""
 
 HELPERS: Mapping[str, Callable[..., Any]] = {
     **{
@@ -142,4 +142,4 @@ HELPERS: Mapping[str, Callable[..., Any]] = {
         and operation.scalar.__module__.startswith("robosc.")
     },
 }
-"""The functions of the runtime that Python texts may call, by name."""
+"""The functions of the runtime that generated Python expressions may call, by name."""

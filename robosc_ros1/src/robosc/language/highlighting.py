@@ -1,6 +1,6 @@
-"""The keywords in the grammar by which editors colour models (TextMate's format).
+"""The keyword sections of the TextMate grammar with which editors highlight models.
 
-``./dev renew`` writes ``editors/vscode/syntaxes/rscd.tmLanguage.json`` anew with it.
+``./dev renew`` updates ``editors/vscode/syntaxes/rscd.tmLanguage.json`` with it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _NUMBER = r"(?<![\w])\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 
 
 def with_keywords(grammar: dict[str, Any]) -> dict[str, Any]:
-    """The grammar with the words of the table in those of its sections that list words."""
+    """Return the grammar with its sections of keywords made from the table of keywords."""
     repository = {**grammar["repository"], **_sections()}
     return {**grammar, "repository": repository}
 

@@ -1,8 +1,8 @@
-"""The table of keywords: what each of them is for, and in which blocks it begins a declaration.
+"""The table of keywords: role, meaning, and the blocks in which each starts a declaration.
 
-Keywords are contextual: where a name is expected any word is one. Only the reserved words always
-need the escape ``^``. The lexer, the grammar, error recovery, the formatter, the language server
-and the highlighting of editors read this table.
+Keywords are contextual: where a name is expected, any word is a name. Only the reserved words
+always need the escape ``^``. The lexer, the grammar, error recovery, the formatter, the language
+server and the highlighting of editors read this table.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = [
 
 
 class Role(Enum):
-    """What a keyword does."""
+    """The role of a keyword in the syntax."""
 
     DECLARATION = "declaration"
     MODIFIER = "modifier"
@@ -36,9 +36,9 @@ class Role(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Keyword:
-    """One keyword, and in a sentence what it means.
+    """One keyword.
 
-    ``blocks`` are the kinds of blocks in which it begins a declaration.
+    ``blocks`` are the kinds of block in which it starts a declaration.
     """
 
     word: str
@@ -55,7 +55,7 @@ class Keyword:
 
     @property
     def reserved(self) -> bool:
-        """Whether a name that is spelt like it always needs the escape."""
+        """Whether a name with this spelling always needs the escape ``^``."""
         return not {Role.OPERATOR, Role.CONSTANT, Role.VALUE}.isdisjoint(self.roles)
 
 
@@ -184,30 +184,30 @@ _MEANINGS = {
 KEYWORDS: dict[str, Keyword] = {keyword.word: keyword for keyword in _table()}
 
 RESERVED = frozenset(word for word, keyword in KEYWORDS.items() if keyword.reserved)
-"""Words that are never a name unless escaped; all other keywords depend on where they stand."""
+"""The keywords that are never a name unless escaped; for all others the context decides."""
 
 
 UNITS = {"ms": 0.001, "s": 1.0, "min": 60.0, "h": 3600.0}
-"""The units of a duration, each in seconds. They stand behind numbers only, and are no keywords."""
+"""The units of durations, in seconds. They only follow numbers and are not keywords."""
 
 
 def words_of(role: Role) -> tuple[str, ...]:
-    """The keywords with a role, in the order of the table."""
+    """Return the keywords with a role, in the order of the table."""
     return tuple(word for word, keyword in KEYWORDS.items() if role in keyword.roles)
 
 
 def starts_of(block: str) -> tuple[str, ...]:
-    """The keywords that begin the declarations of a kind of block."""
+    """Return the keywords that start declarations in a kind of block."""
     return tuple(word for word, keyword in KEYWORDS.items() if block in keyword.blocks)
 
 
 BASIC_TYPES = frozenset(words_of(Role.TYPE)) - {"duration"}
-"""Words that, unescaped, are always the built-in type where a type is expected.
+"""The words that, unescaped, always mean the built-in type where a type is expected.
 
-A datatype may have the name `duration`, as some had before there were durations.
+``duration`` is not among them: older models may have a datatype of that name.
 """
 
 
 def escape(name: str) -> str:
-    """How a name is written where any name may stand."""
+    """Return a name as written in a model, with the escape ``^`` if it is reserved."""
     return f"^{name}" if name in RESERVED else name

@@ -1,8 +1,8 @@
 """The table of operators: how each is written, typed, evaluated and printed.
 
-The parser and the formatter, typing, evaluation of one state and of many, decision diagrams, the
-printers of model text, Python and CIF, and the reference interpreter of generated tests read this
-table; what an operator means is said nowhere else.
+It is the only definition of what an operator means. Its users are the parser, the formatter, type
+checking, evaluation (of single states and vectorised), the BDD engine, the printers of model text,
+Python and CIF, and the tables of the reference interpreter in generated tests.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = [
 
 
 class Operand(Enum):
-    """What an operator needs on each of its sides."""
+    """What an operator requires of its operands."""
 
     BOOLEAN = "boolean"
     NUMBER = "number"
@@ -44,16 +44,16 @@ class Result(Enum):
     STRING = "string"
     ELEMENT = "an element of the array"
     ENUM = "a value of the enum"
-    ARRAY = "an array like that"
+    ARRAY = "an array of the same type"
     SUM = "string if the operands are strings, else as a number"
 
 
 PYTHON_ATOM = 8
-"""The level of names, literals and calls in Python's text."""
+"""The precedence of names, literals and calls in Python text."""
 
 
 class Spelled(NamedTuple):
-    """A text and the level of its operator; formatted with a level, in brackets if it is weaker."""
+    """A text and its precedence; ``{text:5}`` adds parentheses if that is below 5."""
 
     text: str
     level: int
@@ -64,11 +64,11 @@ class Spelled(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """How an expression is written in another language.
+    """A template for the text of an expression in some language.
 
-    ``template`` holds the operands as ``{0:5}``: operand 0, in brackets unless it binds at least as
-    tightly as level 5 of that language, or all of them between commas as ``{*}``. ``level`` is
-    that of the whole.
+    ``template`` holds the operands as ``{0:5}`` (operand 0, in parentheses unless it binds at least
+    as tightly as level 5 of that language) or all of them, separated by commas, as ``{*}``.
+    ``level`` is the precedence of the whole expression.
     """
 
     template: str
@@ -83,7 +83,7 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """The least and the greatest of some integers."""
+    """A range of integers, both bounds included."""
 
     low: int
     high: int
@@ -99,15 +99,15 @@ EXACT_IN_INT64 = 2**62
 
 @dataclass(frozen=True, slots=True)
 class Operator:
-    """An operator with one or two operands, or a function, which has ``arguments``.
+    """An operator with one or two operands, or a function (which has ``arguments``).
 
-    ``level`` is the precedence in the language, higher binds tighter. ``scalar`` is the function
-    of Python values, ``array`` the name of numpy's function of arrays, and ``int64`` whether that
-    gives the same on integers of 64 bits from these ranges (the same range twice for a unary one).
-    A lazy operator looks at its right side only if the left is not ``decider``; if it is, the
-    result is ``decided``. ``negation`` is the operator that gives the opposite. A function that is
-    ``variadic`` takes any number of arguments like its last one. ``written`` is how it is written
-    if that is no call.
+    ``level`` is the precedence in the language; higher binds tighter. ``scalar`` is the function of
+    Python values, ``array`` the name of the numpy function, and ``int64`` says whether the latter
+    is exact on 64-bit integers from two given ranges (a unary operator gets its range twice). A
+    lazy operator evaluates its right operand only if the left one is not ``decider``; if it is, the
+    result is ``decided``. ``negation`` is the operator with the opposite result. A ``variadic``
+    function accepts its last argument any number of times. ``written`` is the model text of a
+    function that is not written as a call.
     """
 
     spelling: str
@@ -135,7 +135,7 @@ class Operator:
 
     @property
     def is_comparison(self) -> bool:
-        """Whether it looks at values of other types than its own boolean."""
+        """Whether it compares values, with a boolean result."""
         return self.result is Result.BOOLEAN and self.operands is not Operand.BOOLEAN
 
     @property
@@ -144,12 +144,12 @@ class Operator:
 
     @property
     def key(self) -> str:
-        """The name of the operation in the data of generated tests; no two operations share it."""
+        """The unique name of the operation in the tables of generated tests."""
         return self.name or self.spelling
 
     @property
     def text(self) -> Text:
-        """How it is written in the language itself."""
+        """The template for model text."""
         if self.written is not None:
             return self.written
         if self.arguments:
@@ -157,13 +157,13 @@ class Operator:
         if self.is_unary:
             return Text(f"{self.spelling}{{0:{self.level}}}", self.level)
         left = self.level + self.right_associative
-        # 'and' and 'or' mean the same with brackets on either side, so there are none.
+        # 'and' and 'or' are associative, so they need no parentheses.
         right = self.level + (not self.right_associative and not self.is_lazy)
         return Text(f"{{0:{left}}} {self.spelling} {{1:{right}}}", self.level)
 
 
 def _call(function: Callable[..., Any]) -> Text:
-    """A call of a function of the runtime with two arguments."""
+    """Return the template of a call of a runtime function with two arguments."""
     return Text(f"{function.__name__}({{0:0}}, {{1:0}})", PYTHON_ATOM)
 
 
@@ -171,7 +171,7 @@ def _widening(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]
     def widened(left: Any, right: Any) -> Any:
         try:
             return operation(left, right)
-        except OverflowError:  # a double, and an integer beyond the doubles
+        except OverflowError:  # a double, and an integer too large for one
             return operation(widen(left), widen(right))
 
     return widened
@@ -213,7 +213,7 @@ def _comparison(
     spelling: str, scalar: Callable[..., Any], array: str, python: str, negation: str = ""
 ) -> Operator:
     equality = spelling in ("=", "!=")
-    # Comparisons chain in Python and do not here, so both sides must bind tighter.
+    # Python chains comparisons and this language does not, so both sides must bind tighter.
     return Operator(
         spelling,
         level=4 if equality else 5,
@@ -244,7 +244,7 @@ UNARY: Mapping[str, Operator] = {
         ),
     )
 }  # fmt: skip
-"""The prefix operators by spelling; all bind tighter than any operator between two operands."""
+"""The unary operators by spelling; all bind tighter than any binary operator."""
 
 BINARY: Mapping[str, Operator] = {
     o.spelling: o
@@ -296,21 +296,21 @@ BINARY: Mapping[str, Operator] = {
         ),
     )
 }  # fmt: skip
-"""The operators between two operands by spelling, loosest first."""
+"""The binary operators by spelling, lowest precedence first."""
 
 
 def infix_signs() -> tuple[str, ...]:
-    """The signs that stand between two operands and begin none."""
+    """Return the binary operators, as signs, that cannot start an operand."""
     return tuple(o.spelling for o in BINARY.values() if not o.is_word and o.spelling not in UNARY)
 
 
 MIRRORED: Mapping[str, str] = {
     "=": "=", "!=": "!=", "<": ">", "<=": ">=", ">": "<", ">=": "<=",
 }  # fmt: skip
-"""The comparison that says the same with its sides exchanged."""
+"""The comparison that is equivalent with its operands exchanged."""
 
 
 def symbols(*, words: bool) -> tuple[str, ...]:
-    """The spellings that are words, or those that are signs; longest first, as a lexer tries."""
+    """Return the operators spelt as words, or those that are signs, longest first."""
     found = {o.spelling for o in (*UNARY.values(), *BINARY.values()) if o.is_word == words}
     return tuple(sorted(found, key=lambda s: (-len(s), s)))

@@ -1,9 +1,9 @@
-"""The lexer: model text to tokens, with comments and lexical faults on the side.
+"""The lexer: model text to tokens, comments and lexical errors.
 
-Each token has a *kind*, one character, and the kinds of a text make a string: the grammar, error
-recovery and everybody else who looks for a sequence of tokens match regular expressions on it.
-White space and comments are not in it. A keyword has a kind of its own; where it cannot be meant as
-a name, because it plainly begins the next declaration or clause, its kind is a second one.
+Each token has a *kind*, one character, so that the kinds of a text form a string: the grammar,
+error recovery and other searches for sequences of tokens match regular expressions against it.
+White space and comments are not part of it. Each keyword has two kinds: the second one is used
+where it clearly starts the next declaration or clause, so that it cannot be a name.
 """
 
 from __future__ import annotations
@@ -25,31 +25,31 @@ __all__ = [
 ]  # fmt: skip
 
 MAX_FAULTS = 100
-"""After so many errors a file gets one more that says so; a binary file would have a million."""
+"""The lexical errors that are reported for one file before one that says that there are more."""
 
 _PLAIN, INTEGER, NUMBER, BAD_NUMBER, STRING = "n", "0", "1", "9", "s"
 _FIRST, _MARKED = 0x100, 0x100
 
 ESCAPES = {"n": "\n", "t": "\t", "\\": "\\", '"': '"', "'": "'"}
-"""What stands behind a backslash in a string, and what is meant by it."""
+"""The escape sequences of strings: the character after the backslash, and what it stands for."""
 
 FOREIGN = {"==": "=", "<>": "!=", "=/=": "!=", "=<": "<="}
-"""Operators of other languages, each with ours."""
+"""Operators of other languages, each with the equivalent one of this language."""
 
 _SYMBOLS = ("{", "}", "(", ")", "[", "]", ",", ".", ":", "^", "->", ":=", "..")
 _SIGNS = sorted({*_SYMBOLS, *FOREIGN, *symbols(words=False)})
 _LONG = {sign: chr(0xA1 + n) for n, sign in enumerate(s for s in _SIGNS if len(s) > 1)}
 _SHORT = "".join(sign for sign in _SIGNS if len(sign) == 1)
 _WORDS = {word: chr(_FIRST + n) for n, word in enumerate((*KEYWORDS, *UNITS, "not"))}
-"""Units and ``not`` are no keywords, but their kinds are asked for."""
+"""Units and ``not`` are not keywords, but patterns refer to their kinds."""
 
 _SPELLINGS = {**_LONG, **{symbol: symbol for symbol in _SHORT}, **_WORDS}
 
 NAME = f"[{_PLAIN}{chr(_FIRST)}-{chr(_FIRST + _MARKED - 1)}]"
-"""A pattern for the kinds of all words that can be a name."""
+"""A pattern for the kinds of the words that can be a name."""
 
 ANY_NAME = f"[{_PLAIN}{chr(_FIRST)}-{chr(_FIRST + 2 * _MARKED - 1)}]"
-"""A pattern for the kinds of all words, also of those that begin the next declaration."""
+"""A pattern for the kinds of all words, including those that start the next declaration."""
 
 _TOKEN = re.compile(
     rf"""
@@ -103,9 +103,10 @@ _CLASSES = {
 
 
 def pattern(text: str) -> str:
-    """A regular expression for kinds: keywords as they are, symbols in quotes, classes in capitals.
+    """Return a regular expression on kinds from a readable form.
 
-    For instance ``NAME ':' (?! integer )``. All else is syntax of regular expressions.
+    In ``NAME ':' (?! integer )`` words are keywords, symbols are quoted, and capitals are classes
+    of tokens; all else is the syntax of regular expressions.
     """
 
     def kinds(match: re.Match[str]) -> str:
@@ -119,12 +120,12 @@ def pattern(text: str) -> str:
 
 
 def kind_of(symbol: str) -> str:
-    """The kind of a symbol."""
+    """Return the kind of a symbol."""
     return _SPELLINGS[symbol]
 
 
 def kinds_of(spelling: str) -> tuple[str, ...]:
-    """The kinds of a keyword or symbol; a keyword that cannot be meant as a name has its own."""
+    """Return the kind of a symbol, or both kinds of a keyword (the second: not a name)."""
     kind = _SPELLINGS[spelling]
     return (kind, chr(ord(kind) + _MARKED)) if spelling in _WORDS else (kind,)
 
@@ -146,9 +147,9 @@ class Comment:
 class Tokens:
     """The tokens of one source: their kinds, and where each begins and ends.
 
-    ``faults`` are the places of all lexical faults in order; ``diagnostics`` describe the first.
-    ``open_end`` says that an unterminated comment has swallowed the rest of the file. ``binary``
-    says that the file is no text at all.
+    ``faults`` are the offsets of all lexical errors, ascending; ``diagnostics`` describe the first
+    of them. ``open_end``: an unterminated comment extends to the end of the file. ``binary``: the
+    file is not a text file.
     """
 
     source: Source
@@ -165,60 +166,60 @@ class Tokens:
         return len(self.starts)
 
     def text(self, index: int) -> str:
-        """The text of a token; empty behind the last one."""
+        """Return the text of a token; empty past the last one."""
         if index >= len(self.starts):
             return ""
         return self.source.text[self.starts[index] : self.ends[index]]
 
     def texts(self, start: int = 0, end: int | None = None) -> Iterator[str]:
-        """The texts of the tokens from ``start`` up to ``end``."""
+        """Yield the texts of the tokens from ``start`` up to, but not including, ``end``."""
         text = self.source.text
         for begin, stop in zip(self.starts[start:end], self.ends[start:end], strict=True):
             yield text[begin:stop]
 
     def offset(self, index: int) -> int:
-        """Where a token begins; the end of the text behind the last one."""
+        """Return the offset at which a token starts; the length of the text past the last one."""
         return self.starts[index] if index < len(self.starts) else len(self.source.text)
 
     def before(self, offset: int) -> int:
-        """How many tokens begin before ``offset``."""
+        """Return the number of tokens that start before ``offset``."""
         return bisect_left(self.starts, offset)
 
     def span(self, start: int, end: int) -> Span:
-        """The place of the tokens from ``start`` up to ``end``."""
+        """Return the span of the tokens from ``start`` up to, but not including, ``end``."""
         return Span(self.source, self.starts[start], self.ends[max(start, end - 1)])
 
     @cached_property
     def end(self) -> int:
-        """Where the last token ends."""
+        """The offset of the end of the last token."""
         return self.ends[-1] if self.ends else 0
 
     def begins_line(self, index: int) -> bool:
-        """Is a token the first one on its line?"""
+        """Whether a token is the first one on its line."""
         before = self.ends[index - 1] if index else 0
         return not index or "\n" in self.source.text[before : self.offset(index)]
 
     def is_fault(self, index: int) -> bool:
-        """Is a token itself faulty, as a string without end is?"""
+        """Whether a token is itself a lexical error, such as an unterminated string."""
         return self.has_fault(self.starts[index], self.starts[index] + 1)
 
     def has_fault(self, start: int, end: int) -> bool:
-        """Is there a lexical fault in the text from the offset ``start`` to ``end``?"""
+        """Whether there is a lexical error between two offsets."""
         index = bisect_left(self.faults, start)
         return index < len(self.faults) and self.faults[index] < end
 
     def follows_fault(self, index: int) -> bool:
-        """Is what stands right before a token a lexical fault?"""
+        """Whether a lexical error directly precedes a token."""
         place = bisect_right(self.faults, self.offset(index)) - 1
         return place >= 0 and (not index or self.faults[place] >= self.ends[index - 1])
 
 
 @lru_cache(maxsize=8)
 def tokenize(source: Source, start: int = 0, end: int | None = None) -> Tokens:
-    """The tokens of a source, or of that part of it; never raises.
+    """Return the tokens of a source, or of the part between two offsets; never raises.
 
-    Those of the last few sources are remembered: an editor asks for them several times, to read a
-    text, to colour it and to fold it.
+    The tokens of the latest sources are cached: the language server needs them several times, for
+    parsing, highlighting and folding.
     """
     text = source.text
     end = len(text) if end is None else end
@@ -264,7 +265,7 @@ _COMMENTS = ("line", "block")
 
 
 def _closed(text: str, start: int, end: int) -> bool:
-    """Is this a block comment with its end?"""
+    """Whether this is a block comment that is terminated."""
     return text.startswith("/*", start) and end - start >= 4 and text.endswith("*/", start, end)
 
 
@@ -303,7 +304,7 @@ LOOKS = {
         "transition": "(?= if | goto )",
     }.items()
 }
-"""The first keyword of each declaration, and a pattern that hardly anything else matches."""
+"""The first keyword of each declaration, with a pattern that hardly anything else matches."""
 
 _NO_NAME = " | ".join((*LOOKS, *words_of(Role.CLAUSE), *words_of(Role.OPERATOR)))
 _CLAUSE = re.compile(
@@ -313,9 +314,9 @@ _DECLARATION = re.compile("|".join(LOOKS.values()))
 
 
 def _marked(text: str, kinds: str, starts: list[int], ends: list[int]) -> str:
-    """The kinds with those words marked that plainly begin a declaration or clause.
+    """Return the kinds with the second kind for words that clearly start a declaration or clause.
 
-    Where a name is expected it is then missing, and the word belongs to what follows.
+    Where a name is expected, it is then reported as missing.
     """
     found = [
         match.start()

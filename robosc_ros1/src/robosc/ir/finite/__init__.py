@@ -1,7 +1,7 @@
-"""The finite view of data: unbounded numbers and strings as the plant sees them.
+"""The finite view of data: unbounded numbers and strings as finite state variables.
 
-A *term* is what deciding expressions ask of data: a variable or a part of ``value`` that is
-compared with constants, or what is computed of several. The plant has each term as a state variable
-(or, where it reads ``value``, as a parameter of the event) whose values are the *classes* that no
-comparison of the model distinguishes, one representative each. See docs/semantics.md.
+A *term* is what a condition compares or tests: a variable or a part of ``value``, or an expression
+over several of them. In the plant each term is a state variable (or, if it reads ``value``, a
+parameter of the event). Its values are the *classes* of values that no comparison in the model
+distinguishes, with one representative each. See docs/semantics.md.
 """

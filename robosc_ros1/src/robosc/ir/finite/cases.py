@@ -1,9 +1,9 @@
-"""A condition over data that reads states, taken apart by the states that it reads.
+"""Case distinction of conditions on data that also read states.
 
-``any(A.s and r < 1 for r in L.ranges)`` changes when A leaves s, which no assignment to data does.
-So it is ``A.s`` with ``any(r < 1 for r in L.ranges)``, or ``!A.s`` with what remains then: nothing
-that is over data reads a state any more (Shannon, "The synthesis of two-terminal switching
-circuits", 1949: the expansion by one variable).
+``any(A.s and r < 1 for r in L.ranges)`` changes when A leaves s, though no data are assigned. So it
+becomes ``A.s and any(r < 1 for r in L.ranges)``, or what remains for ``!A.s``, so that no term over
+data reads a state (Shannon, "The synthesis of two-terminal switching circuits", 1949: expansion by
+one variable).
 """
 
 from __future__ import annotations
@@ -35,14 +35,15 @@ __all__ = ["by_state", "by_value", "reads_arrays", "reads_states"]
 
 
 def reads_states(expr: Expr) -> bool:
-    """Whether an expression reads in which state a component or a communication is."""
+    """Whether an expression reads the state of a component or the phase of a communication."""
     return any(isinstance(part, StateRef | PhaseRef) for part in walk(expr))
 
 
 def by_state(expr: Expr) -> Iterator[tuple[Expr, Expr]]:
-    """The states of the first component or communication that is read, and what remains in each.
+    """Yield the cases of the first component or communication read: a condition, and the expression
+    then.
 
-    Just one of these conditions over states holds; the last is that it is in none of those named.
+    Exactly one of the conditions holds in each state; the last one is "in none of the states read".
     """
     read = [part for part in walk(expr) if isinstance(part, StateRef | PhaseRef)]
     named = list(dict.fromkeys(part for part in read if _owner(part) == _owner(read[0])))
@@ -53,7 +54,7 @@ def by_state(expr: Expr) -> Iterator[tuple[Expr, Expr]]:
 
 
 def reads_arrays(expr: Expr) -> bool:
-    """Whether an expression goes through an array."""
+    """Whether an expression reads an array."""
     return any(isinstance(part.type, ArrayType) for part in walk(expr))
 
 
@@ -61,9 +62,9 @@ _MOST_CASES = 10_000
 
 
 def by_value(expr: Expr) -> Expr | None:
-    """A condition as one over the values of all that it reads, which is finite.
+    """Return a condition as comparisons of the finite leaves that it reads with their values.
 
-    None if there are too many combinations of them.
+    None if there are too many combinations of values.
     """
     parts = (part for part in walk(expr) if not isinstance(part, Literal | Operation | ElementRef))
     read = tuple(dict.fromkeys(parts))
@@ -97,7 +98,7 @@ def _owner(part: StateRef | PhaseRef) -> tuple[type, str]:
 
 
 def _given(expr: Expr, states: Mapping[StateRef | PhaseRef, bool]) -> Expr:
-    """The expression in those states, shorter where that decides; undefined where it was."""
+    """Return the simplified expression in those states, undefined in the same cases."""
 
     def leaf(node: Literal | Leaf) -> Expr:
         if isinstance(node, StateRef | PhaseRef) and node in states:
@@ -128,7 +129,7 @@ def _shortened(expr: Expr) -> Expr:
 
 
 def _connected(expr: Binary, left: Expr, right: Expr) -> Expr:
-    """``and``, ``or``, ``=>`` with a side that is known."""
+    """Simplify ``and``, ``or`` or ``=>`` with a constant operand."""
     operation = expr.operation
     if isinstance(left, Literal):
         return Literal(operation.decided, expr.type) if left.value is operation.decider else right
@@ -140,7 +141,7 @@ def _connected(expr: Binary, left: Expr, right: Expr) -> Expr:
 
 
 def _of_none(expr: Aggregate) -> Literal | None:
-    """What an aggregate gives that no element counts for, if its array is there; else None."""
+    """Return the value of an aggregate to which no element contributes; None: one may."""
     none = expr.condition == FALSE or (
         expr.element == {"any": FALSE, "count": FALSE, "all": TRUE}.get(expr.operator)
     )
@@ -150,7 +151,7 @@ def _of_none(expr: Aggregate) -> Literal | None:
 
 
 def _present(expr: Holds, operand: Expr) -> Expr:
-    """Whether a condition holds for which only the presence of arrays may be left to ask."""
+    """Simplify "defined and true" if the condition depends only on whether arrays are present."""
     arrays: dict[Expr, None] = {}
 
     def strict(node: Operation, operands: tuple[Expr, ...]) -> Expr:
@@ -173,4 +174,4 @@ def _present(expr: Holds, operand: Expr) -> Expr:
 
 
 def _nothing(leaf: Leaf) -> Value | None:
-    raise AssertionError(f"{leaf} is no constant")
+    raise AssertionError(f"{leaf} is not a constant")

@@ -1,4 +1,4 @@
-"""What a number or a string can be, as far as comparisons with constants show."""
+"""Classes of numbers and strings that comparisons with constants do not distinguish."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType,
 __all__ = ["Classes", "Comparison", "ClassCondition"]
 
 Comparison: TypeAlias = tuple[str, Value]
-"""An operator and the constant that stands right of it."""
+"""An operator and its right operand, a constant."""
 
 _BOOLEAN = BooleanType()
 _NAN = math.nan
@@ -24,18 +24,18 @@ _NAN = math.nan
 
 @dataclass(frozen=True, slots=True)
 class ClassCondition:
-    """That one of some conjunctions of comparisons holds; ``negated``: that none does."""
+    """A disjunction of conjunctions of comparisons, or (``negated``) its negation."""
 
     alternatives: tuple[tuple[Comparison, ...], ...]
     negated: bool
 
     @property
     def length(self) -> tuple[int, bool]:
-        """How much there is to read."""
+        """The length of the condition, to choose the shortest one."""
         return sum(len(part) for part in self.alternatives), self.negated
 
     def of(self, left: Expr, right: Expr | None = None) -> Expr:
-        """The condition on an expression; with ``right``, on how it compares with that."""
+        """Return the condition on ``left``, compared with ``right`` or with the constants."""
         found = disjunction(
             conjunction(_comparison(left, right, one) for one in part) for part in self.alternatives
         )
@@ -62,7 +62,8 @@ def _type_of(constant: Value) -> Type:
 class _Region:
     """Numbers between two constants, one constant, or NaN.
 
-    ``begins`` and ``ends`` are what runs of regions that begin or end here compare with.
+    ``begins`` and ``ends`` are the comparisons that bound a run of regions that begins or ends
+    here.
     """
 
     representative: Value
@@ -72,10 +73,10 @@ class _Region:
 
 @dataclass(frozen=True, eq=False)
 class Classes(Sequence[Any]):
-    """The classes of the values of a type that some comparisons tell apart.
+    """The classes into which some comparisons divide the values of a type.
 
-    As a sequence, one representative of each class in ascending order, and None last if it is
-    ``optional``. Any value of the type is ``in`` it, and has the ``index`` of its class.
+    A sequence of one representative of each class in ascending order, with None at the end if
+    ``optional``. Any value of the type is ``in`` it; ``index`` gives the number of its class.
     """
 
     type: Type
@@ -103,7 +104,7 @@ class Classes(Sequence[Any]):
         return self._outcomes(value) in self._numbers
 
     def index(self, value: Any, start: int = 0, stop: int | None = None) -> int:
-        """The number of the class that a value of the type is in."""
+        """Return the number of the class of a value."""
         if value is None and self.optional:
             return len(self._members)
         return self._numbers[self._outcomes(value)]
@@ -111,14 +112,15 @@ class Classes(Sequence[Any]):
     # --- conditions
 
     def tell(self, operator: str, constant: Value) -> bool:
-        """Whether a comparison with a constant comes out alike for all values of each class."""
+        """Whether a comparison with a constant has the same result for all values of each class."""
         asked = {(operator, constant)}
-        if not isinstance(self.type, DoubleType):  # the opposite is not the same for NaN
+        if not isinstance(self.type, DoubleType):  # for NaN the opposite is not the negation
             asked.add((_OPPOSITE[operator], constant))
         return not asked.isdisjoint(self.comparisons)
 
     def condition(self, needed: Collection[int], free: Collection[int]) -> ClassCondition:
-        """A short condition that holds in all needed classes and in no other than the free ones."""
+        """Return a short condition that holds in all needed classes, and otherwise only in free
+        ones."""
         if isinstance(self.type, StringType):
             wanted = self._members_of(needed, free, negated=False)
             unwanted = self._members_of(needed, free, negated=True)
@@ -133,7 +135,7 @@ class Classes(Sequence[Any]):
         return min(found, key=lambda c: c.length)
 
     def label(self, index: int, term: Expr, text: Callable[[Expr], str]) -> str:
-        """What the values of a class have in common, as a condition on the term."""
+        """Return the condition on the term that defines a class, as text."""
         if index == len(self._members):
             return "missing"
         if len(self._members) == 1:
@@ -141,7 +143,7 @@ class Classes(Sequence[Any]):
         return text(self.condition([index], [index]).of(term))
 
     def outcomes(self, index: int) -> dict[Comparison, bool]:
-        """How the comparisons come out in a class of values that are not missing."""
+        """Return the results of the comparisons in a class (not that of missing values)."""
         return dict(zip(self._ordered, self._outcomes(self._values[index]), strict=True))
 
     # --- regions
@@ -150,13 +152,13 @@ class Classes(Sequence[Any]):
     def _constants(self) -> tuple[Any, ...]:
         found: list[Any] = []
         for _, constant in self._ordered:
-            if constant == constant and constant not in found:  # a NaN tells nothing apart
+            if constant == constant and constant not in found:  # NaN divides nothing
                 found.append(constant)
         return tuple(sorted(found))
 
     @cached_property
     def _regions(self) -> tuple[_Region, ...]:
-        """All that the constants cut the type into, ascending, NaN last; empty ones left out."""
+        """The nonempty regions between and at the constants, ascending, NaN last."""
         if isinstance(self.type, StringType):
             return tuple(_strings(self._constants))
         found = list(_numbers(self._constants, isinstance(self.type, DoubleType)))
@@ -173,7 +175,7 @@ class Classes(Sequence[Any]):
 
     @cached_property
     def _members(self) -> tuple[tuple[int, ...], ...]:
-        """Per class its regions: those in which all comparisons come out alike."""
+        """For each class its regions: those with equal results of all comparisons."""
         found: dict[tuple[bool, ...], list[int]] = {}
         for number, region in enumerate(self._regions):
             found.setdefault(self._outcomes(region.representative), []).append(number)
@@ -203,7 +205,7 @@ class Classes(Sequence[Any]):
     def _runs(
         self, needed: Iterable[int], free: Iterable[int]
     ) -> tuple[tuple[Comparison, ...], ...]:
-        """Runs of regions, as wide as they may be; a run of everything has no comparison."""
+        """Return runs of regions as comparisons, as wide as possible; a run of all has none."""
         must, may = self._in_regions(needed), self._in_regions(free)
         last = len(self._regions) - (2 if isinstance(self.type, DoubleType) else 1)
         runs: list[tuple[Comparison, ...]] = []
@@ -222,7 +224,7 @@ class Classes(Sequence[Any]):
         return tuple(runs)
 
     def _run(self, low: int, high: int, nan: bool) -> Iterator[tuple[Comparison, ...]]:
-        """The regions from one to another; ``nan``: a condition that holds for NaN does no harm."""
+        """Yield the condition of a run of regions; ``nan``: it may hold for NaN."""
         first, last = self._regions[low].begins, self._regions[high].ends
         if first is None and last is None and not nan:
             yield (("<=", self._constants[0]),)
@@ -235,7 +237,8 @@ class Classes(Sequence[Any]):
     def _members_of(
         self, needed: Collection[int], free: Collection[int], negated: bool
     ) -> ClassCondition | None:
-        """Equal to one of some constants, or to none; None where "any other" has no such form."""
+        """Return the condition "equal to one of these strings" (or to none); None if a region is
+        not one constant."""
         others = [n for n in range(len(self._members)) if n not in free]
         regions = self._in_regions(others if negated else needed)
         if any(self._regions[region].begins is None for region in regions):
@@ -248,7 +251,7 @@ _OPPOSITE = {"=": "!=", "<": ">=", "<=": ">", ">": "<=", ">=": "<"}
 
 
 def _turned(runs: tuple[tuple[Comparison, ...], ...], type_: Type) -> ClassCondition:
-    """That none of the runs holds, as a comparison where that says the same."""
+    """Return the negation of all runs, as comparisons if possible."""
     if all(len(run) == 1 for run in runs):
         flat = [run[0] for run in runs]
         if not isinstance(type_, DoubleType) or all(operator == "=" for operator, _ in flat):
@@ -289,7 +292,7 @@ def _above(constant: int | float | None) -> Comparison | None:
 
 
 def _exactly(constant: int | float, double: bool) -> int | float | None:
-    """The constant as a value of the type; None if the type does not have it."""
+    """Return the constant as a value of the type; None if the type cannot represent it."""
     if double:
         found = _as_double(constant)
         return found if found == constant else None
@@ -309,11 +312,12 @@ def _integer_between(low: int | float | None, high: int | float | None) -> int |
 
 
 def _double_between(low: int | float | None, high: int | float | None) -> float | None:
-    """A double between two numbers, a round one if there is one; None if there is no double."""
+    """Return a double strictly between two numbers, with few digits if possible; None: there is
+    none."""
     start = -math.inf if low is None else _as_double(low)
     end = math.inf if high is None else _as_double(high)
     candidates: Iterable[float] = _round_doubles(low, high, start, end)
-    # The least double above ``low`` is one of the next three, so that none is overlooked.
+    # The least double above ``low`` is among these, so that no double is missed.
     least: tuple[float, ...] = (
         (-math.inf,) if low is None else (start, math.nextafter(start, math.inf))
     )

@@ -1,4 +1,4 @@
-"""Why the plant cannot tell what a test of data comes to, in a few words for users."""
+"""The reasons, as text for users, why the plant does not know the outcome of a test of data."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ WIDENED = "an integer that may be too large for a double is assigned to one"
 
 
 def why_free(term: TestRef | ChoiceRef) -> str:
-    """Why nothing tells the outcome of a test, or what is assigned to what it reads."""
+    """Return why the outcome of a test, or of an assignment to what it reads, is unknown."""
     test = term.test if isinstance(term, ChoiceRef) else term
-    assert test is not None, "a choice that stands for no test has a reason of its own"
+    assert test is not None, "a choice without a test has its own reason"
     sides = [test.subject] if test.other is None else [test.subject, test.other]
     parts = [part for side in sides for part in walk(side)]
     if any(map(reads_parameters, sides)):
@@ -61,14 +61,14 @@ def why_free(term: TestRef | ChoiceRef) -> str:
 
 
 def _asks(part: Binary | Unary) -> bool:
-    """Whether this is a comparison, or joins conditions; else it computes a number or a string."""
+    """Whether this is a comparison or a connective; otherwise it computes a number or a string."""
     return part.operator == "!" or (
         isinstance(part, Binary) and (part.operation.is_comparison or part.operation.is_lazy)
     )
 
 
 def _read(parts: list[Expr]) -> Iterator[Expr]:
-    """The different data that are read."""
+    """Yield the distinct data that are read."""
     whole = {part.operand for part in parts if isinstance(part, Part)}
     for part in parts:
         if isinstance(part, Part | ValueRef | ParameterRef) or (

@@ -1,12 +1,12 @@
-"""Which part of a condition decides over data, and the condition over finitely many outcomes.
+"""Terms: the tests of data in conditions, which the plant represents by finitely many outcomes.
 
-Data are numbers without bounds, strings, and all that is computed from them. A comparison of data
-with a constant stays as it is: its term is the variable or the part of ``value``. So does what an
-enum makes of one, if its rules are such comparisons. Any other becomes a
-:class:`~robosc.model.expr.TestRef` that is compared with a constant, or is a boolean itself; a
-parameter is such a test, too, whose outcome is not known at the start and never changes. So
-``A.x > A.y`` asks whether the order of the two is above 0, as do ``A.y < A.x`` and, the other way
-round, ``A.x <= A.y``: what excludes each other in the data does so in the plant.
+Data are unbounded numbers, strings, and what is computed from them. A comparison of a variable or a
+part of ``value`` with a constant is kept; its term is that variable or part. So is a conversion to
+an enum whose rules are such comparisons. Any other test becomes a
+:class:`~robosc.model.expr.TestRef`, a boolean or compared with a constant. A parameter is a test
+with an unknown outcome that never changes. ``A.x > A.y``, ``A.y < A.x`` and ``A.x <= A.y`` all
+compare the *order* of x and y with 0, so that conditions which exclude each other in the data do so
+in the plant.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ _BOOLEAN = BooleanType()
 
 
 def is_constant(expr: Expr) -> bool:
-    """Whether an expression reads nothing."""
+    """Whether an expression has no variable parts."""
     reads = any(not isinstance(part, Literal | Operation) for part in walk(expr))
     return not reads and not reads_parameters(expr)
 
@@ -84,7 +84,7 @@ def reads_parameters(expr: Expr) -> bool:
 
 
 def reads_data(expr: Expr) -> bool:
-    """Whether what an expression comes to is not told by anything finite that it reads."""
+    """Whether the value of an expression depends on data that are not finite."""
     return any(
         reads_parameters(part)
         if isinstance(part, Convert)
@@ -94,9 +94,10 @@ def reads_data(expr: Expr) -> bool:
 
 
 def compared_in_rules(expr: Convert) -> list[tuple[str, Expr]] | None:
-    """What the rules of an enum compare a number or a string with: operators and constants.
+    """Return the operators and constants of the comparisons in the rules of an enum.
 
-    None if they ask anything else, or if what is converted is no variable and no part of ``value``.
+    None if the rules have other conditions, or if the argument is not a variable or a part of
+    ``value``.
     """
     if not isinstance(expr.argument, VariableRef | ValueRef) or not expr.type.rules:
         return None
@@ -122,24 +123,24 @@ def compared_in_rules(expr: Convert) -> list[tuple[str, Expr]] | None:
 
 
 def order(left: Value, right: Value) -> Value:
-    """How a number compares with another: -1.0, 0.0, 1.0, or NaN."""
+    """Return the order of two numbers: -1.0, 0.0, 1.0, or NaN."""
     if left != left or right != right:
         return float("nan")
     return float((left > right) - (left < right))  # type: ignore[operator]
 
 
 def value_of(test: TestRef, lookup: Callable[[Leaf], Value | None]) -> Value:
-    """What a test comes to on the data themselves.
+    """Return the outcome of a test for given data.
 
     Raises:
-        Undefined: it reads something that is not there.
+        Undefined: it reads missing data.
     """
     subject = evaluate(test.subject, lookup)
     return subject if test.other is None else order(subject, evaluate(test.other, lookup))
 
 
 def type_of_part(type_: Type, path: tuple[str | int, ...]) -> Type | None:
-    """The type of a part, as what comes in has it."""
+    """Return the type of a part of a received value."""
     found: Type | None = type_
     for step in path:
         match found:
@@ -153,14 +154,15 @@ def type_of_part(type_: Type, path: tuple[str | int, ...]) -> Type | None:
 
 
 def sides_of(expr: Expr) -> tuple[Expr, ...]:
-    """What a comparison compares; of anything else, that itself."""
+    """Return the operands of a comparison, or else the expression itself."""
     if isinstance(expr, Binary) and expr.operation.is_comparison:
         return expr.operands
     return (expr,)
 
 
 def element_asked_for(test: Expr) -> Part | None:
-    """The element of an array or object in a variable, if a test asks only how it compares."""
+    """Return the part of a variable that a test compares with a constant; None if it is another
+    test."""
     if not isinstance(test, Holds):
         return None
     asked = test.operand
@@ -173,10 +175,10 @@ def element_asked_for(test: Expr) -> Part | None:
 
 
 def kept_where_undefined(variable: VariableRef, value: Expr) -> Expr:
-    """What a boolean variable becomes: what is assigned, or what it was if that is not there.
+    """Return the value of a boolean variable after an assignment that leaves it if undefined.
 
-    So it is put if each comparison in it asks for one element of a variable, which the plant
-    knows, or for what is finite. Else the value itself, undefined where something is not there.
+    That is expressed only if each comparison reads one part of a variable, which the plant
+    represents, or finite values. Otherwise this returns ``value`` itself, which may be undefined.
     """
     if not isinstance(variable.type, BooleanType):
         return value
@@ -188,12 +190,12 @@ def kept_where_undefined(variable: VariableRef, value: Expr) -> Expr:
 
 
 def is_presence(subject: Expr) -> bool:
-    """Whether this asks whether a variable holds anything."""
+    """Whether this tests that a variable has a value."""
     return isinstance(subject, Holds) and isinstance(subject.operand, VariableRef)
 
 
 def is_there(subject: Expr) -> bool:
-    """Whether this asks for data that are there for sure."""
+    """Whether this tests the presence of data that are always present."""
     return (
         isinstance(subject, Holds)
         and isinstance(subject.operand.type, ArrayType | ObjectType)
@@ -202,7 +204,7 @@ def is_there(subject: Expr) -> bool:
 
 
 class Terms:
-    """Finds the terms of expressions; ``text`` is how an expression reads."""
+    """Finds the terms of expressions; ``text`` gives the model text of an expression."""
 
     def __init__(self, text: Callable[[Expr], str]) -> None:
         self._text = text
@@ -210,9 +212,9 @@ class Terms:
         self._finite: ByIdentity[Expr] = ByIdentity()
 
     def finite(self, expr: Expr) -> Expr:
-        """A deciding expression with its tests of data replaced by terms, which read no state.
+        """Return a deciding expression with tests of data replaced by terms, which read no state.
 
-        What stands in several places, as in the requirements of copies, is looked at once.
+        Results are cached, since the requirements of component copies share expressions.
         """
         return self._finite.of(expr, self._new_finite)
 
@@ -236,23 +238,23 @@ class Terms:
             return self._whole(expr)
         if isinstance(expr.type, BooleanType) or not reads_states(expr):
             return self._free(expr)
-        return self.choice(self.computed(expr))  # it is assigned: no later state depends on it
+        return self.choice(self.computed(expr))  # only assigned: no later state depends on it
 
     def _free(self, expr: Expr) -> Expr:
-        """A test whose outcomes the plant does not derive from what it reads."""
+        """Return a test whose outcome the plant does not derive from what it reads."""
         return self._by_states(expr) if reads_states(expr) else self._seen(self.computed(expr))
 
     def _by_states(self, expr: Expr) -> Expr:
-        """A test of data that reads states, as a test without them in each of these states."""
+        """Return a test that also reads states as one test for each of these states."""
         cases = [(state, self.finite(test)) for state, test in by_state(expr)]
         if len({test for _, test in cases}) == 1:
             return cases[0][1]
         return disjunction(conjunction(case) for case in cases)
 
     def _whole(self, expr: Expr) -> Expr:
-        """An expression over what is finite, with parameters as the state has them.
+        """Return an expression over finite values, with parameters as terms of the state.
 
-        Engines know no arrays: one that the model fixes is gone here.
+        Engines have no arrays, so expressions over arrays of finite values are replaced.
         """
 
         def leaf(node: Literal | Leaf) -> Expr:
@@ -281,7 +283,7 @@ class Terms:
         return Binary(operator, self._seen(test), Literal(0, IntegerType()), _BOOLEAN, expr.span)
 
     def term(self, expr: Expr) -> Term:
-        """What stands for a number or a string that is compared with constants."""
+        """Return the term of a number or a string that is compared with constants."""
         if isinstance(expr, VariableRef | ValueRef):
             return expr
         return self._seen(self.computed(expr))
@@ -290,7 +292,7 @@ class Terms:
         return TestRef(expr, None, expr.type, self._text(expr))
 
     def pair(self, left: Expr, right: Expr) -> tuple[TestRef, bool]:
-        """How two numbers compare; and whether the test has them the other way round."""
+        """Return the test of the order of two numbers, and whether its operands are exchanged."""
         if (right, left) in self._pairs:
             return self._pairs[right, left], True
         if (left, right) not in self._pairs:
@@ -302,9 +304,9 @@ class Terms:
         return self._pairs[left, right], False
 
     def _seen(self, test: TestRef) -> TestRef | ChoiceRef:
-        """The test where it stands: what reads ``value`` is known only when the event happens.
+        """Return the test, or a choice if it reads ``value``, which is known only at the event.
 
-        So is what reads data that may not be there, which only assignments do.
+        A test that may be undefined, which occurs only in assignments, is a choice, too.
         """
         read = [test.subject] if test.other is None else [test.subject, test.other]
         at_event = any(reads_value(part) or may_be_undefined(part) for part in read)

@@ -1,9 +1,9 @@
-"""The finite view of one model: its terms, their classes, and what assignments do to them.
+"""The finite view of a model: its terms, their classes, and the effect of assignments on them.
 
-An assignment changes a term as it changes an expression (Dijkstra's weakest precondition): after
-``x := e``, the term ``f(x)`` is what ``f(e)`` was before. Where that is constant, a term of the
-plant or a part of ``value``, the change is exact. Else it is a choice of the environment, one and
-the same for equal expressions.
+The effect is that of Dijkstra's weakest precondition: after ``x := e``, the term ``f(x)`` has the
+value that ``f(e)`` had before. If ``f(e)`` is a constant, a term of the plant or a part of
+``value``, the update is exact. Otherwise it is a choice by the environment, the same one for equal
+expressions.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ from robosc.model.types import Value
 __all__ = ["FiniteView", "may_be_missing", "reference_to"]
 
 Scope: TypeAlias = tuple[EventKind, str] | None
-"""Where ``value`` means something: an event, by its communication's key."""
+"""The event whose value ``value`` is: its kind and its communication's key."""
 _Node: TypeAlias = tuple[Scope, Term]
 _StateTerm: TypeAlias = VariableRef | TestRef
 _Key: TypeAlias = tuple[str, EventKind, str, tuple[Assignment, ...]]
-"""Assignments that are made at once, with their component, event and communication."""
+"""The component, event, communication and simultaneous assignments of a transition."""
 
 
 @dataclass(frozen=True, eq=False)
 class FiniteView:
-    """What the plant knows of the data of a robot.
+    """The representation of a robot's data in the plant.
 
-    ``variables`` are the classes of variables that are compared, by key; ``tests`` those terms of
-    the state that no variable is. ``free`` are those tests and computed values, as text, of which
-    the plant reckons with every outcome, each with the reason why.
+    ``variables`` are the classes of compared variables, by key; ``tests`` are the other terms of
+    the state. ``free`` are the tests and computed values, as text, for which the plant allows every
+    outcome, each with the reason.
     """
 
     robot: Robot
@@ -60,29 +60,32 @@ class FiniteView:
     _updates: Mapping[_Key, tuple[tuple[_StateTerm, Expr], ...]]
 
     def expression(self, expr: Expr) -> Expr:
-        """A deciding expression as the plant has it."""
+        """Return a deciding expression in terms of the plant."""
         return self._terms.finite(expr)
 
     def assigned(self, variable: Variable, value: Expr) -> Expr:
-        """What a finite variable becomes when a value is assigned to it."""
+        """Return the value, in terms of the plant, that an assignment gives to a finite
+        variable."""
         return self._terms.finite(kept_where_undefined(reference_to(variable), value))
 
     def updates(
         self, component: str, transition: ResultTransition
     ) -> tuple[tuple[_StateTerm, Expr], ...]:
-        """What terms of the state become when a transition is taken; others stay as they are."""
+        """Return the new values of the terms of the state that a transition changes."""
         return self._updates.get(_key(component, transition), ())
 
     def values(self, scope: Scope, term: Term) -> Classes | None:
-        """The classes of a term that is a number or a string without bounds."""
+        """Return the classes of a term that is an unbounded number or a string; None for other
+        terms."""
         return self._classes.get((scope, term))
 
     def is_there(self, variable: VariableRef) -> TestRef:
-        """Whether an object or an array that provided data read has come."""
+        """Return the test that an object or an array, which provided data read, has been
+        received."""
         return self._terms.computed(Holds(variable))
 
     def initial(self, test: TestRef) -> Value:
-        """What a test comes to at the start, with the defaults of parameters."""
+        """Return the initial outcome of a test, with the defaults of parameters."""
 
         def look(leaf: Leaf) -> Value | None:
             assert isinstance(leaf, VariableRef)
@@ -91,10 +94,11 @@ class FiniteView:
         return value_of(test, look)
 
     def starts(self, test: TestRef, outcomes: Sequence[Value]) -> tuple[int, ...]:
-        """The numbers of the outcomes that a test can have at the start, the defaults' first.
+        """Return the indexes of the possible initial outcomes of a test, that of the defaults
+        first.
 
-        Of what reads parameters that is any; but a parameter is a number, and variables begin as
-        numbers, so that none of them is NaN.
+        A test that reads parameters can have any outcome, but not NaN if it only compares
+        parameters, variables and constants.
         """
         first = outcomes.index(self.initial(test))
         fixed = not any(map(reads_parameters, _sides_of(test)))
@@ -105,7 +109,7 @@ class FiniteView:
         return first, *(number for number in found if number != first)
 
     def _needs_nothing(self, expr: Expr) -> bool:
-        """Whether an expression is undefined at the start: it needs data that are not there."""
+        """Whether an expression is undefined initially, because it needs data not yet received."""
         match expr:
             case VariableRef(component=component, variable=name):
                 return self.robot.variables[f"{component}.{name}"].initial is None
@@ -136,7 +140,7 @@ def _sides_of(test: TestRef) -> tuple[Expr, ...]:
 
 
 def may_be_missing(term: Term) -> bool:
-    """Whether a part of an event's value may not be there."""
+    """Whether a part of an event's value may be missing."""
     match term:
         case ChoiceRef(test=None):
             return False
