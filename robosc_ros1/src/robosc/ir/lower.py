@@ -1,4 +1,4 @@
-"""From the model to the plant (docs/semantics.md, "The plant")."""
+"""Lowering: from the model to the plant (docs/semantics.md, "The plant")."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from robosc.ir.finite.view import FiniteView, may_be_missing, reference_to
 from robosc.ir.formulas import Leaf, conjunction, disjunction, negation, to_dsl
 from robosc.language.events import EventSort
 from robosc.model.entities import (
+    After,
     Behaviour,
     Communication,
     Component,
@@ -41,14 +42,14 @@ from robosc.model.types import Type, Value, domain
 __all__ = ["lower"]
 
 _MOST_VALUES = 2**20
-"""Of one variable or of one part of an event's value."""
+"""The largest number of values of a variable or of a part of an event's value."""
 
 
 def lower(robot: Robot) -> Plant:
-    """The plant of a model without errors.
+    """Return the plant of a model without errors.
 
     Raises:
-        StateSpaceError: a range is so large that it could not even be written down.
+        StateSpaceError: a range has too many values.
     """
     context = _Context.of(robot)
     events = tuple(
@@ -98,7 +99,7 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
 
 
 def _classified(variable: Variable, view: FiniteView) -> StateVariable:
-    """A variable that is not finite, by what it is compared with."""
+    """Return the state variable, with classes as values, of a variable of an unbounded type."""
     classes = view.variables[variable.key]
     return StateVariable(
         VariableKind.DATA,
@@ -174,7 +175,7 @@ class _Context:
         )
 
     def condition(self, requirement: Requirement, negated: bool) -> Expr:
-        """The condition of a requirement as the plant has it."""
+        """Return the condition of a requirement over the plant's state variables."""
         condition = self.view.expression(requirement.condition)
         return negation(condition) if negated else condition
 
@@ -184,7 +185,7 @@ class _Context:
         found = {i: r for i, r in enumerate(self.robot.requirements) if key in r.communications}
         kept = [self.condition(r, r.kind == "disables") for r in found.values()]
         if kind is EventKind.CANCEL:
-            # Cancelling is for goals that a requirement speaks against now, and for no others.
+            # A goal may be cancelled only while a requirement on its action is violated.
             return disjunction(negation(condition) for condition in kept), tuple(found)
         requirement = conjunction(kept)
         return (None if requirement == TRUE else requirement), tuple(found)
@@ -234,7 +235,7 @@ class _Context:
     def _parameters(
         self, automata: Iterable[LocalAutomaton], scope: tuple[EventKind, str]
     ) -> Iterator[EventParameter]:
-        """The parts of the value that guards and updates take, in order of appearance."""
+        """Yield the parts of the value that guards and updates read, in order of appearance."""
         found: set[tuple[str | int, ...]] = set()
         for edge in (edge for automaton in automata for edge in automaton.edges):
             readers = [expr for _, expr in edge.updates]
@@ -259,34 +260,18 @@ class _Context:
         return EventParameter(reference.path, reference.type, values, labels, test, optional)
 
     def _after_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
-        variable = self.variable_index[VariableKind.LOCATION, component.name]
         afters = [(a, n) for n, state in enumerate(behaviour.states) for a in state.afters]
         for after, location in sorted(afters, key=lambda item: item[0].index):
             guard = after.transition.guard
             taken = Taken(after.transition, () if guard is None else (guard,), "state")
             edge = self._edge(component, location, taken)
-            automaton = LocalAutomaton(component.name, variable, (edge,), True)
-            scope = EventKind.AFTER, component.name
-            yield Event(
-                kind=EventKind.AFTER,
-                name=component.name,
-                key=component.name,
-                index=after.index,
-                controllable=EventKind.AFTER.controllable,
-                parameters=tuple(self._parameters((automaton,), scope)),
-                phase=None,
-                automata=(automaton,),
-                requirement=None,
-                requirements=(),
-                span=after.span,
-            )
+            yield self._event_of(component, EventKind.AFTER, after, (edge,))
 
     def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         everywhere = range(len(behaviour.states))
         taus: list[tuple[Tau, Sequence[int]]] = [(tau, everywhere) for tau in behaviour.taus]
         for location, state in enumerate(behaviour.states):
             taus.extend((tau, (location,)) for tau in state.taus)
-        variable = self.variable_index[VariableKind.LOCATION, component.name]
         for tau, locations in sorted(taus, key=lambda item: item[0].index):
             edges = tuple(
                 Edge(
@@ -301,19 +286,27 @@ class _Context:
                 )
                 for location in locations
             )
-            yield Event(
-                kind=EventKind.TAU,
-                name=component.name,
-                key=component.name,
-                index=tau.index,
-                controllable=EventKind.TAU.controllable,
-                parameters=(),
-                phase=None,
-                automata=(LocalAutomaton(component.name, variable, edges, True),),
-                requirement=None,
-                requirements=(),
-                span=tau.span,
-            )
+            yield self._event_of(component, EventKind.TAU, tau, edges)
+
+    def _event_of(
+        self, component: Component, kind: EventKind, source: After | Tau, edges: tuple[Edge, ...]
+    ) -> Event:
+        """Return the event of a transition that belongs to one component only."""
+        variable = self.variable_index[VariableKind.LOCATION, component.name]
+        automaton = LocalAutomaton(component.name, variable, edges, kind.synchronised)
+        return Event(
+            kind=kind,
+            name=component.name,
+            key=component.name,
+            index=source.index,
+            controllable=kind.controllable,
+            parameters=tuple(self._parameters((automaton,), (kind, component.name))),
+            phase=None,
+            automata=(automaton,),
+            requirement=None,
+            requirements=(),
+            span=source.span,
+        )
 
 
 def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:
@@ -323,7 +316,8 @@ def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:
 
 
 def _labels(classes: Classes, term: Term, robot: Robot) -> tuple[str, ...]:
-    """What users see of the values of a term: ``Battery.charge > 0.2``, ``x <= 1``."""
+    """Return the texts, for users, of the values of a term: ``Battery.charge > 0.2``, ``x <=
+    1``."""
 
     def spelled(leaf: Leaf) -> str | None:
         incoming = isinstance(leaf, ValueRef) and leaf == term
@@ -336,7 +330,7 @@ def _labels(classes: Classes, term: Term, robot: Robot) -> tuple[str, ...]:
 
 
 def _values(type_: Type, what: str) -> Sequence[Value]:
-    """The values of a finite type; ``what`` names what takes them."""
+    """Return the values of a finite type; ``what`` is the subject of error messages."""
     values = domain(type_)
     assert values is not None, f"{what} takes part in synthesis and is not finite"
     if isinstance(values, range) and values.stop - values.start > _MOST_VALUES:

@@ -1,4 +1,4 @@
-"""The finite view of one model, built from the conditions that read it."""
+"""Builds the finite view of a model from its conditions and assignments."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from robosc.ir.finite.view import (
     reference_to,
 )
 from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation, to_dsl
-from robosc.language.operators import MIRRORED
+from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
 from robosc.model.entities import Component, Provide, ResultTransition, Robot, data_expressions
 from robosc.model.expr import (
     Binary,
@@ -62,11 +62,9 @@ from robosc.model.types import (
 
 __all__ = ["ViewBuilder", "finite_view", "sent_wholes"]
 
-_EXACT_IN_DOUBLE = 2**53
-
 
 def finite_view(robot: Robot) -> FiniteView:
-    """The finite view of a robot without errors."""
+    """Return the finite view of a robot without errors."""
     return ViewBuilder(robot).build()
 
 
@@ -76,24 +74,24 @@ class ViewBuilder:
         self.terms = Terms(partial(to_dsl, robot=robot))
         self.variables = robot.variables
         self.states: dict[_StateTerm, None] = {}
-        """Terms of the state, in order of appearance; the list of work while it grows."""
+        """Terms of the state, in order of appearance; also the work list of :meth:`build`."""
         self.comparisons: dict[_Node, set[Comparison]] = {}
         self.leader: dict[_Node, _Node] = {}
         self.turned: list[_Node] = []
-        """Terms that become one another's opposite."""
+        """Terms to which the negation of another term is assigned."""
         self.updates: dict[_Key, dict[_StateTerm, Expr]] = {}
         self.small = True
         self.free: dict[str, str] = {}
-        """What is taken as free, as text, and why."""
+        """Tests and values whose outcome is left open, as text, with the reason."""
         self.unknown: dict[ChoiceRef, str] = {}
-        """Why an event has a choice that stands for no test."""
+        """Choices of events that represent no test, with the reason."""
 
     def build(self) -> FiniteView:
         deciding = ((scope, self.terms.finite(expr)) for scope, expr in self._deciding())
         for scope, expr in {(scope, id(expr)): (scope, expr) for scope, expr in deciding}.values():
             self._note(scope, expr)
         self.small = all(
-            abs(constant) < _EXACT_IN_DOUBLE
+            abs(constant) < EXACT_IN_DOUBLE
             for found in self.comparisons.values()
             for _, constant in found
             if isinstance(constant, int | float)
@@ -138,7 +136,8 @@ class ViewBuilder:
         for component in self.robot.components:
             if component.behaviour is not None:
                 for tau in component.behaviour.all_taus:
-                    yield from ((None, e) for e in (tau.guard,) if e is not None)
+                    if tau.guard is not None:
+                        yield None, tau.guard
         for component, transition in self._transitions():
             scope = transition.event, transition.communication
             if transition.guard is not None:
@@ -153,7 +152,7 @@ class ViewBuilder:
                 yield None, provide.condition
 
     def _note(self, scope: Scope, expr: Expr) -> None:
-        """The terms of a deciding expression, and what they are compared with."""
+        """Record the terms of a deciding expression, and what they are compared with."""
         for part in walk_all([expr]):
             if isinstance(part, TestRef):
                 self.states.setdefault(part)
@@ -204,7 +203,7 @@ class ViewBuilder:
         if alone and element_asked_for(term.subject) is not None:
             return self._copied(term, copied[0], given)
         uncertain = any(may_be_undefined(given[name]) for name in changed)
-        # Of several changes at once some may not happen.
+        # An assignment of an undefined value has no effect, so only some may happen.
         if together or (uncertain and len(changed) > 1):
             return self._anything(term, SEVERAL_CHANGES)
         if uncertain and isinstance(term.subject, Holds):
@@ -214,7 +213,7 @@ class ViewBuilder:
         return self._substituted(term, given)
 
     def _anything(self, term: _StateTerm, reason: str) -> ChoiceRef:
-        """A choice of the environment: what the term comes to."""
+        """Return a choice by the environment: any value of the term."""
         name = to_dsl(term, self.robot)
         choice = ChoiceRef((f"new {name}",), term.type)
         self.unknown.setdefault(choice, reason)
@@ -223,7 +222,7 @@ class ViewBuilder:
     def _copied(
         self, test: TestRef, source: VariableRef, given: Mapping[tuple[str, str], Expr]
     ) -> Expr:
-        """A test of an element after a copy; where the source has nothing, it stays."""
+        """Return a test of an element after a copy; it is unchanged if the source is missing."""
         there = self.terms.computed(Holds(replace(source, span=None)))
         self.states.setdefault(there)
         copied = self._substituted(test, given)
@@ -231,7 +230,7 @@ class ViewBuilder:
         return disjunction([conjunction([there, copied]), kept])
 
     def _rounded(self, name: tuple[str, str], value: Expr) -> bool:
-        """Whether an integer becomes a double, and may not be the same number then."""
+        """Whether an integer is converted to a double, which may change its value."""
         double = isinstance(self.variables[".".join(name)].type, DoubleType)
         return double and isinstance(value.type, IntegerType) and not is_constant(value)
 
@@ -247,7 +246,7 @@ class ViewBuilder:
         )
 
     def _assigned(self, variable: VariableRef, value: Expr) -> Expr:
-        """What a variable with classes becomes."""
+        """Return what is assigned to a variable with classes, in terms of the plant."""
         if is_constant(value):
             return value
         if self._rounded((variable.component, variable.variable), value) and not self.small:
@@ -261,7 +260,7 @@ class ViewBuilder:
         return self._known(self.terms.computed(value))
 
     def _parameter(self, reference: ParameterRef) -> TestRef:
-        """A parameter as a term of the state."""
+        """Return a parameter as a term of the state."""
         test = self.terms.computed(replace(reference, span=None))
         self.states.setdefault(test)
         return test
@@ -287,9 +286,9 @@ class ViewBuilder:
     def _after_assignment(
         self, before: Expr, after: Expr, given: Mapping[tuple[str, str], Expr]
     ) -> Expr:
-        """A test of one element of an array once something else is assigned to the array.
+        """Return a test of one array element after an assignment to the array.
 
-        It is known if that is what came in, or a part of another variable.
+        The outcome is known if the received value, or a part of another variable, is assigned.
         """
         part, test = element_asked_for(before), self.terms.computed(after)
         assert part is not None and isinstance(part.operand, VariableRef)
@@ -298,7 +297,7 @@ class ViewBuilder:
         if isinstance(assigned, ValueRef) and isinstance(after, Holds) and not whole:
             found = self.terms.finite(after.operand)
             chosen = any(isinstance(leaf, ChoiceRef) for leaf in walk(found))
-            # A number with a range has other classes than one without.
+            # A number with a range has no classes.
             if not chosen and type_of_part(assigned.type, part.path) == part.type:
                 return replace(after, operand=found)
         elif element_asked_for(after) is not None:
@@ -306,7 +305,7 @@ class ViewBuilder:
         return self._known(test)
 
     def _known(self, test: TestRef) -> TestRef | ChoiceRef:
-        """A test of the state if it is one, else a choice that comes with the event."""
+        """Return the test if it is a term of the state, else a choice of the event."""
         return test if test in self.states else self.terms.choice(test)
 
     # --- groups of terms that are compared with the same constants
@@ -333,7 +332,7 @@ class ViewBuilder:
             self.leader[self._find(self._node(scope, update))] = first
 
     def _note_choice(self, term: Term, update: ChoiceRef) -> None:
-        """That an event changes a term in a way that nothing tells."""
+        """Record that an event changes a term to an unknown outcome."""
         reason = self.unknown.get(update) or why_free(update)
         if _follows_assignments(term):
             self.free.setdefault(term.name, reason)
@@ -362,14 +361,14 @@ class ViewBuilder:
 
 
 def _follows_assignments(term: Term) -> TypeGuard[TestRef]:
-    """Whether a test is free only where an assignment does not tell its outcome."""
+    """Whether the outcome of a test is known unless an assignment leaves it open."""
     if not isinstance(term, TestRef):
         return False
     return is_presence(term.subject) or element_asked_for(term.subject) is not None
 
 
 def _is_free(expr: Expr) -> TypeGuard[TestRef | ChoiceRef]:
-    """Whether a term's outcome is not told by its values. A parameter has one all the time."""
+    """Whether the outcome of a term is open. A parameter's value is fixed, though unknown."""
     if isinstance(expr, TestRef) and isinstance(expr.subject, ParameterRef):
         return expr.other is not None
     return isinstance(expr, TestRef | ChoiceRef)
@@ -380,7 +379,7 @@ def _is_term(expr: Expr) -> bool:
 
 
 def sent_wholes(provide: Provide) -> Iterator[VariableRef]:
-    """The objects and arrays that provided data read: until they are there, nothing is sent."""
+    """Yield the objects and arrays that provided data read: no command is sent without them."""
     for expr in data_expressions(provide.data):
         for part in walk(expr):
             if isinstance(part, VariableRef) and isinstance(part.type, ArrayType | ObjectType):
