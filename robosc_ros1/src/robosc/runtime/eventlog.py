@@ -16,7 +16,10 @@ __all__ = ["EventLog"]
 
 
 class EventLog:
-    """``path`` is the current file; older ones are ``path.1`` (newest) to ``path.<keep>``."""
+    """A log file, rotated when it reaches ``limit`` bytes.
+
+    ``path`` is the current file; older ones are ``path.1`` (newest) to ``path.<keep>``.
+    """
 
     def __init__(self, path: str, limit: int, keep: int) -> None:
         self._path = Path(path).expanduser()
@@ -28,7 +31,7 @@ class EventLog:
         """Append the lines and flush.
 
         Raises:
-            OSError: the file cannot be written, or is that of another node.
+            OSError: the file cannot be written, or another node is writing it.
         """
         if self._file is not None and self._was_moved(self._file):
             self._close()
@@ -42,7 +45,7 @@ class EventLog:
             self._file.flush()
 
     def _was_moved(self, file: IO[bytes]) -> bool:
-        """Whether somebody moved or deleted the file, as logrotate does."""
+        """Whether another program, such as logrotate, moved or deleted the file."""
         try:
             return not os.path.samestat(os.fstat(file.fileno()), self._path.stat())
         except FileNotFoundError:
@@ -53,11 +56,11 @@ class EventLog:
         file = self._path.open("ab+")
         try:
             if fcntl is not None:
-                # Two nodes in one file would be one run that nobody can follow.
+                # The events of two nodes in one file could not be told apart.
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if file.seek(0, os.SEEK_END):
                 file.seek(-1, os.SEEK_END)
-                if file.read() != b"\n":  # who wrote it was killed within a line
+                if file.read() != b"\n":  # the last writer was killed within a line
                     file.write(b"\n")
         except BlockingIOError:
             file.close()
@@ -68,7 +71,7 @@ class EventLog:
         return file
 
     def _close(self) -> None:
-        # A file whose last lines found no room is closed, too, though closing it fails.
+        # Closing fails if the disk is full, but does release the file.
         file, self._file = self._file, None
         if file is not None:
             file.close()
