@@ -1,7 +1,7 @@
-"""Typing of ``any(E for x in A)`` and the like; those over lists of what is read are written out.
+"""Typing of aggregates, ``any(E for x in A)``; those over lists of expressions are expanded.
 
-``count(x for x in [A.busy, !B.on]) < 2`` becomes a condition with all cases, so that no later stage
-knows of it. A list of constants is an array like another.
+``count(x for x in [A.busy, !B.on]) < 2`` becomes a condition that enumerates the cases, so that
+later stages have no aggregates over such lists. A list of constants is an array like any other.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ _BOOLEAN = BooleanType()
 
 
 def at_least(conditions: Sequence[Expr], number: int) -> Expr | None:
-    """Whether so many of the conditions hold, with all cases; None if it has too many."""
+    """The condition that at least ``number`` of the conditions hold; None if it is too large."""
     cases = Cases[Expr](chain, (FALSE, TRUE))
     found = cases.least(conditions, number)
     return None if cases.nodes > MOST_NODES else found
 
 
 def chain(operator: str, parts: Sequence[Expr]) -> Expr:
-    """The parts with ``and`` or ``or`` between them, as a low tree where they are many."""
+    """The parts joined by ``and`` or ``or``; a tree of logarithmic height if they are many."""
     if len(parts) == 1:
         return parts[0]
     left, right = halves(parts)
@@ -57,13 +57,13 @@ def chain(operator: str, parts: Sequence[Expr]) -> Expr:
 
 
 class Counted(NamedTuple):
-    """A comparison of a count over a list, written out; ``expr`` None: after a reported error."""
+    """An expanded comparison of a count over a list; ``expr`` is None after a reported error."""
 
     expr: Expr | None
 
 
 class Aggregates:
-    """Types what goes through arrays; ``bound`` has the types of what does, by its names."""
+    """Types aggregates; ``bound`` maps the variables of enclosing ones to their types."""
 
     def __init__(self, check: Check, bound: dict[str, Type], report: Report) -> None:
         self._check = check
@@ -71,7 +71,7 @@ class Aggregates:
         self._report = report
 
     def typed(self, node: AggregateNode) -> Expr | None:
-        """None after a reported error."""
+        """The aggregate, or the expression to which it expands; None after a reported error."""
         name = node.function.text
         operation = AGGREGATES.get(name)
         if operation is None:
@@ -95,7 +95,7 @@ class Aggregates:
         return self._written_out(node, *listed)
 
     def counted(self, node: BinaryNode) -> Counted | None:
-        """``count(…) < 2`` over a list of what is read; None: this is something else."""
+        """``count(…) < 2`` over a list of expressions, expanded; None for other comparisons."""
         for many, bound, operator in (
             (node.left, node.right, node.operator),
             (node.right, node.left, MIRRORED.get(node.operator, "")),
@@ -124,7 +124,7 @@ class Aggregates:
         return Aggregate(name, node.variable.text, array, element, condition, type_, node.span)
 
     def _parts(self, node: AggregateNode, type_: Type) -> tuple[Expr, Expr | None] | None:
-        """What is said of each element, and of which ones; None after an error."""
+        """The typed element and condition of an aggregate; None after a reported error."""
         name = node.function.text
         self._bound[node.variable.text] = type_
         element = self._check(node.element, needs_of(AGGREGATES[name].operands), f"'{name}'")
@@ -136,7 +136,7 @@ class Aggregates:
             return None
         return element, condition
 
-    # --- lists of what is read
+    # --- lists of expressions ---
 
     def _written_out(
         self, node: AggregateNode, elements: Sequence[Expr], type_: Type
@@ -195,7 +195,7 @@ class Aggregates:
     def _conditions(
         self, node: AggregateNode, elements: Sequence[Expr], type_: Type
     ) -> list[Expr] | None:
-        """What is said of each element, with the ``if``; what is undefined does not count."""
+        """The condition on each element, its ``if`` included; an undefined one does not count."""
         parts = self._parts(node, type_)
         if parts is None:
             return None
@@ -211,7 +211,7 @@ class Aggregates:
 
 
 def _of_element(said: Expr, variable: str, element: Expr) -> Expr:
-    """What is said of what goes through a list, of one element."""
+    """The expression over the variable of an aggregate, with an element in its place."""
 
     def leaf(node: Literal | Leaf) -> Expr:
         if isinstance(node, ElementRef) and node.variable == variable:

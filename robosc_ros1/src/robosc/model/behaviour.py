@@ -1,4 +1,4 @@
-"""The inside of components: variables, states and transitions, resolved and typed."""
+"""Resolution of a component's behaviour: its variables, states and transitions, typed."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ __all__ = ["BehaviourResolver"]
 
 
 class BehaviourResolver:
-    """Resolves the behaviour of one component; ``whole`` turns False at the first error."""
+    """Resolves the behaviour of one component; ``whole`` is False after an error."""
 
     def __init__(self, instance: Instance, symbols: SymbolTable, report: Report) -> None:
         self._instance = instance
@@ -61,7 +61,7 @@ class BehaviourResolver:
         self.whole = True
 
     def resolve(self, node: BehaviourNode) -> Behaviour:
-        """The behaviour, as far as it is sound: parts with errors are left out."""
+        """The behaviour without the parts that have errors."""
         variables = [v for v in map(self._variable, self._own_variables()) if v is not None]
         states: list[State] = []
         nodes: list[ResultTransitionNode] = []
@@ -141,7 +141,7 @@ class BehaviourResolver:
         return float(value) if isinstance(type_, DoubleType) else value
 
     def _reads_something(self, access: Access, type_: Type) -> bool:
-        """Report an initial value that names a variable or state."""
+        """Report an initial value that names a variable or state; whether it does."""
         own = self._instance
         name = access.root.text
         if isinstance(type_, EnumType) and name in type_.values and not access.path:
@@ -310,7 +310,7 @@ class BehaviourResolver:
         type_ = self._instance.variables.get(target) if target is not None else None
         typer = self._typer(incoming)
         if target is None or type_ is None:
-            # The value is still looked at; only its type cannot be held against the variable.
+            # The value is typed for its own errors, although the variable's type is unknown.
             if not (isinstance(node.value, Access) and not is_value(node.value)):
                 typer.check(node.value, ANY, "an assignment")
             return None

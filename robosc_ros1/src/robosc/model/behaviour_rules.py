@@ -1,4 +1,4 @@
-"""Rules about the transitions and states of one behaviour."""
+"""Checks of the transitions and states of one behaviour."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ def check_events(
     results: Sequence[ResultTransition],
     state: StateNode | None,
 ) -> None:
-    """Two transitions for one event need guards that exclude each other."""
+    """Report transitions for one event of which one has no guard.
+
+    ``state`` is that of the transitions, None for those that apply in every state.
+    """
     node_at = {n.span.start: n for n in nodes}
     seen: dict[tuple[EventKind, str], list[ResultTransitionNode]] = {}
     for result in results:
@@ -45,6 +48,7 @@ def check_events(
 
 
 def check_initial(instance: Instance, report: Report, initial: Sequence[StateNode]) -> None:
+    """Report a behaviour with several initial states, or none."""
     name = instance.name
     for state in initial[1:]:
         report.add(
@@ -68,6 +72,10 @@ def check_initial(instance: Instance, report: Report, initial: Sequence[StateNod
 
 
 def check_hiding(behaviour: Behaviour, event_spans: Mapping[int, Span], report: Report) -> None:
+    """Report transitions of a state that hide one of the behaviour for the same event.
+
+    ``event_spans`` maps the offset of a transition to the span of its event.
+    """
     common: dict[tuple[EventKind, str], list[ResultTransition]] = {}
     for transition in behaviour.transitions:
         common.setdefault((transition.event, transition.communication), []).append(transition)
@@ -92,9 +100,9 @@ def check_hiding(behaviour: Behaviour, event_spans: Mapping[int, Span], report: 
 
 
 def _hides(own: ResultTransition, common: ResultTransition) -> bool:
-    """Whether something of a transition of the whole automaton is lost in the state.
+    """Whether a transition of a state makes one of the behaviour ineffective there.
 
-    Not where its own one needs a value that may not have come: the other is for when it did not.
+    It does not if its guard reads an optional value: the other one is for events without a value.
     """
     if own.guard is not None and any(
         isinstance(part, ValueRef) and part.optional for part in walk(own.guard)

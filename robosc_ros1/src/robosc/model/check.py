@@ -1,4 +1,4 @@
-"""Rules that look at the whole model: finite types, unused names, shared topics."""
+"""Checks of the whole model: finite state variables, unused names, shared topics."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ __all__ = ["Model", "check_case", "check_topics", "check_unused", "select_state_
 
 @dataclass(frozen=True)
 class Model:
-    """The entities of one file as far as they are sound."""
+    """The entities of one file, without those that have errors."""
 
     components: tuple[Component, ...]
     requirements: tuple[Requirement, ...]
@@ -58,12 +58,12 @@ class Model:
 
 
 def select_state_variables(model: Model, report: Report) -> Model:
-    """Find the variables that synthesis has to know, and check that it can.
+    """The model with ``Variable.in_state`` set; report assigned values that are not finite.
 
     A variable belongs to the state if a guard, a requirement or a provide condition reads it, or
-    the right-hand side of an assignment to a finite one that does. One that is not finite is known
-    by what it is compared with: what is copied to it belongs to the state as well, but what is
-    computed for it does not.
+    the right-hand side of an assignment to a finite variable of the state. A variable with an
+    infinite domain is abstracted to the comparisons in which it stands: a variable that is copied
+    to it belongs to the state as well, but those from which its value is computed do not.
     """
     declared = {v.key: v for c in model.components if c.behaviour for v in c.behaviour.variables}
     data = {key for key, variable in declared.items() if domain(variable.type) is None}
@@ -85,7 +85,7 @@ def _with_state(component: Component, readers: dict[str, Span]) -> Component:
 
 
 def _state_readers(model: Model, data: Collection[str]) -> dict[str, Span]:
-    """The variables of the state by key, each with the first place that makes it one."""
+    """The keys of the variables of the state, each with the first place that reads it."""
     readers: dict[str, Span] = {}
     sources: dict[str, list[VariableRef]] = {}
     for component, assignment in _assignments(model):
@@ -104,7 +104,7 @@ def _state_readers(model: Model, data: Collection[str]) -> dict[str, Span]:
 
 
 def _deciding(model: Model | Robot) -> Iterator[Expr]:
-    """The expressions that decide about events."""
+    """Guards, requirements and provide conditions: the expressions that enable events."""
     for component in model.components:
         if component.behaviour is not None:
             yield from _guards(component.behaviour)
@@ -131,7 +131,7 @@ def _assignments(model: Model | Robot) -> Iterator[tuple[Component, Assignment]]
 
 
 def _check_finite(assignment: Assignment, report: Report) -> None:
-    """What a finite variable of the state takes must be finite, unless it is only compared."""
+    """Report what a finite variable takes from an infinite domain, unless it is only compared."""
     for part in _taken(assignment.value):
         reads = isinstance(part, VariableRef | ValueRef | ParameterRef | Part)
         computed = _goes_through_data(part)
@@ -148,13 +148,13 @@ def _check_finite(assignment: Assignment, report: Report) -> None:
 
 
 def _goes_through_data(expr: Expr) -> bool:
-    """Whether an expression computes something of an array or an object as a whole."""
+    """Whether an expression has an array or an object as an operand."""
     operands = expr.operands if isinstance(expr, Operation) else ()
     return any(isinstance(operand.type, ArrayType | ObjectType) for operand in operands)
 
 
 def _taken(expr: Expr) -> Iterator[Expr]:
-    """The parts of an expression that do not merely stand in a comparison or a question."""
+    """The parts of an expression of which its value consists: not those that it compares."""
     yield expr
     if isinstance(expr, Convert | Part) or _goes_through_data(expr):
         return
@@ -174,9 +174,9 @@ def check_unused(
     type_declarations: TypeDeclarations,
     report: Report,
 ) -> None:
-    """Names of this file that nothing uses; ``values`` are those of the file itself.
+    """Report the names of this file that nothing uses; ``values`` are those of the file itself.
 
-    Only for a model without errors.
+    To be called for a model without errors only.
     """
     for name, datatype in scope.datatypes.items():
         if name not in scope.used_datatypes:
@@ -205,7 +205,7 @@ def all_expressions(model: Model | Robot) -> Iterator[Expr]:
 def _check_values(
     scope: FileScope, values: ValueScope, component_table: ComponentTable, report: Report
 ) -> None:
-    """Constants, parameters and named conditions; several of a kind share their declarations."""
+    """Report unused constants, parameters and named conditions."""
     own = [i.types.values for i in component_table.instances.values() if i.imported is None]
     nodes = {node.name.span.start: node for found in (values, *own) for node in found.nodes}
     for node in nodes.values():
@@ -230,7 +230,7 @@ def _check_variables(
         if isinstance(part, VariableRef)
     }
     own = [i for i in component_table.instances.values() if i.imported is None]
-    # Several of a kind share their declarations: it is enough if one of them reads a variable.
+    # Copies of a component share their declarations: a variable is read if that of one copy is.
     read_at = {
         node.name.span.start
         for instance in own
@@ -251,7 +251,7 @@ def _check_variables(
 def _check_timeouts(
     components: Iterable[Component], expressions: Iterable[Expr], report: Report
 ) -> None:
-    """Timeouts of messages whose silence changes nothing; those of services are their deadlines."""
+    """Report timeouts of messages that nothing reacts to; those of services are deadlines."""
     behaviours = [c.behaviour for c in components if c.behaviour is not None]
     noticed = {
         transition.communication
@@ -266,7 +266,7 @@ def _check_timeouts(
         for c in component.communications
         if component.library is None and c.kind is Kind.OUTGOING and c.timeout is not None
     ]
-    # Several of a kind share their declaration.
+    # Copies of a component share their declarations.
     noticed_at = {communication.span for communication in timed if communication.key in noticed}
     for message in timed:
         assert message.timeout is not None
@@ -286,7 +286,7 @@ def _check_enum_values(
     type_declarations: TypeDeclarations,
     report: Report,
 ) -> None:
-    """Values of enums of which no expression names any; the default need not be named."""
+    """Report the values of enums of which no expression names any, except for the default."""
     named: set[str] = set()
     compared: set[str] = set()
     for part in walk_all(expressions):
@@ -316,7 +316,7 @@ def _check_enum_values(
 
 
 def check_case(scope: FileScope, component_table: ComponentTable, report: Report) -> None:
-    """Names of one kind that differ only in case."""
+    """Report names of one kind that differ only in case."""
     _similar((c.name for c in scope.components.values()), "components", report)
     _similar((d.name for d in scope.datatypes.values()), "datatypes", report)
     _similar((i.name for i in scope.interfaces.values()), "interfaces", report)
@@ -348,7 +348,7 @@ def _similar(names: Iterable[Name], what: str, report: Report) -> None:
 
 
 def check_topics(component_table: ComponentTable, report: Report) -> None:
-    """Messages that share a topic: of different types, or coming in with two meanings."""
+    """Report messages on one topic that have different types, or of which two are received."""
     first: dict[str, CommunicationInfo] = {}
     outgoing: dict[str, CommunicationInfo] = {}
     for instance in component_table.instances.values():
@@ -389,7 +389,7 @@ def _shared_topic(first: CommunicationInfo, second: CommunicationInfo, report: R
 
 
 def _topic_span(info: CommunicationInfo) -> Span:
-    """Where the topic is given: at the import, for a message of a library."""
+    """The place that gives a message its topic: the import, for a component of a library."""
     imported = info.instance.imported
     if imported is not None:
         return (imported.prefix or imported.component).span

@@ -1,4 +1,4 @@
-"""Which communication a reference means."""
+"""Name resolution of communications."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _KEYWORDS = ("message", "service", "action")
 def resolve_communication(
     access: Access, symbols: SymbolTable, scope: FileScope, report: Report
 ) -> CommunicationInfo | None:
-    """The communication that a bare or qualified name means; None after an error."""
+    """The communication that a bare or qualified name refers to; None after an error."""
     if access.index is not None:
         message = f"{access.root.text} has no indexes: it is not declared as several components"
         report.add("bad-index", access.span, message)
@@ -46,7 +46,7 @@ def _bare(
     if found:
         local = [i for i in found if i.instance.imported is None and i.instance.node.index is None]
         if len(local) == len(found):
-            return found[0]  # two local ones: the duplicate name was reported
+            return found[0]  # all in this file: the duplicate name was reported
         report.add(
             "ambiguous-name",
             access.span,
@@ -54,7 +54,7 @@ def _bare(
             "write " + " or ".join(i.key for i in found),
         )
         return None
-    # A component that could not be imported may well have brought it.
+    # It may be one of a component that could not be imported.
     if scope.is_unresolved(name, *_KEYWORDS) or symbols.component_table.broken:
         return None
     component = symbols.component(name)

@@ -1,4 +1,4 @@
-"""Types in words, compatibility of types, and ranges of constants."""
+"""Rules about types: texts for messages, compatibility, results, and ranges of constants."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ __all__ = [
 
 
 def describe(type_: Type) -> str:
-    """A value of the type in words: ``a boolean``, ``a value of Distance``."""
+    """The text for a value of a type in messages: ``a boolean``, ``a value of Distance``."""
     match type_:
         case NoneType():
             return "none"
@@ -63,7 +63,7 @@ def result_type(result: Result, operands: Sequence[Type]) -> Type:
 
 
 def type_of(value: Value) -> Type:
-    """The type of a plain value; a string is no enum value."""
+    """The type of a plain value; a str is taken as a string, not as the value of an enum."""
     match value:
         case bool():
             return BooleanType()
@@ -75,13 +75,14 @@ def type_of(value: Value) -> Type:
 
 
 def is_basic(type_: Type) -> bool:
+    """Whether a type is boolean, integer, double or string."""
     return isinstance(type_, BooleanType | IntegerType | DoubleType | StringType)
 
 
 def accepts(target: Type, given: Type) -> bool:
-    """Whether a value of type ``given`` may stand where ``target`` is declared.
+    """Whether a value of type ``given`` may be used where ``target`` is declared.
 
-    Ranges do not matter here: leaving one is the plant's affair, and that of ``check_range``.
+    Ranges are ignored: constants are checked by :func:`check_range`, all else by synthesis.
     """
     match target, given:
         case (IntegerType(), IntegerType()):
@@ -92,14 +93,14 @@ def accepts(target: Type, given: Type) -> bool:
 
 
 def comparable(left: Type, right: Type) -> bool:
-    """Whether ``=`` may compare the two: two values of one type, numbers counting as one."""
+    """Whether ``=`` may compare two types: equal ones, and any two types of numbers."""
     if is_number(left) and is_number(right):
         return True
     return left == right and not isinstance(left, ArrayType | ObjectType | NoneType | DurationType)
 
 
 def coerce(expr: Expr, target: Type) -> Expr:
-    """The expression, integer literals for a double made doubles."""
+    """The expression; an integer literal becomes a double if the target is one."""
     if isinstance(target, DoubleType) and isinstance(expr, Literal) and type(expr.value) is int:
         return Literal(float(expr.value), target, expr.span)
     return expr
@@ -121,7 +122,11 @@ def check_range(expr: Expr, target: Type, what: str, report: Report) -> None:
 
 
 def default_value(type_: Type) -> Value:
-    """What a variable without initial value starts as (docs/language.md, "Variables")."""
+    """The initial value of a variable that is declared without (docs/language.md, "Variables").
+
+    Raises:
+        ValueError: a variable of this type holds nothing at the start.
+    """
     match type_:
         case BooleanType():
             return False

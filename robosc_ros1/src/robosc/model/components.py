@@ -1,7 +1,7 @@
-"""The outside of components: their communications, variables and states by name.
+"""Declaration of components: their communications, variables and states by name.
 
-All components of a file get their outside before any behaviour is resolved, so that declarations
-can refer forwards.
+All components of a file are declared before any behaviour is resolved, so that declarations can
+refer forwards.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ NONE = NoneType()
 
 
 def join(prefix: str, name: str) -> str:
-    """A ROS name below a prefix: ``/left`` and ``/cmd`` make ``/left/cmd``."""
+    """The ROS name below a prefix: ``/left/cmd`` for ``/left`` and ``/cmd``."""
     return f"{prefix.rstrip('/')}/{name.lstrip('/')}" if prefix else name
 
 
@@ -64,7 +64,7 @@ def declare(instance: Instance, report: Report) -> None:
 
 
 def _head(node: BehaviourNode, keyword: str) -> Span:
-    """The first word of a node that may span many lines."""
+    """The span of the keyword with which a node begins."""
     return Span(node.span.source, node.span.start, node.span.start + len(keyword))
 
 
@@ -152,7 +152,7 @@ def _declare_communication(instance: Instance, node: CommunicationNode, report: 
 
 
 def _carried(instance: Instance, node: TypeNode, report: Report, sent: bool = False) -> Type | None:
-    """A type as the data of a communication."""
+    """The type of a communication's data; None after an error."""
     type_ = instance.types.resolve(node)
     if isinstance(type_, ArrayType):
         report.add(
@@ -208,7 +208,7 @@ def _enum_in(object_: ObjectType, path: str) -> tuple[str, EnumType] | None:
 
 
 def check_local_names(component_table: ComponentTable, report: Report) -> None:
-    """Names of communications are unique among the local components."""
+    """Report communications of this file's components that have the same name."""
     for infos in component_table.by_name.values():
         local = [i for i in infos if i.instance.imported is None and i.instance.node.index is None]
         for info in local[1:]:
@@ -222,7 +222,7 @@ def check_local_names(component_table: ComponentTable, report: Report) -> None:
 
 
 def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: Report) -> None:
-    """Resolve identifier, timeout and interface of a communication and make it an entity."""
+    """Resolve identifier, timeout and interface of a communication, and set its entity."""
     identifier = _identifier(info, report)
     timeout = None
     if info.node.timeout is not None:
@@ -273,7 +273,7 @@ def _parts(info: CommunicationInfo) -> tuple[Payload, ...]:
 def _interface(
     info: CommunicationInfo, report: Report
 ) -> tuple[InterfaceNode | RosTypeNode | None, bool]:
-    """The linked interface, or the ROS type itself, and whether the link is in order."""
+    """The linked interface or ROS type, and whether the link is free of errors."""
     links = info.node.links
     scope = info.instance.types.scope
     type_ = info.node.type if isinstance(info.node, MessageNode) else info.node.request
@@ -317,7 +317,7 @@ def _identifier(info: CommunicationInfo, report: Report) -> str | None:
 
 
 def check_prefix(node: StringNode, report: Report) -> str | None:
-    """The prefix as it is written; None after an error."""
+    """The text of a prefix; None after an error."""
     text = node.text
     stripped = text.rstrip("/")
     fault = None if text in ("", "/") else ros_name_fault(stripped)
@@ -328,6 +328,7 @@ def check_prefix(node: StringNode, report: Report) -> str | None:
 
 
 def check_interfaces(nodes: dict[str, InterfaceNode], report: Report) -> None:
+    """Report names of types and packages that ROS does not allow."""
     for node in nodes.values():
         for name, what in ((node.type, "type"), (node.package, "package")):
             if not name.text[0].isalpha():

@@ -1,6 +1,6 @@
-"""Conditions over a robot that is resolved already, typed like those in its model.
+"""Typing of conditions over a resolved robot, as those in its model are typed.
 
-The simulator reads them from a person or a script: ``Motor.moving and Sensor.way = free``.
+The simulator gets them from a person or a script: ``Motor.moving and Sensor.way = free``.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _NONE = BasicTypeNode("none", span=_NOWHERE)
 
 
 def typed_condition(node: ExprNode, robot: Robot, report: Report) -> Expr | None:
-    """The condition with the names that requirements know; None after a reported error."""
+    """The typed condition, with the scope of a requirement; None after a reported error."""
     name = Name(robot.name, span=_NOWHERE)
     scope = FileScope(_NOWHERE.source, FileNode("robot", name, (), span=_NOWHERE))
     types = TypeTable(scope, TypeDeclarations(), report, lambda types, node, source: None)

@@ -1,9 +1,9 @@
-"""Several of a kind: components with indexes, and statements for each index, written out.
+"""Expansion of indexed components, of ``for``, and of aggregates over components.
 
 ``component Station[1..6] { … }`` becomes six components ``Station[1]`` to ``Station[6]``, and
-``for i in 1..6 { … }`` six times its statements. Conditions over components, ``any(s.waiting for s
-in Station)``, become plain ones. All this is done on the syntax tree before names are resolved, so
-that no later stage knows of it. What does not depend on an index is shared by the copies.
+``for i in 1..6 { … }`` six copies of its statements. Aggregates over components,
+``any(s.waiting for s in Station)``, are expanded, too. This is done on the syntax tree before names
+are resolved; later stages have no indexes. The copies share nodes that do not depend on an index.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ MOST_COPIES = 10_000
 
 
 def copy_name(name: str, index: int) -> str:
-    """The name of one copy: ``Station[3]``."""
+    """The name of one copy of an indexed component: ``Station[3]``."""
     return f"{name}[{index}]"
 
 
 def write_out(node: FileNode, report: Report) -> FileNode:
-    """The file without indexes and ``for``; the same file if it has none."""
+    """The file with indexed components and ``for`` expanded; the same file if it has none."""
     several = {
         item.name.text: item.indexes
         for item in node.declarations
@@ -76,7 +76,7 @@ def write_out(node: FileNode, report: Report) -> FileNode:
 
 
 def over_copies(node: ExprNode, components: Iterable[str], report: Report) -> ExprNode:
-    """A condition with ``Station[3]`` and ``any(s.on for s in Station)`` written out.
+    """A condition in which ``Station[3]`` and ``any(s.on for s in Station)`` are expanded.
 
     ``components`` are the names of all components, copies included.
     """
@@ -94,7 +94,7 @@ def over_copies(node: ExprNode, components: Iterable[str], report: Report) -> Ex
 
 
 class _Writer:
-    """Writes the declarations of one file."""
+    """Expands declarations; ``mentions`` has the first copy's name for each aggregate."""
 
     def __init__(self, several: Mapping[str, RangeNode], report: Report) -> None:
         self._several = several
@@ -156,10 +156,10 @@ class _Writer:
                     written.append(with_place(copy, statement, inner))
         return written
 
-    # --- any node ---
+    # --- nodes of any kind ---
 
     def node(self, node: Any, scope: Scope) -> Any:
-        """The node in a scope; the same node where nothing in it depends on the scope."""
+        """The expanded node; the same object if nothing in it depends on the scope."""
         if isinstance(node, tuple):
             parts = tuple(self.node(part, scope) for part in node)
             return parts if any(a is not b for a, b in zip(parts, node, strict=True)) else node
@@ -202,7 +202,7 @@ class _Writer:
         return replace(node, **changes) if changes else node
 
     def _named(self, part: Any, scope: Scope) -> Any:
-        """What a statement names: never the number or the condition that a bare name stands for."""
+        """A name of a communication, variable or function: never an index or a condition."""
         if isinstance(part, tuple):
             parts = tuple(self._named(one, scope) for one in part)
             return parts if any(a is not b for a, b in zip(parts, part, strict=True)) else part
@@ -210,7 +210,7 @@ class _Writer:
         return copy if isinstance(copy, Access) else part
 
     def _depends(self, node: Any, scope: Scope) -> bool:
-        """Does anything in a node depend on an index, or name one of several components?"""
+        """Whether anything in a node depends on an index, or names an indexed component."""
         if scope.components or scope.conditions:
             return True
         found = self._touched.get(id(node))
@@ -247,7 +247,7 @@ class _Writer:
         return self._one(node, indexes.first, node.path)
 
     def _one(self, node: Access, index: int | None, path: tuple[Name | int, ...]) -> Access:
-        """The node with the copy of an index as its root; of the first one after an error."""
+        """The access with the copy of an index as its root; the first copy after an error."""
         name = node.root.text
         indexes = self._several[name]
         if index is None:
@@ -276,10 +276,10 @@ class _Writer:
             )
         return value
 
-    # --- conditions over components ---
+    # --- aggregates over components ---
 
     def _members(self, node: AggregateNode, scope: Scope) -> list[str] | None:
-        """The components that an aggregate goes through; None: it goes through data."""
+        """The components over which an aggregate ranges; None if it ranges over data."""
         array = node.array
         base = array.array if isinstance(array, SliceNode) else array
         if not isinstance(base, Access) or base.path or not self._is_several(base, scope):
@@ -300,7 +300,7 @@ class _Writer:
     def _once(
         self, node: _Many, scope: Scope, written: Callable[[_Many, Scope], ExprNode]
     ) -> ExprNode:
-        """The node written out; once for all copies if it does not depend on their index."""
+        """The expanded node, shared by all copies if it does not depend on their index."""
         if scope.components or not is_alike(node, scope):
             return written(node, scope)
         if id(node) not in self._aggregates:
@@ -335,14 +335,14 @@ class _Writer:
         return LiteralNode(0, span=node.span)
 
     def _known_element(self, node: AggregateNode, component: str, scope: Scope) -> ExprNode:
-        """The same for all copies that ask about one component."""
+        """The element for one component, shared by all copies."""
         key = id(node), component
         if key not in self._elements:
             self._elements[key] = self._element(node, component, scope)
         return self._elements[key]
 
     def _element(self, node: AggregateNode, component: str, scope: Scope) -> ExprNode:
-        """What an aggregate says of one component, its condition included."""
+        """The element of an aggregate for one component, its condition included."""
         inner = scope.component(node.variable.text, component)
         element: ExprNode = self.node(node.element, inner)
         if node.condition is None:
@@ -354,7 +354,7 @@ class _Writer:
     def _count(
         self, many: AggregateNode, operator: str, bound: ExprNode, node: BinaryNode, scope: Scope
     ) -> ExprNode:
-        """A comparison of a count with a number."""
+        """The expanded comparison of a count with a number."""
         members = self._members(many, scope)
         number = _value(self.node(bound, scope))
         if members is None:
@@ -375,7 +375,7 @@ class _Writer:
 
 
 def _value(node: Any) -> int | None:
-    """The whole number that an expression over literals gives."""
+    """The value of an expression over whole numbers; None for any other expression."""
     match node:
         case LiteralNode(value=int() as value) if not isinstance(value, bool):
             return value
@@ -391,10 +391,10 @@ def _value(node: Any) -> int | None:
 
 
 _NAMING = frozenset({"communication", "communications", "function", "over", "preferred", "target"})
-"""Fields of nodes that hold names of communications, variables and functions."""
+"""Fields of nodes that contain names of communications, variables and functions."""
 
 
 @cache
 def _parts_of(kind: Hashable) -> tuple[str, ...]:
-    """The fields of a kind of node that may hold nodes."""
+    """The fields of a kind of node that may contain nodes."""
     return tuple(f.name for f in fields(cast(Any, kind)) if f.compare)

@@ -1,4 +1,4 @@
-"""Names in one copy of a component or of the statements of a for."""
+"""The meaning of names in one copy of a component, or of the statements of a ``for``."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
 
 @dataclass(frozen=True)
 class Scope:
-    """What names mean in the copy that is being written.
+    """The bindings of names in the copy that is being made.
 
-    ``numbers`` are ``index`` and the variables of ``for``, ``components`` the variables that go
-    through components, and ``conditions`` those that are named in the ``for``.
+    ``numbers`` are ``index`` and the variables of ``for``, ``components`` the variables of
+    aggregates over components, and ``conditions`` those that are named in the ``for``.
     """
 
     numbers: Mapping[str, int] = field(default_factory=dict)
@@ -36,12 +36,12 @@ class Scope:
         return replace(self, conditions={**self.conditions, name: value})
 
     def place(self) -> str:
-        """``(i = 3)``, for messages and comments."""
+        """The indexes as text for messages and comments: ``i = 3, j = 4``."""
         return ", ".join(f"{name} = {value}" for name, value in self.numbers.items())
 
 
 def filled_in(text: str, scope: Scope) -> str:
-    """A string with the numbers of ``{index}`` and ``{i}`` in it."""
+    """A string with its placeholders ``{index}`` and ``{i}`` replaced."""
     return _PLACEHOLDER.sub(
         lambda match: str(scope.numbers.get(match[1], match[0])),
         text,
@@ -49,11 +49,11 @@ def filled_in(text: str, scope: Scope) -> str:
 
 
 def with_place(copy: Any, statement: Any, scope: Scope) -> Any:
-    """The copy of a statement, with the indexes that it is for."""
+    """The copy of a statement with the text of its indexes, if its kind has one."""
     return replace(copy, place=scope.place()) if hasattr(copy, "place") and not copy.place else copy
 
 
 def is_alike(node: ExprNode, scope: Scope) -> bool:
-    """Whether a node names neither numbers nor conditions of a scope: it is alike in all copies."""
+    """Whether a node is the same in all copies: names no number or condition of the scope."""
     words = set(re.findall(r"\w+", node.span.text))
     return words.isdisjoint({*scope.numbers, *scope.conditions})

@@ -1,4 +1,4 @@
-"""Data as they are written out: objects, arrays, and the expressions in them."""
+"""Typing of data: objects, arrays, and the expressions in them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ __all__ = ["DataTyper"]
 
 
 class DataTyper:
-    """Types the data of provide statements and constants; ``typer`` does their expressions."""
+    """Types the data of provide statements and constants; ``typer`` types their expressions."""
 
     def __init__(self, typer: Typer, types: TypeTable, report: Report) -> None:
         self._typer = typer
@@ -44,7 +44,7 @@ class DataTyper:
         self._report = report
 
     def typed(self, node: DataNode, type_: Type, place: str) -> Data | None:
-        """The data at a place (in words, for messages), for a type; None after a reported error."""
+        """The data of a type; None after a reported error. ``place`` is a text for messages."""
         if isinstance(node, DataObjectNode):
             if isinstance(type_, ObjectType):
                 return self._object(node, type_)
@@ -98,7 +98,7 @@ class DataTyper:
         return DataArray(found, span=node.span) if len(found) == len(elements) else None
 
     def _duration(self, node: DurationNode, type_: ObjectType, place: str) -> DataObject | None:
-        """A duration as the message that ROS has for it: whole seconds and nanoseconds."""
+        """A literal duration as a message of ROS: whole seconds and nanoseconds."""
         if type_.name not in DURATIONS:
             self._report.add(
                 "type-mismatch", node.span, f"{place} needs {describe(type_)}, this is a duration"
@@ -110,7 +110,7 @@ class DataTyper:
         )
 
     def _named_duration(self, node: Access, type_: ObjectType, place: str) -> Data | None:
-        """A constant, a parameter or a variable as the message that ROS has for durations."""
+        """A constant, a parameter or a variable as a message of ROS for durations."""
 
         def accepted(given: Type) -> bool:
             return given == type_ or isinstance(given, DurationType)
@@ -155,19 +155,20 @@ class DataTyper:
         declarations = self._types.type_declarations
         if declarations.may_have(type_, name) or self._types.scope.is_unresolved(name):
             return
-        told = self._report.add(
+        diagnostic = self._report.add(
             "unknown-property",
             span,
             f"{type_.name} has no property '{name}'",
             self._report.suggest(name, [n for n, _ in type_.properties], "its properties"),
         )
-        declarations.miss(type_, name, told)
+        declarations.miss(type_, name, diagnostic)
 
 
 def _is_now(node: DataNode) -> bool:
-    """Whether this is ``now()``."""
+    """Whether a node is the call ``now()``."""
     return isinstance(node, CallNode) and node.span.text.replace(" ", "") == "now()"
 
 
 def _opening(span: Span) -> Span:
+    """The span of the opening bracket."""
     return Span(span.source, span.start, span.start + 1)

@@ -1,7 +1,7 @@
-"""The data types of one file, resolved on demand and once.
+"""The data types of one file, each resolved once, on demand.
 
-Enums exist first as *shells* that know name, values and default: that is all that expressions need,
-and it lets the rules of one enum name the values of another.
+Enums exist first as *shells* with name, values and default: expressions need no more, and the rules
+of one enum can name the values of another.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ from robosc.syntax.nodes import (
 __all__ = ["Given", "TypeTable"]
 
 
-# Far beyond any ROS message; keeps whatever walks through types from exhausting the stack.
+# Far beyond any ROS message; bounds the recursion over types.
 _DEEPEST = 50
 
-# What ROS and other languages call the built-in types, without the number of bits.
+# Names of the built-in types in ROS and other languages, without the number of bits.
 _FOREIGN = {
     "float": "double",
     "real": "double",
@@ -70,7 +70,7 @@ ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
 
 @dataclass(frozen=True)
 class Given:
-    """A value that an import sets, as seen from the file of the import."""
+    """The value of a constant or parameter that an import sets, with the import's types."""
 
     node: ArgumentNode
     types: TypeTable
@@ -78,9 +78,9 @@ class Given:
 
 
 class TypeTable(KnownTypes):
-    """Types by name; ``None`` stands for a type whose declaration has an error.
+    """The types of a file by name; ``None`` stands for a type whose declaration has an error.
 
-    ``condition`` types the condition of an enum rule over the incoming value's type. ``given``
+    ``condition`` types the condition of an enum's rule, given the enum's source type. ``given``
     are the values that an import sets, by name.
     """
 
@@ -98,7 +98,7 @@ class TypeTable(KnownTypes):
         self._open: list[str] = []
 
     def inside(self, values: ValueScope, given: Mapping[str, Given]) -> TypeTable:
-        """The same types as a component sees them, which names values of its own."""
+        """The same types for a component that has named values of its own."""
         table = copy(self)
         table.values = values
         table.given = given
@@ -114,7 +114,7 @@ class TypeTable(KnownTypes):
                 self._enum(node)
 
     def resolve(self, node: TypeNode) -> Type | None:
-        """The type that a node means, or None after an error that has been reported."""
+        """The type of a node; None after a reported error."""
         match node:
             case BasicTypeNode():
                 return self._basic(node)
@@ -147,7 +147,7 @@ class TypeTable(KnownTypes):
                 return found if found is None else self._shallow(node, found)
 
     def of_value(self, node: TypeNode) -> Type | None:
-        """The type of a constant or parameter, which may be a duration."""
+        """The type of a constant or parameter, which may also be a duration."""
         match node:
             case NamedTypeNode(name=Name(text="duration"), library=None):
                 if "duration" not in self.scope.datatypes:
@@ -155,7 +155,7 @@ class TypeTable(KnownTypes):
         return self.resolve(node)
 
     def _of_library(self, node: NamedTypeNode, library: Name) -> Type | None:
-        """The type ``Library.Name`` of a library from which something is imported."""
+        """The type ``Library.Name`` of an imported library; None after a reported error."""
         table = self.libraries.get(library.text)
         if table is None:
             if not self.scope.is_unresolved(library.text):
@@ -200,7 +200,7 @@ class TypeTable(KnownTypes):
         return found
 
     def _shallow(self, node: NamedTypeNode, found: Type) -> Type | None:
-        """The type, unless datatypes are nested deeper than anything that ROS carries."""
+        """The type, or None after reporting that datatypes are nested too deep."""
         depth = self._depths.get(node.name.text, 0) + 1
         if self._open:
             self._depths[self._open[-1]] = max(depth, self._depths.get(self._open[-1], 0))
@@ -304,7 +304,7 @@ class TypeTable(KnownTypes):
         return ObjectType(node.name.text, self.scope.origin, tuple(properties))
 
     def _enum(self, node: EnumNode) -> EnumType:
-        """The enum. With an error it is still known by its values, without the faulty rules."""
+        """The enum without its faulty rules; only the shell if its source type is faulty."""
         source = self.resolve(node.source)
         self._check_source(node, source)
         self._check_values(node)

@@ -1,4 +1,4 @@
-"""Collecting diagnostics, and the nearest name to one that does not exist."""
+"""The diagnostics of a file, and suggestions for names that do not exist."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from robosc.source import Span
 
 __all__ = ["Muted", "Report", "listing"]
 
-# The nearest-name search costs a comparison with every candidate; a model that has more unknown
-# names than this is broken wholesale and gains nothing from more suggestions.
+# Each search compares the name with all candidates; a model with more unknown names than this
+# gains nothing from further suggestions.
 _MOST_SEARCHES = 100
 
 
 class Report:
     """The diagnostics of one file, each once, in the order in which they were found.
 
-    ``strict`` makes the warnings that the registry marks so errors.
+    ``strict`` turns the warnings that are marked ``strict`` in :data:`robosc.codes.CODES` into
+    errors.
     """
 
     def __init__(self, strict: bool = False) -> None:
@@ -35,7 +36,7 @@ class Report:
         hint: str | None = None,
         notes: Sequence[Note] = (),
     ) -> Diagnostic:
-        """A diagnostic with the severity that the registry gives its code."""
+        """Add and return a diagnostic with the severity that its code has in ``CODES``."""
         entry = CODES[code]
         severity = Severity.ERROR if self._strict and entry.strict else entry.severity
         found = Diagnostic(severity, code, message, span, hint, tuple(notes))
@@ -46,7 +47,7 @@ class Report:
         self._items[found] = None
 
     def withdraw(self, found: Iterable[Diagnostic]) -> bool:
-        """Take back what only follows from another fault; whether there was any of it."""
+        """Remove diagnostics that only follow from another fault; whether there were any."""
         reported = [diagnostic for diagnostic in found if diagnostic in self._items]
         for diagnostic in reported:
             del self._items[diagnostic]
@@ -64,7 +65,7 @@ class Report:
         return any(d.severity is Severity.ERROR for d in self._items)
 
     def suggest(self, name: str, candidates: Iterable[str], what: str = "there are") -> str | None:
-        """``did you mean 'x'?`` for the nearest candidate, else a short list of all."""
+        """``did you mean 'x'?`` for the nearest candidate, else a list of up to eight, or None."""
         names = list(dict.fromkeys(candidates))
         found = self.nearest(name, names)
         if found is not None:
@@ -74,7 +75,7 @@ class Report:
         return None
 
     def nearest(self, name: str, candidates: Sequence[str]) -> str | None:
-        """The candidate that a name was probably meant to be."""
+        """The candidate that a name was probably meant to be; None if there is none."""
         found = _same_but_for_case(name, candidates)
         if found is None and self._searches < _MOST_SEARCHES:
             self._searches += 1
@@ -84,7 +85,7 @@ class Report:
 
 
 class Muted(Report):
-    """Takes no diagnostics: for work whose faults were reported already."""
+    """A report that drops all diagnostics, for nodes whose faults were reported already."""
 
     def _keep(self, found: Diagnostic) -> None:
         return None

@@ -1,4 +1,4 @@
-"""Durations: of timeouts, of ``after``, of constants and parameters, and in data that is sent."""
+"""Typing of durations: of timeouts, ``after``, constants and parameters, and in data."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from robosc.syntax.nodes import DurationNode, UnaryNode
 __all__ = ["DURATION", "duration_fields", "is_above_zero", "signed_duration", "typed_duration"]
 
 DURATION = expected_type(DurationType())
-"""What a timeout and ``after`` need."""
+"""The expected type of a timeout and of ``after``."""
 
 
 def signed_duration(node: object) -> DurationNode | None:
-    """A number with a unit, or the negative of one, which has its minus in the amount."""
+    """The duration of a node that is one or the negative of one, its amount signed; else None."""
     match node:
         case DurationNode():
             return node
@@ -30,7 +30,7 @@ def signed_duration(node: object) -> DurationNode | None:
 
 
 def typed_duration(node: DurationNode, report: Report) -> Literal | None:
-    """A number with a unit as seconds, which may be negative; None after an error."""
+    """A duration in seconds, perhaps negative; None after a reported error."""
     seconds = float(node.amount) * UNITS[node.unit]
     if math.isinf(seconds):
         report.add("out-of-range", node.span, "a duration must be finite", "write: 500 ms")
@@ -39,7 +39,7 @@ def typed_duration(node: DurationNode, report: Report) -> Literal | None:
 
 
 def is_above_zero(duration: Expr, what: str, span: Span, report: Report) -> bool:
-    """Whether what is waited for takes time, as parameters do; reports an error if not."""
+    """Whether a duration is above zero, or no literal; reports an error if not."""
     if not isinstance(duration, Literal) or float(duration.value) > 0.0:
         return True
     report.add("out-of-range", span, f"{what} must be above 0", "write: 500 ms")
@@ -47,6 +47,6 @@ def is_above_zero(duration: Expr, what: str, span: Span, report: Report) -> bool
 
 
 def duration_fields(node: DurationNode, type_: str) -> dict[str, int]:
-    """A duration as the message that ROS has for it: whole seconds and nanoseconds."""
+    """The fields of a duration as a message of ROS: whole seconds and nanoseconds."""
     nanoseconds = round(node.amount * UNITS[node.unit] * 10**9)
     return dict(zip(DURATIONS[type_], divmod(nanoseconds, 10**9), strict=True))

@@ -1,8 +1,8 @@
-"""The resolved, typed model of one robot: names mean things, and every type is known.
+"""The resolved, typed model of one robot.
 
-Libraries are gone: an imported component stands here like a local one, its identifiers prefixed. A
-communication is referred to by its *key* ``Component.communication``, everywhere. The span of what
-has a name is the name; of all else, what was written.
+Imported components stand here like local ones, their identifiers prefixed. A communication is
+referred to by its *key* ``Component.communication``. The span of an entity with a name is that of
+the name; of others, that of the whole text.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ def _span() -> Span:
 
 @dataclass(frozen=True, slots=True)
 class Binding:
-    """The ROS interface that carries a communication.
+    """The ROS interface of a communication.
 
     ``package``/``type`` name it as the target's tools do, without folder: ``std_msgs``/``Bool``,
-    ``actionlib``/``TestAction`` (an action's ``type`` is what stands before ``.action``).
-    ``request_field``, ``response_field``, ``feedback_field`` name the one data field through which
-    a basic type, or an enum from one, travels; None for objects, ``none`` and where the definition
-    is not installed. A message has its field in ``request_field`` (incoming) or ``response_field``
-    (outgoing). ``found`` says whether the real definition was there to check against.
+    ``actionlib``/``TestAction`` (an action's ``type`` is the file name before ``.action``).
+    ``request_field``, ``response_field``, ``feedback_field`` name the one data field that carries a
+    basic type, or an enum from one; None for objects, ``none`` and where the definition is not
+    installed. A message has its field in ``request_field`` (incoming) or ``response_field``
+    (outgoing). ``found`` says whether the installed definition was checked.
     """
 
     package: str
@@ -53,11 +53,11 @@ class Binding:
 class Communication:
     """A message, service or action of a component.
 
-    ``timeout`` is in seconds: after how much silence a message turns silent, the deadline of a
-    service or action. ``request`` is what the controller sends (``none`` for an outgoing message),
-    ``response`` what comes back (for an outgoing message: what it carries), ``feedback`` an
-    action's.
-    ``identifier`` is the topic or name as written, prefix joined; the bare name if there is none.
+    ``timeout`` is in seconds: the silence after which a message is silent, or the deadline of a
+    service or action. ``request`` is the type that the controller sends (``none`` for an outgoing
+    message), ``response`` the type that it receives (for an outgoing message: its data),
+    ``feedback`` that of an action's feedback. ``identifier`` is the name in ROS, prefix included;
+    the communication's own name if the model gives none.
     """
 
     name: str
@@ -77,7 +77,7 @@ class Communication:
 
     @property
     def sort(self) -> CommunicationSort:
-        """What the language says of communications of this kind."""
+        """The row of the language's table for communications of this kind."""
         return COMMUNICATIONS[self.kind]
 
     @property
@@ -85,7 +85,7 @@ class Communication:
         return self.sort.phases_of(self.timeout is not None)
 
     def value_type(self, event: EventKind) -> Type:
-        """The type of the value that comes with an uncontrollable event of this communication."""
+        """The type of the value of an uncontrollable event of this communication, or ``none``."""
         found = self.sort.event(event)
         brings = None if found is None else found.brings
         return NoneType() if brings is None else self._types[brings]
@@ -96,15 +96,16 @@ class Communication:
 
 
 def display_names(communications: Mapping[str, Communication]) -> dict[str, str]:
-    """Key to what users see: the bare name, ``Component.name`` only where that is ambiguous."""
+    """The names shown to users, by key: ``Component.name`` only where ``name`` is ambiguous."""
     count = Counter(communication.name for communication in communications.values())
     return {key: c.name if count[c.name] == 1 else key for key, c in communications.items()}
 
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A component's variable. ``in_state`` is False for data-only ones (docs/semantics.md, "Data").
+    """A variable of a component.
 
+    ``in_state`` is False if it is not part of the plant's state (docs/semantics.md, "Data").
     ``initial`` is None for an object or an array, which holds nothing at the start.
     """
 
@@ -122,6 +123,8 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
+    """``variable := value``; the variable belongs to the component of the transition."""
+
     variable: str
     value: Expr
     span: Span = _span()
@@ -129,7 +132,7 @@ class Assignment:
 
 @dataclass(frozen=True, slots=True)
 class ResultTransition:
-    """Reaction to an event of a communication (by key); ``goto`` None stays in the state."""
+    """A transition on an event of a communication (its key); a self-loop if ``goto`` is None."""
 
     event: EventKind
     communication: str
@@ -141,7 +144,7 @@ class ResultTransition:
 
 @dataclass(frozen=True, slots=True)
 class Tau:
-    """An own, controllable step. ``index`` counts the component's taus from 1 in source order."""
+    """An internal transition (controllable); ``index`` counts those of the component from 1."""
 
     index: int
     guard: Expr | None
@@ -153,8 +156,8 @@ class Tau:
 class After:
     """A transition that is taken once its component has been in its state for ``delay`` seconds.
 
-    ``index`` counts those of the component from 1 in source order. ``transition`` is what happens;
-    its event is ``after``, and its communication the component's name.
+    ``index`` counts those of the component from 1 in source order. The event of ``transition`` is
+    ``after``, and its communication the component's name.
     """
 
     index: int
@@ -165,6 +168,8 @@ class After:
 
 @dataclass(frozen=True, slots=True)
 class State:
+    """A location of a component's automaton, with the transitions that leave it."""
+
     name: str
     initial: bool
     marked: bool
@@ -176,7 +181,7 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class Behaviour:
-    """An automaton; its own ``transitions`` and ``taus`` exist in every state."""
+    """The automaton of a component; its own ``transitions`` and ``taus`` exist in every state."""
 
     variables: tuple[Variable, ...]
     states: tuple[State, ...]
@@ -186,7 +191,7 @@ class Behaviour:
 
     @property
     def all_transitions(self) -> Iterator[ResultTransition]:
-        """All but internal transitions: of the whole automaton, then state by state."""
+        """All but internal transitions: those of every state, then state by state."""
         yield from self.transitions
         for state in self.states:
             yield from state.transitions
@@ -194,7 +199,7 @@ class Behaviour:
 
     @property
     def all_taus(self) -> Iterator[Tau]:
-        """The internal transitions: of the whole automaton, then state by state."""
+        """The internal transitions: those of every state, then state by state."""
         yield from self.taus
         for state in self.states:
             yield from state.taus
@@ -202,6 +207,8 @@ class Behaviour:
 
 @dataclass(frozen=True, slots=True)
 class Component:
+    """A component; ``library`` is the one that it is imported from, if any."""
+
     name: str
     communications: tuple[Communication, ...]
     behaviour: Behaviour | None
@@ -211,7 +218,10 @@ class Component:
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
-    """``text`` is the requirement as written, white space folded, for messages and comments."""
+    """A requirement on commands (by key) or on all states.
+
+    ``text`` is its text on one line, for messages and comments.
+    """
 
     kind: Literal["needs", "disables", "never", "always"]
     communications: tuple[str, ...]
@@ -253,6 +263,8 @@ def data_expressions(data: Data) -> Iterator[Expr]:
 
 @dataclass(frozen=True, slots=True)
 class Provide:
+    """The data that a command (by key) carries; it is enabled only where ``condition`` holds."""
+
     communication: str
     data: Data
     condition: Expr | None
@@ -270,7 +282,7 @@ class Preference:
 
 @dataclass(frozen=True)
 class Robot:
-    """The whole model; everything in source order, components of imports at their import."""
+    """The whole model in source order; an imported component stands at its import."""
 
     name: str
     components: tuple[Component, ...]
@@ -293,7 +305,7 @@ class Robot:
 
     @cached_property
     def yields_to(self) -> dict[str, tuple[str, ...]]:
-        """By communication, those that are preferred to it."""
+        """The keys of commands that are preferred to a command, by its key."""
         found: dict[str, dict[str, None]] = {}
         for preference in self.preferences:
             for key in preference.over:
@@ -302,8 +314,9 @@ class Robot:
 
     @cached_property
     def display_names(self) -> dict[str, str]:
-        """Key to what users see."""
+        """The names of communications shown to users, by key."""
         return display_names(self.communications)
 
     def component(self, name: str) -> Component:
+        """The component of a name, which must exist."""
         return next(c for c in self.components if c.name == name)

@@ -1,8 +1,8 @@
-"""The value of an expression: the reference that everything else is compared with.
+"""Evaluation of expressions: the reference with which all other implementations are compared.
 
-``and``, ``or`` and ``=>`` look at their right side only when the left does not decide. That matters
-for undefined parts alone (an array index past the end): a part that is not looked at does no harm,
-any other makes the whole expression undefined.
+``and``, ``or`` and ``=>`` evaluate their right operand only if the left one does not decide. This
+matters only for undefined parts, such as an array index past the end: the whole expression is
+undefined if a part that is evaluated is.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ __all__ = ["Undefined", "constant", "converted", "evaluate", "part_of_value", "s
 
 
 def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
-    """The value of an expression, each leaf looked up; parameters have their defaults.
+    """The value of an expression; ``lookup`` gives those of leaves, parameters have their defaults.
 
     Raises:
-        Undefined: a leaf that is needed was looked up as None.
+        Undefined: ``lookup`` returned None for a leaf that is needed, or an index is past the end.
     """
 
     bound: dict[str, Value] = {}
@@ -64,7 +64,7 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
                 if node.condition is None or visit(node.condition):
                     results.append(visit(node.element))
             except Undefined:
-                continue  # it does not count
+                continue  # an element for which it is undefined does not count
         result: Value = node.operation.scalar(results)
         return result
 
@@ -75,7 +75,11 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
 
 
 def part_of_value(value: Any, path: tuple[str | int, ...]) -> Value:
-    """A part of an object that came in, of a message or as a mapping."""
+    """The part of a received value, a message or a mapping, at a path.
+
+    Raises:
+        Undefined: an index is past the end of its array.
+    """
     for part in path:
         if isinstance(part, str):
             value = value[part] if isinstance(value, Mapping) else getattr(value, part)
@@ -95,7 +99,7 @@ def _lazily(node: Binary, left: Value, right: Callable[[], Value]) -> Value:
 
 
 def scalar_of(node: Operation) -> Callable[..., Value]:
-    """What an operation makes of the values of its operands."""
+    """The function that computes an operation's value from those of its operands."""
     match node:
         case Convert(type=type_):
             return partial(converted, type_)
@@ -110,7 +114,7 @@ def _typed_part(node: Part, whole: Value) -> Value:
 
 
 def converted(enum: EnumType, value: Any) -> Value:
-    """What the rules of an enum make of a value of its source type."""
+    """The value of an enum for a value of its source type: that of the first rule that holds."""
 
     def look(leaf: Leaf) -> Value | None:
         assert isinstance(leaf, ValueRef)
@@ -125,7 +129,7 @@ def converted(enum: EnumType, value: Any) -> Value:
 
 
 def constant(expr: Expr) -> Value | None:
-    """The value of an expression that reads nothing; None if it reads or is no finite number."""
+    """The value of a constant expression; None for others, and for infinite numbers and NaN."""
     if not all(isinstance(part, Literal | Operation) for part in walk(expr)):
         return None
     if any(True for _ in parameters_of(expr)):

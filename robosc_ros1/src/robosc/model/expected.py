@@ -1,4 +1,4 @@
-"""What a place needs of the expression that stands there."""
+"""Expected types: which types an expression at some place may have."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["ANY", "BOOLEAN", "ExpectedType", "equal_to", "expected_type", "needs
 
 @dataclass(frozen=True)
 class ExpectedType:
-    """What a place needs: in words, as a test, and as a type where it is exactly one."""
+    """The types that a place accepts: as text, as a predicate, and as a type if it is only one."""
 
     text: str
     accepts: Callable[[Type], bool]
@@ -47,16 +47,16 @@ _NEEDS = {
 
 
 def needs_of(operand: Operand) -> ExpectedType:
-    """What an operator or a function needs of an operand."""
+    """The expected type of an operand of an operator or a function."""
     return _NEEDS[operand]
 
 
 def expected_type(target: Type) -> ExpectedType:
-    """The needs of something declared as ``target``."""
+    """The expected type of a value for something that is declared as ``target``."""
     return ExpectedType(describe(target), lambda given: accepts(target, given), target)
 
 
 def equal_to(type_: Type) -> ExpectedType:
-    """The needs of what is compared with a value of a type."""
+    """The expected type of a value that is compared with one of ``type_``."""
     text = "a number" if is_number(type_) else describe(type_)
     return ExpectedType(text, lambda given: comparable(type_, given), type_)

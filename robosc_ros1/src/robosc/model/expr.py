@@ -1,10 +1,10 @@
 """Resolved, typed expressions: shared by the model, the plant, guards and generated code.
 
-Names are resolved to what they mean, and each node knows its type. Equality ignores spans, so equal
-expressions compare equal wherever they were written.
+Each node has its type. Equality ignores spans, so equal expressions compare equal wherever they
+were written.
 
-What the operators mean is said in :mod:`robosc.language.operators`. What is computed from an
-expression bottom up (a value, a text, the states where it holds) is an instance of
+The meaning of the operators is defined in :mod:`robosc.language.operators`. Whatever is computed
+from an expression bottom-up (a value, a text, the states where it holds) is an instance of
 :func:`robosc.model.traversal.fold`.
 """
 
@@ -51,10 +51,10 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """A constant; for an enum type the value is the enum value's name.
+    """A constant.
 
-    The value of an object is a dict, that of an array a tuple; that of a time is ``NOW``. 0.0 and
-    -0.0 differ, as what is divided by them does.
+    A value of an enum is its name, that of an object a dict, that of an array a tuple; that of a
+    point in time is ``NOW``. 0.0 and -0.0 differ, since quotients by them do.
     """
 
     value: Value
@@ -102,7 +102,7 @@ class StateRef:
 class RosParameter:
     """A parameter of the generated node that the model declares.
 
-    ``key`` is the name as users see it, with that of the component or library before it.
+    ``key`` is the name shown to users, qualified by that of the component or library.
     """
 
     key: str
@@ -112,13 +112,13 @@ class RosParameter:
 
     @property
     def name(self) -> str:
-        """The name in ROS, below the node's: ``limit``, ``Battery/limit``, ``station_3/limit``."""
+        """The private name in ROS: ``limit``, ``Battery/limit``, ``station_3/limit``."""
         return parameter_name(self.key)
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterRef:
-    """The value of a parameter, which is the same all the time that the node runs."""
+    """The value of a parameter, which does not change while the node runs."""
 
     parameter: RosParameter
     span: Span | None = field(default=None, compare=False, repr=False)
@@ -143,7 +143,7 @@ class PhaseRef:
 
 @dataclass(frozen=True, slots=True)
 class ValueRef:
-    """What came in (``value``), or a part of it: member names and array indexes after ``value``.
+    """The received ``value``, or the part of it at a path of member names and array indexes.
 
     ``optional`` says that there may be no value at all, as of an action that failed.
     """
@@ -156,12 +156,11 @@ class ValueRef:
 
 @dataclass(frozen=True, slots=True)
 class TestRef:
-    """What is computed from data, where the plant knows only what it comes to.
+    """The result of a computation on data, as the plant abstracts it to finitely many values.
 
-    ``subject`` is what decides: a number, a boolean, a value of an enum. With ``other``, it is how
-    the subject compares with that: -1.0 if it is less, 0.0, 1.0, or NaN if one of them is NaN.
-    ``name`` is the same as text. The model has none of these; the plant has
-    (:mod:`robosc.ir.finite`).
+    It is the value of ``subject``: a number, a boolean, a value of an enum. With ``other``, it is
+    the comparison of the two: -1.0 if the subject is less, 0.0, 1.0, or NaN if one of them is NaN.
+    ``name`` is its text. Occurs in the plant (:mod:`robosc.ir.finite`), not in the model.
     """
 
     subject: Expr
@@ -173,9 +172,9 @@ class TestRef:
 
 @dataclass(frozen=True, slots=True)
 class ChoiceRef(ValueRef):
-    """A test of data that is known only when the event happens, or a choice of the environment.
+    """A test of data whose result the environment chooses when the event happens.
 
-    The plant takes it as one more part of the event's value; its ``path`` is the name of the test.
+    The plant takes it as a further part of the event's value; its ``path`` is the test's name.
     """
 
     test: TestRef | None = None
@@ -183,7 +182,7 @@ class ChoiceRef(ValueRef):
 
 @dataclass(frozen=True, slots=True)
 class Unary:
-    """``!`` or ``-``."""
+    """``!operand`` or ``-operand``."""
 
     operator: str
     operand: Expr
@@ -201,7 +200,7 @@ class Unary:
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """Two operands and an operator of the table ``BINARY``."""
+    """``left operator right``, an operator of the table ``BINARY``."""
 
     operator: str
     left: Expr
@@ -220,7 +219,7 @@ class Binary:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A function of the table ``CALLS``, applied to arguments."""
+    """A call of a function of the table ``CALLS``."""
 
     operator: str
     operands: tuple[Expr, ...]
@@ -234,7 +233,7 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class ElementRef:
-    """What goes through an array, or a part of it, inside of its aggregate."""
+    """The variable of an enclosing aggregate, which ranges over an array, or a part of it."""
 
     variable: str
     path: tuple[str | int, ...]
@@ -244,10 +243,10 @@ class ElementRef:
 
 @dataclass(frozen=True, slots=True)
 class NamedPart(ElementRef):
-    """A condition by the name (``variable``) that texts give it because several guards share it.
+    """A condition by its name (``variable``), which texts use because several guards share it.
 
-    What it stands for is told beside them (:mod:`robosc.ir.part_names`). It is never
-    undefined. Neither the model nor the plant has these.
+    They define it beside the guards (:mod:`robosc.ir.part_names`). It is never undefined. Occurs
+    neither in the model nor in the plant.
     """
 
 
@@ -255,8 +254,7 @@ class NamedPart(ElementRef):
 class Count(ElementRef):
     """Whether at least ``least`` of some conditions hold, or (``negated``) fewer.
 
-    Texts say so instead of all cases (:mod:`robosc.ir.counting`), which the model and the plant
-    have.
+    Occurs in texts only (:mod:`robosc.ir.counting`); the model and the plant enumerate the cases.
     """
 
     conditions: tuple[Expr, ...] = ()
@@ -299,7 +297,7 @@ class Convert:
 
     @property
     def operation(self) -> Operator:
-        """What is common to all enums; :func:`robosc.model.evaluation.converted` has the values."""
+        """The row common to all enums; :func:`robosc.model.evaluation.converted` gives values."""
         return CONVERSION
 
     @property
@@ -331,7 +329,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Holds:
-    """Whether a condition is true, or data are there; False where the operand is undefined."""
+    """Whether a condition is defined and true, or data is present (``defined(…)``)."""
 
     operand: Expr
     span: Span | None = field(default=None, compare=False, repr=False)
@@ -354,7 +352,7 @@ class Holds:
 
 
 Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ParameterRef | ValueRef | TestRef | ElementRef
-"""What an expression reads."""
+"""A part of an expression that reads something."""
 Operation: TypeAlias = Unary | Binary | Call | Aggregate | Convert | Part | Holds
 Expr: TypeAlias = Literal | Leaf | Operation
 
@@ -363,7 +361,7 @@ FALSE = Literal(False, BooleanType())
 
 
 def opposite(condition: Expr) -> Expr:
-    """``!condition``, without piling up negations."""
+    """``!condition``, without double negation."""
     match condition:
         case Literal(value=bool(value)):
             return FALSE if value else TRUE
@@ -373,5 +371,5 @@ def opposite(condition: Expr) -> Expr:
 
 
 def condition_of(rule: EnumRule) -> Expr:
-    """Return the condition of an enum's rule, which reads the incoming value as a ``ValueRef``."""
+    """The condition of an enum's rule, which reads the incoming value as a ``ValueRef``."""
     return cast(Expr, rule.condition)

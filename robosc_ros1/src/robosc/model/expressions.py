@@ -1,19 +1,19 @@
-"""Typing of expressions: what each name means, and whether the types fit.
+"""Typing of expressions: name resolution and type checking.
 
-A name without ``value`` can have several meanings: bare, a variable or a state of the own component
-(in a behaviour) and a value of any enum of the file; as ``A.b``, a variable or state of component A
-and a value of enum A. Which one is meant is decided by the type that the place needs:
+A name other than ``value`` can have several meanings: bare, a variable or a state of the component
+itself (in a behaviour) and a value of any enum of the file; as ``A.b``, a variable or state of
+component A and a value of enum A. The expected type selects among them:
 
-- The place knows its type (an assigned variable, a property, ``and`` and conditions, arithmetic):
-  the meanings that fit that type remain. So an own state wins over an enum value of the same name
-  where a boolean is needed, and an enum value over the state where an enum is needed. Values of the
-  needed enum count even if the enum is out of sight (declared in the library of a component).
-- One side of ``=``/``!=`` is anything but a name: its type is what the other side needs.
-- Both sides are names: of all pairs of meanings those with one type remain; a pair of two constants
-  gives way to one that reads something.
+- If the place has an expected type (an assigned variable, a property, ``and`` and conditions,
+  arithmetic), the meanings of that type remain. So a state takes precedence over an enum value of
+  the same name where a boolean is expected, and the enum value where the enum is. Values of the
+  expected enum count even if the enum is not in scope (declared in the library of a component).
+- If one side of ``=``/``!=`` is no name, its type is expected of the other side.
+- If both sides are names, the pairs of meanings of equal type remain; a pair of two constants is
+  dropped if another pair reads something.
 
-One meaning left: that one. None left: the types do not fit. Several left: ``ambiguous-name``, and
-the user writes ``Enum.value`` or ``Component.name``.
+If one meaning remains, it is taken. If none remains, the types do not fit. If several remain, the
+name is ``ambiguous-name``, and the user writes ``Enum.value`` or ``Component.name``.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ __all__ = ["Typer"]
 
 
 class Typer:
-    """Types the expressions of one place; ``None`` is an expression with a reported error."""
+    """Types the expressions of one place; None stands for an expression with a reported error."""
 
     def __init__(
         self, report: Report, types: TypeTable, symbols: SymbolTable | None, incoming: Incoming
@@ -90,9 +90,9 @@ class Typer:
         self._conditions: dict[tuple[int, str], tuple[ExprNode, Expr | None]] = {}
 
     def check(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
-        """The expression at a place (in words, for messages) that has needs.
+        """The typed expression; None after a reported error. ``place`` is a text for messages.
 
-        Statements about several of a kind share parts of their conditions: those are typed once.
+        Copies of a statement share parts of their conditions: those are typed once.
         """
         if expected is not BOOLEAN or self._bound:
             return self._typed(node, expected, place)
@@ -235,7 +235,7 @@ class Typer:
         return Binary(node.operator, left, right, BooleanType(), node.span)
 
     def _is_open(self, node: ExprNode) -> bool:
-        """Whether a side of a comparison is a name whose meaning the other side decides."""
+        """Whether a side of a comparison is a name whose meaning the other side's type selects."""
         return (
             isinstance(node, Access)
             and not is_value(node)
@@ -244,7 +244,7 @@ class Typer:
         )
 
     def _silently(self, node: ExprNode, place: str) -> None:
-        """Check what stands beside something with an error: only what is wrong in itself."""
+        """Report the errors of a comparison's side that do not depend on the other, faulty side."""
         if isinstance(node, Access) and not is_value(node):
             if self._meanings.of(node) == [] and node.path:
                 self._faults.unknown(node)
@@ -255,7 +255,7 @@ class Typer:
         """The meanings of two names that are compared with each other."""
         first, second = self._meanings.of(left), self._meanings.of(right)
         if first is None or second is None:
-            # A bare name may be a value of an enum that has an error.
+            # A bare name may be a value of an enum with an error: it is not reported.
             for known, access in ((first, left), (second, right)):
                 if known == [] and access.path:
                     self._faults.unknown(access)
@@ -345,7 +345,7 @@ class Typer:
         return None if argument is None else Convert(argument, enum, node.span)
 
     def _element(self, access: Access) -> Expr | None:
-        """What goes through an array, or a part of it."""
+        """The variable of an enclosing aggregate, or a part of its value."""
         name = access.root.text
         type_ = self._parts.type_of(access, self._bound[name])
         return None if type_ is None else ElementRef(name, path_of(access), type_, access.span)

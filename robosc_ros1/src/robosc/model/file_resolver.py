@@ -1,4 +1,4 @@
-"""Resolves the declarations of one file, a robot or a library, in an order that finds all names."""
+"""Resolution of one file, a robot or a library: its declarations and statements."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ __all__ = ["FileContents", "FileResolver"]
 
 @dataclass(frozen=True)
 class FileContents:
-    """All that a file declares, resolved as far as it is sound, with its symbol tables."""
+    """The resolved declarations of a file without those in error, and its symbol tables."""
 
     scope: FileScope
     types: TypeTable
@@ -68,11 +68,11 @@ class FileContents:
 
 
 FindLibrary: TypeAlias = Callable[[ImportNode, FileScope, Report], FileContents | None]
-"""The library that an import names; None after an error that has been reported."""
+"""Returns the library that an import names; None after a reported error."""
 
 
 class FileResolver:
-    """Resolves one file over its scope."""
+    """Resolves the declarations and statements of one file."""
 
     def __init__(
         self,
@@ -92,7 +92,7 @@ class FileResolver:
         self._muted = Muted()
 
     def resolve(self) -> FileContents:
-        """The contents of the file."""
+        """The contents of the file; to be called once."""
         self._find_libraries()
         self._declare_values()
         model = self._model()
@@ -150,7 +150,7 @@ class FileResolver:
         return model
 
     def _find_libraries(self) -> None:
-        """Libraries are named in constants and rules, which come before components."""
+        """Read the imported libraries, before the constants and enum rules that may name them."""
         for node in self._scope.components.values():
             if isinstance(node, ImportNode):
                 library = self._find_library(node, self._scope, self._report)
@@ -171,7 +171,7 @@ class FileResolver:
         values.declare(self._scope.node.declarations, self._scope, self._report)
 
     def _own_values(self, instance: Instance, report: Report) -> None:
-        """The values that a component names, around which are those of its file."""
+        """Declare the named values of a component in a scope within that of its file."""
         file = instance.types.values
         values = ValueScope(instance.name, file.outer if file.owner else file)
         file_types = instance.types
@@ -231,7 +231,7 @@ class FileResolver:
             bind(info, symbols, self._binder, self._report)
 
     def _check_duplicates(self) -> None:
-        """Resolve what has a name, or a place, that is taken, only for the faults in it."""
+        """Resolve duplicate components and behaviours, only to report the faults in them."""
         for instance in list(self.component_table.instances.values()):
             for behaviour in () if instance.imported else instance.duplicate_behaviours:
                 outside = [i for i in instance.node.items if not isinstance(i, BehaviourNode)]

@@ -1,9 +1,8 @@
-"""Commands that would go on with what a message said last, though it has fallen silent.
+"""The check for stale data: commands that use the last value of a message that may be silent.
 
-Only data count: a message that makes states change is an event, and an event does not grow old. A
-command that uses up what the message said (the variable's component enables it only when the
-message has come, and its request leads to a state in which it is disabled) is sent once for each
-message, so that it does not go on either.
+Only data can be stale: a message that changes states is an event. A command that consumes the
+message (the variable's component enables it only when the message has come, and its request leads
+to a state in which it is disabled) is sent once for each message, and so never with stale data.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ def check_freshness(
     provides: Sequence[Provide],
     report: Report,
 ) -> None:
-    """Warn of commands that rest on data that may be out of date."""
+    """Warn of commands whose requirements or data read values that may be stale."""
     communications = {c.key: c for component in components for c in component.communications}
     messages = _lasting_messages(components, communications)
     behaviours = {c.name: c.behaviour for c in components}
@@ -56,12 +55,12 @@ def check_freshness(
             behaviour = behaviours[ref.component]
             if message is not None and behaviour and not _uses_up(behaviour, command, message.key):
                 stale[message.key][names[command]] = ref
-                break  # a requirement that names any freshness mends the command
-    told: set[Span] = set()  # what is written once for several copies is reported once
+                break  # one warning for each command: naming any freshness silences it
+    reported: set[Span] = set()  # copies of a statement are reported once
     for key, commands in stale.items():
         span = next(iter(commands.values())).span
-        if span is not None and span not in told:
-            told.add(span)
+        if span is not None and span not in reported:
+            reported.add(span)
             message = communications[key]
             note = Note(f"{message.name} is declared here", message.span)
             report.add("stale-data", span, *_texts(commands, names[key]), [note])
@@ -70,7 +69,7 @@ def check_freshness(
 def _read_by_commands(
     requirements: Sequence[Requirement], provides: Sequence[Provide]
 ) -> dict[str, list[Expr]]:
-    """What each command's requirements and data read, by its key."""
+    """The conditions and data of each command, by its key."""
     found: dict[str, list[Expr]] = defaultdict(list)
     for requirement in requirements:
         for key in requirement.communications:
@@ -89,7 +88,7 @@ def _variables(expr: Expr) -> Iterator[VariableRef]:
 
 
 def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, str]:
-    """What is wrong, and the two edits that mend it for one of the commands."""
+    """The message, and the hint with the two edits that mend it for one of the commands."""
     (first, ref), *_ = commands.items()
     others = ", ".join(list(commands)[1:])
     return (
@@ -103,7 +102,7 @@ def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, str]
 def _lasting_messages(
     components: Sequence[Component], communications: Mapping[str, Communication]
 ) -> dict[str, Communication]:
-    """The variables that only messages without timeout set, each with one of these messages."""
+    """The variables that only messages without timeout assign, each with one such message."""
     found: dict[str, Communication] = {}
     others: set[str] = set()
     for component in components:
@@ -127,7 +126,7 @@ def _lasting_messages(
 
 
 def _uses_up(behaviour: Behaviour, command: str, message: str) -> bool:
-    """Whether the command is enabled only after the message came, and disabled by each request.
+    """Whether a command is enabled only after the message came, and disabled by its request.
 
     A request that failed or was cancelled may be repeated.
     """
@@ -146,7 +145,7 @@ def _uses_up(behaviour: Behaviour, command: str, message: str) -> bool:
 
 
 def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:
-    """Where requests of the command lead from a state; None: they stay."""
+    """The targets of a command's requests in a state; None is a self-loop."""
     state = next(state for state in behaviour.states if state.name == name)
     own, shared = (
         [t.goto for t in transitions if (t.event, t.communication) == (EventKind.REQUEST, command)]

@@ -1,4 +1,4 @@
-"""Typing of calls, of ``in``, and of parts of arrays."""
+"""Typing of calls of functions, of ``in``, and of elements and sections of arrays."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = [
 ]  # fmt: skip
 
 Check = Callable[[ExprNode, ExpectedType, str], Expr | None]
-"""What types an expression at a place that has needs."""
+"""Types an expression, given the expected type and a text for its place in messages."""
 
 
 def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
@@ -84,7 +84,7 @@ def _right_number(function: Operator, node: CallNode, report: Report) -> bool:
 
 
 def _of_an_array(function: Operator, arguments: Sequence[ExprNode]) -> str | None:
-    """What to write for the least or greatest element of an array."""
+    """The hint for the least or greatest element of an array."""
     match arguments:
         case [ArrayNode(span=span)]:
             return f"write {function.spelling}({span.text[1:-1].strip()})"
@@ -94,7 +94,7 @@ def _of_an_array(function: Operator, arguments: Sequence[ExprNode]) -> str | Non
 
 
 def _function_meant(node: CallNode) -> str | None:
-    """What to write instead of ``Math.abs(x)`` and the like."""
+    """The hint for names that other languages have for functions, such as ``Math.abs``."""
     last = node.function.path[-1] if node.function.path else None
     if isinstance(last, Name) and last.text in FUNCTIONS:
         return f"write {last.text}(…)"
@@ -104,7 +104,7 @@ def _function_meant(node: CallNode) -> str | None:
 
 
 def _nested(function: Operator, arguments: Sequence[Expr], span: Span) -> Expr:
-    """The call; one of more arguments than the function has takes the first result as one."""
+    """The call; with more arguments than the function has, nested calls from the left."""
 
     def call(operands: tuple[Expr, ...]) -> Expr:
         type_ = result_type(function.result, [operand.type for operand in operands])
@@ -116,7 +116,7 @@ def _nested(function: Operator, arguments: Sequence[Expr], span: Span) -> Expr:
 
 
 def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:
-    """``E in { a, b }`` as comparisons of E with each of the values; None after an error."""
+    """``E in { a, b }`` as a disjunction of comparisons with E; None after a reported error."""
     operand = check(node.operand, ANY, "'in'")
     if operand is not None and not comparable(operand.type, operand.type):
         message = f"'in' cannot compare {describe(operand.type)}"
@@ -132,7 +132,7 @@ def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:
 
 
 def _any_of(parts: Sequence[Expr], span: Span) -> Expr:
-    """A low tree of ``or``: later stages recurse."""
+    """The disjunction as a balanced tree, over which later stages can recurse."""
     if len(parts) == 1:
         return parts[0]
     half = (len(parts) + 1) // 2
@@ -142,7 +142,7 @@ def _any_of(parts: Sequence[Expr], span: Span) -> Expr:
 
 
 def typed_element(node: ElementNode, check: Check) -> Expr | None:
-    """``array[index]`` with a computed index; None after an error."""
+    """``array[index]`` with a computed index; None after a reported error."""
     array = check(node.array, needs_of(Operand.ARRAY), "'[…]'")
     index = check(node.index, needs_of(Operand.INTEGER), "an index")
     if array is None or index is None:
@@ -152,7 +152,7 @@ def typed_element(node: ElementNode, check: Check) -> Expr | None:
 
 
 def typed_section(node: SliceNode, check: Check) -> Expr | None:
-    """``array[first..last]``; None after an error."""
+    """``array[first..last]``; None after a reported error."""
     array = check(node.array, needs_of(Operand.ARRAY), "'[…]'")
     ends = [check(end, needs_of(Operand.INTEGER), "an index") for end in (node.first, node.last)]
     known = [end for end in ends if end is not None]
@@ -162,7 +162,7 @@ def typed_section(node: SliceNode, check: Check) -> Expr | None:
 
 
 def typed_elements(node: ArrayNode, check: Check, report: Report) -> tuple[list[Expr], Type] | None:
-    """The elements of ``[a, b, c]``, and their type; None after an error."""
+    """The elements of ``[a, b, c]`` and their common type; None after a reported error."""
     found: list[Expr] = []
     for element in node.elements:
         if isinstance(element, DataObjectNode):
@@ -178,7 +178,7 @@ def typed_elements(node: ArrayNode, check: Check, report: Report) -> tuple[list[
 
 
 def typed_list(node: ArrayNode, check: Check, report: Report) -> Literal | None:
-    """``[0, 1, 2]`` as an array: constants of one type; None after an error."""
+    """``[0, 1, 2]`` as an array of constants of one type; None after a reported error."""
     elements = typed_elements(node, check, report)
     return None if elements is None else list_literal(node, *elements, report)
 
@@ -186,7 +186,7 @@ def typed_list(node: ArrayNode, check: Check, report: Report) -> Literal | None:
 def list_literal(
     node: ArrayNode, elements: Sequence[Expr], type_: Type, report: Report
 ) -> Literal | None:
-    """The array of these elements; None after an error."""
+    """The array of these elements; None after a reported error."""
     values = [constant(element) for element in elements]
     for element, value in zip(node.elements, values, strict=True):
         if value is None:

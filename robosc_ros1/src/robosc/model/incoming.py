@@ -1,4 +1,4 @@
-"""What the word value means at a place, and the place of an enum's rule."""
+"""The meaning of the word ``value`` at some place of a model."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from robosc.syntax.nodes import Access
 __all__ = ["Incoming", "RULE", "is_value", "no_value"]
 
 RULE = "the condition of a rule"
-"""The place that an enum's rule is."""
+"""The text for the place of an enum rule's condition in messages."""
 
 
 @dataclass(frozen=True)
 class Incoming:
-    """What ``value`` means at a place: a type, or None with the reason why it means nothing.
+    """The type of ``value`` at a place, or None with the reason why there is no value.
 
-    ``known`` is False where its type has an error: then whatever reads it is silent. ``optional``
-    says that it may not have come.
+    ``known`` is False if its type has an error: then reading it is not reported. ``optional`` says
+    that the event may come without a value.
     """
 
     type: Type | None
@@ -29,8 +29,10 @@ class Incoming:
 
 
 def no_value(reason: str) -> Incoming:
+    """A place without a value; the reason is a message for the user."""
     return Incoming(None, reason)
 
 
 def is_value(access: Access) -> bool:
+    """Whether an access reads the word ``value``, or a part of it."""
     return access.root.text == "value" and not is_escaped(access.root)

@@ -1,4 +1,4 @@
-"""Indexes into arrays of fixed length: one past the end reads nothing, ever."""
+"""The check of literal indexes into arrays of fixed length."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 __all__ = ["Lengths", "check_indexes"]
 
 Lengths = Mapping[tuple[ObjectType, str], tuple[int, str]]
-"""Array properties that a definition gives a length: that, and the field."""
+"""Array properties of fixed length: the number of elements, and the field as text."""
 
 
 def check_indexes(
     components: Iterable[Component], enums: Iterable[EnumType], lengths: Lengths, report: Report
 ) -> None:
-    """Report what reads past the end, in the rules of enums and in behaviours of this file."""
+    """Report indexes past the end, in the rules of enums and in behaviours of this file."""
     read = [(condition_of(rule), enum.source) for enum in enums for rule in enum.rules]
     carried = {c.key: c for component in components for c in component.communications}
     for component in components:
@@ -51,7 +51,7 @@ def _check(expr: Expr, type_: Type, lengths: Lengths, report: Report) -> None:
 def _fixed(
     path: tuple[str | int, ...], type_: Type | None, lengths: Lengths
 ) -> Iterator[tuple[int, tuple[int, str]]]:
-    """The indexes on a path that go into an array of fixed length."""
+    """The indexes on a path into arrays of fixed length, each with the entry of ``lengths``."""
     array: tuple[ObjectType, str] | None = None
     for step in path:
         if isinstance(step, int):

@@ -1,4 +1,4 @@
-"""The types of one file that have been resolved, by name, and the constants of definitions."""
+"""Lookup of the resolved types of a file, of its enums' values, and of constants of ROS types."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ __all__ = ["KnownTypes"]
 
 
 class KnownTypes:
-    """Types by name as expressions look them up; what is looked up is noted for the editor.
+    """The resolved types of a file by name; lookups are recorded for editors.
 
-    ``values`` are the constants and named conditions, ``libraries`` the types of those that are
-    imported.
+    ``values`` are the constants, parameters and named conditions, ``libraries`` the types of
+    imported libraries by name.
     """
 
     def __init__(
@@ -50,24 +50,26 @@ class KnownTypes:
 
     @property
     def all_libraries(self) -> dict[str, Self]:
-        """The imported libraries, and those that they import, by name."""
+        """The libraries that are imported, directly or through others, by name."""
         found = dict(self.libraries)
         for table in self.libraries.values():
             found.update(table.all_libraries)
         return found
 
     def enum(self, name: str) -> EnumType | None:
-        """The enum as expressions know it."""
+        """The shell of an enum, by name."""
         return self._shells.get(name)
 
     def known(self, name: str) -> Type | None:
-        """A type that has been resolved, by name."""
+        """The resolved type of a name; None also after an error in it."""
         return self._types.get(name)
 
     def enums_with(self, value: str) -> Iterable[EnumType]:
+        """The enums of the file that have a value of this name."""
         return self._by_value.get(value, ())
 
     def enum_values(self) -> Iterable[str]:
+        """The names of all values of the file's enums."""
         return self._by_value
 
     def has_constant(self, interface: str, name: str) -> bool:
@@ -111,7 +113,7 @@ class KnownTypes:
         return Literal(value, type_of(value), span)
 
     def record_property(self, name: Name, object_: ObjectType) -> None:
-        """Note that a name in this file is a property of an object."""
+        """Record a name in this file as a property of an object."""
         if is_ros_type(object_):
             detail = f"field of {object_.name}"
             symbol = Symbol(SymbolKind.PROPERTY, name.text, object_.name, detail=detail)
@@ -124,7 +126,7 @@ class KnownTypes:
             self.scope.names.use(name, node, object_.name)
 
     def record_value(self, access: Access, enum: EnumType) -> None:
-        """Note that ``value``, ``Enum.value`` or ``Library.Enum.value`` is a value of an enum."""
+        """Record ``value``, ``Enum.value`` or ``Library.Enum.value`` as a value of an enum."""
         *owners, value = [access.root, *(part for part in access.path if isinstance(part, Name))]
         scope = self.scope
         if len(owners) > 1:
@@ -136,7 +138,7 @@ class KnownTypes:
         self.scope.names.use(value, node, enum.name)
 
     def called_enum(self, function: Access) -> EnumType | None:
-        """The enum that is used as a function, of this file or of a library."""
+        """The enum, of this file or a library, that is called as a function; None otherwise."""
         match function.path:
             case ():
                 found = self._types.get(function.root.text)
@@ -150,7 +152,7 @@ class KnownTypes:
         return found if isinstance(found, EnumType) else None
 
     def full(self, shell: EnumType) -> EnumType:
-        """The enum with its rules, where they are known already."""
+        """The enum with its rules; the shell itself if they are not resolved yet."""
         if shell.origin == self.scope.origin:
             known = self._types.get(shell.name)
             if isinstance(known, EnumType):
@@ -158,13 +160,13 @@ class KnownTypes:
         return shell
 
     def add_enum(self, enum: EnumType) -> None:
-        """Let expressions know an enum and its values."""
+        """Add the shell of an enum, with its values."""
         self._shells[enum.name] = enum
         for value in enum.values:
             self._by_value.setdefault(value, []).append(enum)
 
     def _shell(self, node: EnumNode) -> EnumType:
-        """The enum by its values, without rules."""
+        """The enum without source type and rules."""
         values = tuple(dict.fromkeys(rule.value.text for rule in node.rules))
         defaults = [rule.value.text for rule in node.rules if rule.condition is None]
         default = defaults[0] if defaults else (values[0] if values else "")

@@ -1,6 +1,6 @@
-"""Where libraries are found (docs/language.md, "Libraries and prefixes").
+"""Search for libraries (docs/language.md, "Libraries and prefixes").
 
-A library is known by the name in its file, whatever the file is called.
+The name of a library is the one in its file, not that of the file.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ _HEAD = re.compile(rf"(?:\s|//[^\n]*|/\*.*?\*/)*library\s+\^?({IDENTIFIER})", re
 
 @dataclass(frozen=True)
 class Search:
-    """The files that declare a library, by content, and the folders looked into."""
+    """The files that declare a library, by their text, and the folders that were searched."""
 
     files: Mapping[str, str]
     folders: tuple[str, ...]
 
 
 class LibraryFinder:
-    """Looks into each folder once. ``share_folders`` are those that ROS packages export."""
+    """Finds libraries; reads each folder once. ``share_folders`` are those of ROS packages."""
 
     def __init__(
         self,
@@ -47,7 +47,7 @@ class LibraryFinder:
         self._folders: dict[Path, dict[str, list[tuple[str, str]]]] = {}
 
     def find(self, name: str, importer: str) -> Search:
-        """All files that declare the library, seen from the file that imports it."""
+        """All files that declare the library; ``importer`` is the path of the importing file."""
         folders = self._folders_for(importer)
         found: dict[str, str] = {}
         seen: set[Path] = set()
@@ -90,7 +90,7 @@ class LibraryFinder:
 
 
 def _above(folder: Path) -> Path:
-    """The folder that holds a folder, in the user's way of writing paths."""
+    """The parent of a folder; a relative path stays relative."""
     return folder / ".." if folder.name in ("", "..") and folder != Path("/") else folder.parent
 
 

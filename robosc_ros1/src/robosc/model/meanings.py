@@ -1,4 +1,4 @@
-"""What a name in an expression can mean, before its type decides between the meanings."""
+"""Candidate meanings of names in expressions, among which the expected type then selects."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["Meanings", "RosConstant"]
 
 
 class RosConstant(NamedTuple):
-    """A constant of a real definition, named as ``package/Type.NAME``."""
+    """``package/Type.NAME``: a constant of the definition of a ROS type."""
 
     package: Name
     type: Name
@@ -33,7 +33,7 @@ class RosConstant(NamedTuple):
 
 
 class Meanings:
-    """The meanings of names seen from one place; what a name means is noted for editors."""
+    """The meanings of names at one place; they are recorded for editors."""
 
     def __init__(self, report: Report, types: TypeTable, symbols: SymbolTable | None) -> None:
         self._report = report
@@ -43,7 +43,7 @@ class Meanings:
         self._named: dict[int, tuple[ValueNode, str]] = {}
 
     def of(self, access: Access) -> list[Expr] | None:
-        """All that a name can mean; empty: nothing; None: an error was reported or is known."""
+        """All meanings of a name; None if an error was reported already."""
         match access.path:
             case ():
                 found = self._bare(access)
@@ -59,13 +59,13 @@ class Meanings:
                 self._no_parts(access)
                 found = None
         if found:
-            self.record(access, found[0])  # until it is settled which one is meant
+            self.record(access, found[0])  # replaced if another meaning is selected
         elif access.path:
             self._types.scope.names.use(access.root, self._declaration(access.root.text))
         return found
 
     def whole_of(self, access: Access) -> tuple[VariableRef | Literal, int] | None:
-        """The object or array of which a name is a part, and how many members name it."""
+        """The object or array of which an access is a part, and how many of its members name it."""
         if not access.path:
             return None
         first, name = access.path[0], access.root.text
@@ -85,7 +85,7 @@ class Meanings:
         return self._whole(component, Access(access.root, (first,), span=access.span)), 1
 
     def _constant_whole(self, access: Access) -> tuple[Literal, int] | None:
-        """The constant of which a name is a part, and how many members name it."""
+        """The constant of which an access is a part, and how many of its members name it."""
         found = self._types.values.find(access.root.text)
         members = 0
         if found is None and len(access.path) > 1 and isinstance(access.path[0], Name):
@@ -108,7 +108,7 @@ class Meanings:
         return found
 
     def record(self, access: Access, meaning: Expr) -> None:
-        """Note what a name means, for editors."""
+        """Record the meaning of a name for editors."""
         if id(meaning) in self._named:
             node, owner_name = self._named[id(meaning)]
             self._types.scope.names.use(_last(access), node, owner_name)
@@ -142,7 +142,7 @@ class Meanings:
         names.use(last, info.node, info.instance.name)
 
     def _declaration(self, name: str) -> Declaration | None:
-        """What may stand before a point: a component or a datatype."""
+        """The component or datatype of a name, which may stand before a dot."""
         found = self._symbols.declaration(name) if self._symbols is not None else None
         return found or self._types.scope.datatypes.get(name)
 
@@ -213,20 +213,20 @@ class Meanings:
         return None if library is None else library.values.own(name)
 
     def _value(self, access: Access, node: ValueNode, meaning: Expr, owner: str) -> Expr:
-        """The meaning of a named value in the place of its name."""
+        """A copy of a named value's meaning, with the span of the access."""
         found = replace(meaning, span=access.span)
         self._named[id(found)] = node, owner
         return found
 
     def _is_constant(self, root: str, name: str) -> bool:
-        """Whether ``root.name`` means a constant; a communication may have its interface's name."""
+        """Whether ``root.name`` is a constant of an interface, not a part of a communication."""
         if root not in self._types.scope.interfaces:
             return False
         taken = self._symbols is not None and self._symbols.communications(root)
         return not taken or self._types.has_constant(root, name)
 
     def ros_constant(self, node: BinaryNode) -> RosConstant | None:
-        """``package/Type.NAME``, which reads like a division of names; None for a real one."""
+        """``package/Type.NAME``, which parses as a division; None if it is a division."""
         package = node.left
         if isinstance(package, BinaryNode) and package.operator == "/":
             package = package.left  # package/msg/Type.NAME
@@ -237,7 +237,7 @@ class Meanings:
         return None
 
     def _is_package(self, name: Name) -> bool:
-        """Whether a name means a ROS package rather than anything of the model."""
+        """Whether a name is that of a ROS package, and of no variable or state."""
         own = self._symbols.own if self._symbols else None
         if own is not None and (name.text in own.variables or name.text in own.states):
             return False
@@ -245,13 +245,13 @@ class Meanings:
         return packages.find(name.text) is not None
 
     def _phase_of_member(self, access: Access, member: Name, phase: Name) -> list[Expr]:
-        """``Arm.grab.busy``: the phase of a communication that is named with its component."""
+        """``Arm.grab.busy``: the phase of a communication with a qualified name."""
         component = self._symbols.component(access.root.text) if self._symbols else None
         info = component.communications.get(member.text) if component else None
         return self._phase(access, info, phase)
 
     def _value_of_library_enum(self, access: Access, datatype: Name, value: Name) -> list[Expr]:
-        """``Library.Enum.value``."""
+        """``Library.Enum.value``: the value of a library's enum."""
         library = self._types.libraries.get(access.root.text)
         enum = None if library is None else library.known(datatype.text)
         if not isinstance(enum, EnumType) or value.text not in enum.values:
@@ -259,7 +259,7 @@ class Meanings:
         return [Literal(value.text, enum, access.span)]
 
     def _phase(self, access: Access, info: CommunicationInfo | None, phase: Name) -> list[Expr]:
-        """``grab.busy``, ``grab.idle``, ``scan.fresh`` or ``scan.silent``."""
+        """``grab.busy``, ``grab.idle``, ``scan.fresh`` or ``scan.silent``; empty if it is none."""
         phases = None if info is None else info.phases
         if info is None or phases is None:
             return []
@@ -272,7 +272,7 @@ class Meanings:
         return []
 
     def out_of_sight(self, access: Access, types: list[Type], known: list[Expr]) -> list[Expr]:
-        """The name as a value of an enum that the other side, or the place, has brought along."""
+        """The name as a value of enums among ``types`` that are not in scope."""
         name = last_name(access)
         seen = {m.type for m in known if isinstance(m, Literal)}
         found: list[Expr] = []
@@ -291,12 +291,12 @@ def _is_whole(type_: Type | None) -> bool:
 
 
 def _last(access: Access) -> Name:
-    """The last name of an access."""
+    """The last member of an access that is a name, or its root."""
     return next((p for p in reversed(access.path) if isinstance(p, Name)), access.root)
 
 
 def _members(component: Instance, name: str, span: Span) -> list[Expr] | None:
-    """The variable and the state of that name; None if the variable's type is not known."""
+    """The variable and the state of a name; None if the variable's type has an error."""
     found: list[Expr] = []
     if name in component.variables:
         type_ = component.variables[name]

@@ -1,4 +1,4 @@
-"""Constants, parameters and named conditions of a file or a component."""
+"""Typing of the constants, parameters and named conditions of a file or a component."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ __all__ = ["NamedValueTyper"]
 
 @dataclass
 class NamedValueTyper:
-    """Types the values that a file or a component names, each when it is first asked for.
+    """Types the declarations of named values on demand; see :class:`ValueScope`.
 
-    What they mean stands in the place of their names from then on: later stages know no names.
-    ``owner`` is the component or library whose name stands before that of a parameter.
+    Their meanings replace their names in expressions. ``owner`` is the component or library by
+    which the name of a parameter is qualified.
     """
 
     types: TypeTable
@@ -42,7 +42,7 @@ class NamedValueTyper:
     _open: list[str] = field(default_factory=list)
 
     def __call__(self, node: ValueNode) -> Expr | None:
-        """The meaning of the name that a node declares; None after a reported error."""
+        """The expression for which the declared name stands; None after a reported error."""
         name = node.name.text
         if name in self._open:
             self.report.add("initial-not-constant", node.name.span, f"'{name}' depends on itself")
@@ -70,7 +70,7 @@ class NamedValueTyper:
         return ParameterRef(parameter, node.name.span)
 
     def _literal(self, node: ConstantNode | ParameterNode, what: str) -> Literal | None:
-        """What is declared, or what the import of the component sets in its place."""
+        """The declared value, or the one that the import of the component sets instead."""
         type_ = self.types.of_value(node.type)
         if type_ is None or not self._is_possible(node, type_, what):
             return None
@@ -103,7 +103,7 @@ class NamedValueTyper:
 
 
 def _can_be_given(default: Literal, what: str, span: Span, report: Report) -> bool:
-    """Whether ROS can carry a parameter's value, and it makes sense; reported if not."""
+    """Whether a parameter's default is in range; reports an error if not."""
     value = default.value
     if isinstance(default.type, DurationType):
         return is_above_zero(default, what, span, report)
@@ -123,7 +123,7 @@ def _constant(
 ) -> Value | None:
     """The value of a constant expression; None after a reported error.
 
-    That of an object is a dict, that of an array a tuple, as provided data have them.
+    The value of an object is a dict, that of an array a tuple.
     """
     word = what.partition(" ")[0]
     typer = Typer(report, types, None, no_value(f"a {word} cannot depend on a received value"))

@@ -1,7 +1,7 @@
-"""Every name of a file with its place and its meaning, recorded while the file is resolved.
+"""Index of the names of a file: place and symbol of each, recorded while the file is resolved.
 
-Editors read this record: definition, references, renaming, hover and colouring of names all come
-from it, so that a name means to them what it means to the compiler.
+The language server uses it for definition, references, renaming, hover and highlighting, so that
+editors resolve names exactly as the compiler does.
 """
 
 from __future__ import annotations
@@ -40,6 +40,8 @@ __all__ = ["Declaration", "NameIndex", "NameRecorder", "Occurrence", "Symbol", "
 
 
 class SymbolKind(Enum):
+    """The kinds of named things; the values are texts for users."""
+
     ROBOT = "robot"
     LIBRARY = "library"
     COMPONENT = "component"
@@ -62,10 +64,10 @@ class SymbolKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """Something that has a name. ``owner`` is the component, datatype or ROS package it is part of.
+    """A named thing. ``owner`` is the component, datatype or ROS package that it is part of.
 
-    ``declared`` is the name in its declaration, in this file or a library; None for what is not
-    declared in a model. ``whole`` is the declaration, ``detail`` what it is in a few words.
+    ``declared`` is the span of the name in its declaration, in this file or a library; None if no
+    model declares it. ``whole`` is the span of the declaration, ``detail`` a short text about it.
     """
 
     kind: SymbolKind
@@ -77,7 +79,7 @@ class Symbol:
 
     @property
     def key(self) -> tuple[str, str, int] | None:
-        """Tells what is declared in models apart, whichever file refers to it."""
+        """Kind, path and offset of the declaration, the same in all files; None without one."""
         if self.declared is None:
             return None
         return self.kind.value, self.declared.source.path, self.declared.start
@@ -104,7 +106,7 @@ class NameIndex:
         return [o.span.start for o in self.occurrences]
 
     def at(self, offset: int) -> Occurrence | None:
-        """The name at an offset; one that ends there counts too, unless another one begins."""
+        """The name that contains an offset, or ends there if no other one begins."""
         place = bisect_right(self._starts, offset) - 1
         if place < 0:
             return None
@@ -112,7 +114,7 @@ class NameIndex:
         return found if found.span.end >= offset else None
 
     def of(self, symbol: Symbol) -> Iterator[Occurrence]:
-        """Where a symbol is named in this file."""
+        """The occurrences of a symbol in this file."""
         key = symbol.key
         for occurrence in self.occurrences:
             other = occurrence.symbol
@@ -137,10 +139,10 @@ Declaration: TypeAlias = _Named | EnumRuleNode
 
 
 class NameRecorder:
-    """Takes down names while a file is resolved; what is said last of a place counts.
+    """Records names while a file is resolved; the last record for a place counts.
 
-    A library's components are resolved again under the names of their imports: that is no news
-    about the library, so its recorder is closed before.
+    A library's components are resolved again for each import. Its recorder is closed before that,
+    so that its names keep the meanings that they have in the library.
     """
 
     def __init__(self) -> None:
@@ -150,7 +152,7 @@ class NameRecorder:
         self._closed = False
 
     def declare(self, node: Declaration, owner: str = "") -> None:
-        """The name in a declaration; ``owner`` is the component or datatype around it."""
+        """Record the name in a declaration; ``owner`` is the enclosing component or datatype."""
         if not self._closed:
             symbol = self._symbol(node, owner)
             assert symbol.declared is not None
@@ -159,16 +161,16 @@ class NameRecorder:
     def use(
         self, name: Name, node: Declaration | None, owner: str = "", *, write: bool = False
     ) -> None:
-        """A name that refers to a declaration, if there is one."""
+        """Record a name that refers to a declaration; nothing if that is None."""
         if node is not None and not self._closed:
             self._used.add(id(node))
             if "[" in name.text and name.span.text.lstrip("^") != name.text.partition("[")[0]:
-                return  # a variable that goes through components stands for one of them
+                return  # the variable of an aggregate over components, expanded to one of them
             symbol = self._symbol(node, owner)
             self._found[name.span.start] = Occurrence(name.span, symbol, False, write)
 
     def note(self, name: Name, symbol: Symbol) -> None:
-        """A name of something that no model declares."""
+        """Record the name of something that no model declares."""
         if not self._closed:
             self._found[name.span.start] = Occurrence(name.span, symbol)
 
@@ -177,11 +179,12 @@ class NameRecorder:
         return id(node) in self._used
 
     def close(self) -> None:
+        """Ignore all further names."""
         self._closed = True
 
     @cached_property
     def index(self) -> NameIndex:
-        """All names, once the file is resolved."""
+        """All names; only once the recorder is closed."""
         assert self._closed
         return NameIndex(tuple(sorted(self._found.values(), key=lambda o: o.span.start)))
 

@@ -1,9 +1,9 @@
-"""Guards that do not exclude each other, as far as the text shows.
+"""The check for overlapping guards in models without a state space.
 
-Whether two guards can hold together depends on the states that the robot can be in: its state space
-decides. A model with errors has none, and a library neither; for these the guards are compared over
-all values of what they read. In a library it is reported only for guards that read nothing but what
-comes in, because a robot may never bring its variables to those values.
+Whether two guards can hold together depends on the reachable states, so synthesis checks it. A
+model with errors, or a library, has no state space; there the guards are compared over all values
+of what they read. In a library only guards that read nothing but received values are reported,
+because its variables may never reach the other values.
 """
 
 from __future__ import annotations
@@ -30,7 +30,10 @@ _Case: TypeAlias = Mapping[Leaf, Value]
 
 
 def check_overlaps(components: Iterable[Component], report: Report, *, library: bool) -> None:
-    """Report each transition whose guard can hold together with an earlier one's."""
+    """Report each pair of transitions on one event whose guards can hold together.
+
+    ``library``: only guards that read nothing but received values.
+    """
     states = {
         c.name: [s.name for s in c.behaviour.states] if c.behaviour else [] for c in components
     }
@@ -48,7 +51,7 @@ def check_overlaps(components: Iterable[Component], report: Report, *, library: 
 def _pairs(
     behaviour: Behaviour,
 ) -> Iterator[tuple[str | None, ResultTransition, ResultTransition]]:
-    """Guarded transitions for one event, with the state that they leave; None: any."""
+    """Pairs of guarded transitions on one event, with their state; None stands for every state."""
     places = [(None, behaviour.transitions), *((s.name, s.transitions) for s in behaviour.states)]
     for place, transitions in places:
         guarded = [t for t in transitions if t.guard is not None]
@@ -81,7 +84,10 @@ def _can_hold_together(guards: Sequence[Expr], states: Mapping[str, Sequence[str
 def _choices(
     leaves: Iterable[Leaf], states: Mapping[str, Sequence[str]]
 ) -> list[Sequence[_Case]] | None:
-    """What can vary on its own; None if it is not finite. A component is in one of its states."""
+    """Independent sets of values of the leaves; None if one is infinite.
+
+    The leaves that ask for states of one component vary together: it is in one of its states.
+    """
     choices: list[Sequence[_Case]] = []
     in_states: dict[str, list[StateRef]] = {}
     for leaf in leaves:

@@ -1,4 +1,4 @@
-"""Parameters of the generated node that a model declares: their names in ROS, other defaults."""
+"""Parameters of the generated node that a model declares: names in ROS, other defaults."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ from robosc.source import Span
 __all__ = ["check_parameters", "with_parameters"]
 
 _GROUPS = ("goal_timeout", "qos", "qos_overrides", "rate", "timeout")
-"""Groups of parameters that every node has, or may have."""
+"""Namespaces of parameters that every generated node has, or may have."""
 _OF_ROS = ("start_type_description_service", "use_sim_time")
+"""Parameters that ROS itself declares for every node."""
 
 
 def check_parameters(parameters: Iterable[RosParameter], report: Report) -> None:
-    """Report names that the node's own parameters have, or another one of the model."""
+    """Report names that clash with parameters of every node, or with others of the model."""
     taken = {parameter.name for parameter in declared(())}.union(_GROUPS, _OF_ROS)
     seen: dict[str, RosParameter] = {}
     for parameter in parameters:
@@ -49,9 +50,9 @@ def check_parameters(parameters: Iterable[RosParameter], report: Report) -> None
 
 
 def with_parameters(robot: Robot, values: Mapping[str, Any]) -> Robot:
-    """The robot with other defaults of its parameters, by their names in ROS.
+    """The robot with other defaults of its parameters, given by their names in ROS.
 
-    Names that no parameter has mean nothing here.
+    Other names are ignored.
     """
     changed = {p.name: values[p.name] for p in robot.parameters if p.name in values}
     if not changed:

@@ -1,4 +1,4 @@
-"""Parts of objects and arrays: of what comes in, of variables, constants and computed elements."""
+"""Typing of parts of objects and arrays: of received values, variables, constants, elements."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ __all__ = ["Parts", "path_of"]
 
 
 def path_of(access: Access | MemberNode) -> tuple[str | int, ...]:
+    """The path of an access with names as str."""
     return tuple(p.text if isinstance(p, Name) else p for p in access.path)
 
 
 def _unbounded(type_: Type) -> Type:
-    """The type of a part of a variable: what it holds was never held against a range."""
+    """The type of a part of a variable: the range of a part is not checked on assignment."""
     return IntegerType() if isinstance(type_, IntegerType) else type_
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Types the parts that an access names; a fault is reported where it is."""
+    """Types the parts that accesses name; errors are reported at the member in question."""
 
     report: Report
     types: TypeTable
@@ -57,13 +58,13 @@ class Parts:
                 return found
             declarations = self.types.type_declarations
             if not declarations.may_have(type_, part.text):
-                told = self.report.add(
+                diagnostic = self.report.add(
                     "unknown-member",
                     part.span,
                     f"{type_.name} has no property '{part.text}'",
                     self.report.suggest(part.text, [n for n, _ in type_.properties]),
                 )
-                declarations.miss(type_, part.text, told)
+                declarations.miss(type_, part.text, diagnostic)
             return None
         hint = "take an element first: [0]" if isinstance(type_, ArrayType) else None
         self.report.add(
@@ -75,14 +76,17 @@ class Parts:
         return None
 
     def of_computed(self, node: MemberNode, whole: Expr) -> Expr | None:
-        """A part of an element with a computed index, or of another computed object."""
+        """A part of a computed object; None after a reported error."""
         type_ = self.type_of(node, whole.type)
         return (
             None if type_ is None else part_of(whole, path_of(node), _unbounded(type_), node.span)
         )
 
     def of_named(self, access: Access, whole: VariableRef | Literal, members: int) -> Expr | None:
-        """A part of a variable or a constant, which the first ``members`` of the access name."""
+        """A part of a variable or a constant; None after a reported error.
+
+        The first ``members`` names of the access's path belong to the name of the whole.
+        """
         rest = replace(access, path=access.path[members:])
         if not rest.path:
             return whole

@@ -1,7 +1,7 @@
-"""Conditions over data that may not be there: objects and arrays that no message has brought yet.
+"""Conditions over data that may be absent: objects and arrays before the first message.
 
-A condition that is undefined does not hold. Where one reads such data, this is spelled out at its
-comparisons, so that all later stages have a condition that is always true or false.
+An undefined condition does not hold. Where a condition reads such data, ``Holds`` is inserted
+around its comparisons, so that later stages have conditions that are either true or false.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ _BOOLEAN = BooleanType()
 
 
 def condition_on_data(expr: Expr) -> Expr:
-    """The condition; True just where the given one is defined and true."""
+    """A condition without undefined values: true where the given one is defined and true."""
     return _truth(expr, True) if any(map(_reads_stored, walk(expr))) else expr
 
 
 def _reads_stored(part: Expr) -> bool:
-    """Whether this reads an array or an object that a variable holds or the model fixes."""
+    """Whether a part reads an array or an object of a variable or a constant."""
     stored = isinstance(part, VariableRef | Literal)
     return stored and isinstance(part.type, ArrayType | ObjectType)
 
 
 def _truth(expr: Expr, wanted: bool) -> Expr:
-    """That an expression is defined, and true (``wanted``) or false."""
+    """The condition that an expression is defined, and its value is ``wanted``."""
     if not may_be_undefined(expr):
         return expr if wanted else Unary("!", expr, _BOOLEAN, expr.span)
     match expr:
@@ -54,7 +54,7 @@ def _truth(expr: Expr, wanted: bool) -> Expr:
 
 
 def _decided(expr: Binary, left: Expr, right: Expr, wanted: bool) -> Expr:
-    """For an operator that looks at its right side only where the left does not decide."""
+    """:func:`_truth` for an operator that evaluates its right side only if the left is open."""
     operation = BINARY[expr.operator]
     assert operation.decider is not None
     by_right = Binary(
@@ -66,11 +66,11 @@ def _decided(expr: Binary, left: Expr, right: Expr, wanted: bool) -> Expr:
     return Binary("or", by_left, by_right, _BOOLEAN, expr.span)
 
 
-# --- as the language writes it -------------------------------------------------------------------
+# --- as text of the language ---------------------------------------------------------------------
 
 
 def defined(expr: Expr) -> Literal | Holds:
-    """``defined(…)``: whether all that an expression needs is there."""
+    """``defined(…)``: the condition that an expression is defined."""
     if not may_be_undefined(expr):
         return TRUE
     if isinstance(expr.type, BooleanType):
@@ -79,17 +79,16 @@ def defined(expr: Expr) -> Literal | Holds:
 
 
 def asked_for(expr: Holds) -> Expr:
-    """What stands between the brackets of ``defined(…)``."""
+    """The operand of ``defined(…)`` as the user wrote it."""
     operand = expr.operand
     return operand.left if isinstance(operand, Binary) and operand.right == TRUE else operand
 
 
 def with_presence_written(expr: Expr, undefined_is_false: bool = True) -> Expr:
-    """The condition with each question for data that may not be there as the language asks it.
+    """The condition as the language writes it: without ``Holds`` around conditions.
 
-    ``undefined_is_false``: it stands where an undefined condition is as good as a false one, as a
-    whole requirement does. There a condition on data is written as it is, elsewhere beside
-    ``defined(…)``.
+    Where an undefined condition counts as false (``undefined_is_false``), as in a whole
+    requirement, the operand of ``Holds`` is written alone, elsewhere together with ``defined(…)``.
     """
     match expr:
         case Binary(operator=operator, left=left, right=right) if expr.operation.is_lazy:
@@ -113,7 +112,7 @@ def with_presence_written(expr: Expr, undefined_is_false: bool = True) -> Expr:
 
 
 def _without(expr: Expr, known: Container[Expr]) -> Expr:
-    """What a conjunction asks beside what is known to hold."""
+    """The conjunction without the operands that are known to hold."""
     if not (isinstance(expr, Binary) and expr.operator == "and"):
         return TRUE if expr in known else expr
     left, right = _without(expr.left, known), _without(expr.right, known)
@@ -123,7 +122,7 @@ def _without(expr: Expr, known: Container[Expr]) -> Expr:
 
 
 def _needed(condition: Expr) -> Expr:
-    """The only part of a condition that may not be there; of several, the condition itself."""
+    """The only part of a condition that may be undefined; the condition itself if several may."""
     match condition:
         case Unary(operand=operand):
             return _needed(operand)

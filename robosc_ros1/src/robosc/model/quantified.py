@@ -1,4 +1,4 @@
-"""Conditions over many: long chains as balanced trees, and how many of some conditions hold."""
+"""Expansion of aggregates: long chains of one operator, and bounds on the number that holds."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ __all__ = ["MOST_NODES", "Cases", "Chains", "at_least", "compared", "halves", "j
 _Node = TypeVar("_Node")
 
 MOST_NODES = 20_000
-"""A count that needs more is not written out."""
+"""The greatest number of nodes to which a count is expanded."""
 
 _CHAIN = 64
-"""Chains up to this length are left-associative; longer ones would be too deep."""
+"""Chains up to this length are left-associative; longer trees of that form would be too high."""
 
 
 Chains: TypeAlias = dict[tuple[str, int, int, int], ExprNode]
@@ -25,10 +25,10 @@ Chains: TypeAlias = dict[tuple[str, int, int, int], ExprNode]
 
 
 def halves(parts: Sequence[_Node]) -> tuple[Sequence[_Node], Sequence[_Node]]:
-    """The two sides of a chain."""
+    """The parts of the left and the right operand of a chain."""
     cut = len(parts) - 1
     if cut >= _CHAIN:
-        cut = 1 << (cut.bit_length() - 1)  # not in halves, which no two runs have in common
+        cut = 1 << (cut.bit_length() - 1)  # at a power of two, which runs can share
     return parts[:cut], parts[cut:]
 
 
@@ -42,7 +42,7 @@ def joined(
     """The parts with an associative operator between them; ``empty`` if there are none.
 
     With ``known``, chains over several runs of the same parts (all stations before the third, the
-    fourth, …) have in common what can be.
+    fourth, …) share subtrees.
     """
     if len(parts) < 2:
         return parts[0] if parts else LiteralNode(empty, span=span)
@@ -57,9 +57,9 @@ def joined(
 
 
 def at_least(operator: str, parts: Sequence[ExprNode], number: int, span: Span) -> ExprNode | None:
-    """Whether as many of the conditions hold as a comparison with a number says.
+    """The condition that the number of conditions that hold compares so with ``number``.
 
-    None if that needs too large an expression.
+    None if it needs too large an expression.
     """
 
     def negated(node: ExprNode) -> ExprNode:
@@ -82,7 +82,7 @@ def compared(
     both: Callable[[_Node, _Node], _Node],
     negated: Callable[[_Node], _Node],
 ) -> _Node:
-    """What a comparison of a count says, in terms of ``least``: whether at least so many hold."""
+    """A comparison of a count with a number, from ``least``: the condition that so many hold."""
     match operator:
         case ">=":
             return least(number)
@@ -97,9 +97,10 @@ def compared(
 
 
 class Cases(Generic[_Node]):
-    """Splits the conditions in two halves, and the number in all ways; counts the nodes made.
+    """Expands counts: halves the conditions, and splits the number in all ways.
 
-    ``chain`` joins conditions by an operator; ``constants`` are what is false and what is true.
+    ``chain`` joins conditions by an operator; ``constants`` are the nodes for false and true.
+    ``nodes`` counts the nodes that were made.
     """
 
     def __init__(
@@ -110,7 +111,7 @@ class Cases(Generic[_Node]):
         self.nodes = 0
 
     def least(self, parts: Sequence[_Node], number: int) -> _Node:
-        """Whether at least ``number`` of the conditions hold."""
+        """The condition that at least ``number`` of the conditions hold."""
         if number <= 0:
             return self._true
         if number > len(parts) or self.nodes > MOST_NODES:
@@ -127,6 +128,7 @@ class Cases(Generic[_Node]):
         return self._chain("or", ways)
 
     def both(self, left: _Node, right: _Node) -> _Node:
+        """The conjunction of two conditions, simplified for constants."""
         for one, other in ((left, right), (right, left)):
             if one == self._true:
                 return other

@@ -1,7 +1,7 @@
-"""Which states of a component can be reached, and from which a marked state can be.
+"""Reachability and coreachability of the states of one component.
 
-Guards are not looked at, and an event may always happen: what holds here holds for the component on
-its own. Synthesis judges the whole robot.
+Guards are ignored, and every event is possible in every state, so this over-approximates the
+component alone. Synthesis decides for the whole robot.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["check_reach"]
 def check_reach(
     instance: Instance, behaviour: Behaviour, initial: list[str], report: Report
 ) -> None:
-    """States that cannot be reached, and reachable ones that no marked state follows."""
+    """Report unreachable states, and reachable ones from which no marked state is reachable."""
     steps = {state.name: _successors(state, behaviour) for state in behaviour.states}
     reached = _closure(initial, steps)
     for name, state in instance.states.items():
@@ -33,8 +33,8 @@ def check_reach(
         for target in targets:
             back[target].add(source)
     marked = [s.name for s in behaviour.states if s.marked]
-    coming_home = _closure(marked, back)
-    cut_off = [name for name in steps if name in reached and name not in coming_home]
+    coreachable = _closure(marked, back)
+    cut_off = [name for name in steps if name in reached and name not in coreachable]
     if not cut_off:
         return
     message = (

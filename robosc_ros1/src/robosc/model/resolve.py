@@ -1,10 +1,10 @@
-"""From model text to the resolved, typed :class:`Robot`.
+"""From the text of a model to the resolved, typed :class:`Robot`.
 
-:func:`load` is the façade. The order of work for one file, a robot or a library alike: parse;
-tables of names; data types; the outside of all components, imports included; then their behaviour;
-last requirements and data, and the rules about the whole (:mod:`robosc.model.file_resolver`). Each
-step goes on past errors, and an unknown type or name is silent in all that depends on it, so that
-one run reports all faults and each once.
+:func:`load` is the façade. The order of work for one file, a robot or a library: parse; tables of
+names; data types; the declarations of all components, imports included; their behaviour; last
+requirements and data, and the checks of the whole model (:mod:`robosc.model.file_resolver`). Each
+step continues after errors, and what depends on an unknown type or name is not reported, so that
+one run reports every error, and each once.
 """
 
 from __future__ import annotations
@@ -37,14 +37,15 @@ def load(
     *,
     strict: bool = False,
 ) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
-    """The robot in a model file, and everything that is to be said about the file.
+    """The robot in a model file, and the diagnostics of the file.
 
     ``source`` is a path or a text already read; ``library_path`` are further folders for libraries;
-    ``definitions`` are where ROS messages are looked up (by default as ROS does, and around the
-    model: see :mod:`robosc.model.ros.packages`). ``strict`` makes a definition that is not
-    installed an error. The robot is None if there are errors, and for a library, which is checked
-    all the same.
-    Raises UsageError if the file cannot be read.
+    ``definitions`` finds ROS messages (by default as ROS does, and around the model: see
+    :mod:`robosc.model.ros.packages`). ``strict`` makes a definition that is not installed an error.
+    The robot is None if there are errors, and for a library, which is checked, too.
+
+    Raises:
+        UsageError: the file cannot be read.
     """
     if not isinstance(source, Source):
         text, unreadable = read_source(str(source))
@@ -65,9 +66,9 @@ def read(
     strict: bool = False,
     reader: Reader = read_source,
 ) -> ReadResult:
-    """As :func:`load`, with all that was found out on the way, for tools that look up names.
+    """As :func:`load`, with symbol tables and libraries, for tools that look up names.
 
-    ``reader`` reads libraries; an editor has texts that are not saved.
+    ``reader`` reads libraries: that of an editor returns texts that are not saved yet.
     """
     loader = _Loader(library_path, definitions, strict, reader)
     robot, diagnostics = loader.load(source)
@@ -88,7 +89,7 @@ class ResolvedFile:
 
 @dataclass(frozen=True)
 class ReadResult:
-    """What :func:`read` has found: the file's contents, and by name the libraries that it needs."""
+    """The result of :func:`read`; ``libraries`` are all that the file needs, by name."""
 
     robot: Robot | None
     diagnostics: tuple[Diagnostic, ...]
@@ -97,7 +98,7 @@ class ReadResult:
 
 
 class _Loader:
-    """One run: the file asked for and, through its imports, libraries."""
+    """One run: resolves a file and, through its imports, libraries."""
 
     def __init__(
         self,
@@ -122,7 +123,7 @@ class _Loader:
         self.contents = file.contents
         diagnostics = list(file.diagnostics)
         for library in self._libraries.values():
-            # What a library's author should know is reported when the library itself is checked.
+            # Warnings about a library are for its author, who gets them by checking the library.
             diagnostics += [d for d in library.diagnostics if d.severity is Severity.ERROR]
         ordered = _limited(sort_diagnostics(diagnostics))
         if file.contents is None or has_errors(ordered):
@@ -183,7 +184,7 @@ class _Loader:
                 f"{meant}\n{looked}" if meant else looked,
             )
             return None
-        # What one importer finds, another in another folder may find elsewhere.
+        # Importers in different folders may find different files for one name.
         paths = {**self._paths.get(name, {}), **search.files}
         if len(paths) > 1:
             report.add(
@@ -241,7 +242,7 @@ class _Loader:
 
 
 def _limited(found: list[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """The diagnostics up to the most errors that are shown."""
+    """The diagnostics up to the greatest number of errors that is shown."""
     errors = [n for n, d in enumerate(found) if d.severity is Severity.ERROR]
     if len(errors) > _MOST_ERRORS:
         first = errors[_MOST_ERRORS]

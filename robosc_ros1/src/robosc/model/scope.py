@@ -1,7 +1,7 @@
-"""What one file declares: its tables of names, and which parts of it the parser had to give up.
+"""The declarations of one file by name, and the parts of it that could not be parsed.
 
-A syntax error can swallow declarations. Names that may have been declared in swallowed text are
-*unresolved*: references to them are silent, since the syntax error was reported already.
+The parser skips declarations with syntax errors. Names that may have been declared in skipped text
+are *unresolved*: references to them are not reported, since the syntax error was.
 """
 
 from __future__ import annotations
@@ -42,8 +42,7 @@ _NAMED_BY = re.compile(
     r"(?:\s+(?:with|from|use))?\s*\Z",
     re.ASCII,
 )
-"""The keyword whose name is missing where a fault follows; what stands behind the name was then
-read as the name."""
+"""The keyword of a declaration whose name is missing, right before the fault."""
 
 
 @dataclass
@@ -54,14 +53,14 @@ class FileScope:
     node: FileNode
     faults: tuple[Span, ...] = ()
     nameless: frozenset[str] = frozenset()
-    """Keywords of declarations that lack their name: it may be any that is not known otherwise."""
+    """Keywords of declarations whose name is missing: any unknown name may be theirs."""
     components: dict[str, ComponentNode | ImportNode] = field(default_factory=dict)
     datatypes: dict[str, ObjectNode | EnumNode] = field(default_factory=dict)
     interfaces: dict[str, InterfaceNode] = field(default_factory=dict)
     duplicates: list[ComponentNode | ImportNode | ObjectNode | EnumNode | InterfaceNode] = field(
         default_factory=list
     )
-    """Declarations whose name is taken: nothing can refer to them, but what they say is checked."""
+    """Declarations whose name is taken: nothing can refer to them, but they are checked, too."""
     unresolved: set[str] = field(default_factory=set)
     used_datatypes: set[str] = field(default_factory=set)
     used_interfaces: set[str] = field(default_factory=set)
@@ -108,31 +107,34 @@ class FileScope:
         return self.node.name.text
 
     def is_unresolved(self, name: str, *keywords: str) -> bool:
-        """Whether a name without declaration may have one in text that does not count: it did not
-        parse, or declares something a second time. ``keywords`` begin what the name may mean."""
+        """Whether a name without declaration may be declared in text that was left out.
+
+        Such text did not parse, or declares something a second time. ``keywords`` are those of the
+        declarations that the name may refer to.
+        """
         unresolved = name in self.node.broken or name in self.unresolved
         return unresolved or not self.nameless.isdisjoint(keywords)
 
     def mark_unresolved(self, node: DeclarationNode | BehaviourNode) -> None:
-        """What is declared in it cannot be referred to, which is reported already."""
+        """Make the names unresolved that are declared in a duplicate declaration."""
         self.unresolved.update(_declared(node))
 
     def is_cut_short(self, span: Span) -> bool:
-        """Whether what follows this range did not parse: it may have been meant to go on."""
+        """Whether the text right behind a span did not parse, and may belong to it."""
         return span.source is self.source and any(
             span.end <= f.start and not self.source.text[span.end : f.start].strip()
             for f in self.faults
         )
 
     def is_damaged(self, span: Span) -> bool:
-        """Whether a part of this range did not parse, so that what it lacks proves nothing."""
+        """Whether a part of a span did not parse, so that nothing can be reported as missing."""
         return span.source is self.source and any(
             f.start <= span.end and f.end >= span.start for f in self.faults
         )
 
 
 def _declared(node: DeclarationNode | BehaviourNode) -> Iterator[str]:
-    """The names that a declaration brings, apart from its own."""
+    """The names that are declared within a declaration, apart from its own."""
     match node:
         case ComponentNode(items=items):
             for item in items:
@@ -156,6 +158,7 @@ def is_escaped(name: Name) -> bool:
 
 
 def report_duplicate(what: str, second: Name, first: Span, report: Report) -> None:
+    """Report a name that is declared a second time; ``what`` is its kind in words."""
     report.add(
         "duplicate-name",
         second.span,

@@ -1,4 +1,4 @@
-"""Requirements and provided data."""
+"""Resolution of requirements, preferences and provided data."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ class StatementResolver:
 
 
 def fold_text(text: str) -> str:
-    """Text of the model on one line, without comments; strings stay as they are."""
+    """Text of the model on one line, without comments; strings are kept."""
     plain = _COMMENT_OR_STRING.sub(lambda match: match[1] or " ", text)
     return " ".join(plain.split())
 
@@ -142,7 +142,7 @@ def _keys(found: Sequence[CommunicationInfo | None]) -> tuple[str, ...]:
 
 
 def check_preferences(preferences: Sequence[Preference], report: Report) -> None:
-    """Report commands of which each is preferred to the next, round to the first."""
+    """Report a cycle of commands of which each is preferred to the next."""
     below: dict[str, dict[str, Span]] = {}
     for preference in preferences:
         for first, second in product(preference.preferred, preference.over):

@@ -1,7 +1,7 @@
-"""Symbol tables of one file: its components, and what a name means seen from one of them.
+"""Symbol tables of one file: its components, and the names in the scope of each.
 
-A library component is resolved anew for each import, under the name of the import; in its own text
-names mean what they mean in its library: :class:`ImportedSymbolTable` translates.
+A component of a library is resolved again for each import, under the name of the import. Names
+in its text refer to components of the library; :class:`ImportedSymbolTable` maps them to imports.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ __all__ = ["ComponentTable", "CommunicationInfo", "Instance", "ImportedSymbolTab
 
 @dataclass
 class CommunicationInfo:
-    """A communication while the model is being resolved; None stands for a type with an error."""
+    """A communication during resolution; None stands for a type with an error.
+
+    ``entity`` is set once it is bound to a ROS interface without errors.
+    """
 
     node: CommunicationNode
     instance: Instance
@@ -45,12 +48,12 @@ class CommunicationInfo:
 
     @property
     def sort(self) -> CommunicationSort:
-        """What the language says of communications of this kind."""
+        """The row of the language's table for communications of this kind."""
         return COMMUNICATIONS[self.kind]
 
     @property
     def has_timeout(self) -> bool:
-        """Whether it was given one, be it a faulty one."""
+        """Whether it has a timeout, even a faulty one."""
         return self.node.timeout is not None or (
             self.entity is not None and self.entity.timeout is not None
         )
@@ -64,7 +67,7 @@ class CommunicationInfo:
         return tuple(e.kind for e in self.sort.events_of(self.has_timeout))
 
     def brought(self, event: EventKind) -> Type | None:
-        """The type of what comes with an event; None also if nothing does."""
+        """The type of an event's value; None if it has none, or the type has an error."""
         found = self.sort.event(event)
         if found is None or found.brings is None:
             return None
@@ -85,9 +88,9 @@ class Instance:
 
     ``node`` and ``types`` are those of the declaration, in a library for an import; ``prefix`` is
     the whole chain of prefixes, joined, or None after an error; ``original`` and ``library`` are
-    what an import took it from. The tables hold the first of two equal names; a variable whose type
-    has an error is there with None. ``duplicate_behaviours`` are behaviours beyond the one that a
-    component may have.
+    the instance that an import refers to and its table. The tables contain the first of two equal
+    names; a variable whose type has an error is there with None. ``duplicate_behaviours`` are
+    behaviours beyond the one that a component may have.
     """
 
     name: str
@@ -110,11 +113,11 @@ class Instance:
 
     @property
     def declaration(self) -> ComponentNode | ImportNode:
-        """What gives the component its name in the file."""
+        """The node that gives the component its name in the file."""
         return self.imported or self.node
 
     def member(self, name: str) -> VariableNode | StateNode | None:
-        """The variable or, if there is none, the state of that name."""
+        """The variable or, if there is none, the state of a name; None if there is neither."""
         return self.variable_nodes.get(name) or self.states.get(name)
 
     @property
@@ -124,7 +127,11 @@ class Instance:
 
 @dataclass
 class ComponentTable:
-    """All components of one file; ``broken`` are names of those that could not be had."""
+    """All components of one file; ``broken`` are the names of imports that failed.
+
+    ``by_name`` has the communications of each name, ``by_origin`` the instances of each declaration
+    (by identity of its node).
+    """
 
     instances: dict[str, Instance] = field(default_factory=dict)
     broken: set[str] = field(default_factory=set)
@@ -136,14 +143,14 @@ class ComponentTable:
         self.by_origin.setdefault(id(instance.node), []).append(instance)
 
     def index_communications(self) -> None:
-        """To be called once all instances know their communications."""
+        """Fill ``by_name``; to be called once, when all instances are declared."""
         for instance in self.instances.values():
             for name, info in instance.communications.items():
                 self.by_name.setdefault(name, []).append(info)
 
 
 class SymbolTable:
-    """What component and communication names mean in a file, seen from ``own`` (None: no one)."""
+    """Components and communications by name, in the scope of ``own`` (None: in statements)."""
 
     def __init__(self, component_table: ComponentTable, own: Instance | None = None) -> None:
         self.component_table = component_table
@@ -156,7 +163,7 @@ class SymbolTable:
         return self.component_table.instances.get(name)
 
     def declaration(self, name: str) -> ComponentNode | ImportNode | None:
-        """The declaration of a component, for the record of names."""
+        """The declaration of a component; None if there is no such component."""
         found = self.component(name)
         return found.declaration if found is not None else None
 
@@ -165,7 +172,7 @@ class SymbolTable:
         return self.component_table.instances
 
     def communications(self, name: str) -> list[CommunicationInfo]:
-        """Those that a bare name can mean: an own one before all others."""
+        """The communications that a bare name can mean: an own one takes precedence."""
         if self.own is not None and name in self.own.communications:
             return [self.own.communications[name]]
         return self.component_table.by_name.get(name, [])

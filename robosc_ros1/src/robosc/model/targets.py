@@ -1,4 +1,4 @@
-"""What stands left of ``:=``: a variable of the own component, and nothing else."""
+"""Name resolution of the targets of assignments: variables of the same component."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Targets:
         self._report = report
 
     def resolve(self, access: Access) -> str | None:
-        """The own variable that is assigned; None after an error."""
+        """The name of the variable that is assigned; None after a reported error."""
         own, root = self._instance, access.root.text
         self._record(access)
         if is_value(access):

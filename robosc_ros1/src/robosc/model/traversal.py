@@ -1,4 +1,4 @@
-"""Walks over expressions: folds, replaced leaves, all parts, what is read."""
+"""Traversal of expressions: folds, substitution of leaves, iteration over parts."""
 
 from __future__ import annotations
 
@@ -58,15 +58,16 @@ def fold(
     bound: Callable[[Aggregate, T, Callable[[Expr], T]], T] | None = None,
     total: Callable[[Callable[[], T]], T] | None = None,
 ) -> T:
-    """What is made of an expression from what is made of its parts, from the leaves up.
+    """The result for an expression, computed bottom-up from the results for its parts.
 
-    ``strict`` is given the results for all operands, in order. ``lazy`` is called for operators
-    that may leave their right side alone, with the result of the left and a function that makes
-    that of the right; without it they count as strict. ``known`` may give the result for a part as
-    a whole, so that nothing below it is looked at. ``bound`` is given the result for the array of
-    an aggregate, and a function that makes those of its element and condition, once or for each
-    element of the array; without it these are operands like others. ``total`` is given a function
-    that makes the result for what is asked whether it holds.
+    ``leaf`` is called for leaves, ``strict`` for operations with the results for all operands, in
+    order. ``lazy`` is called for operators that may not evaluate their right operand, with the
+    result for the left and a function that computes that for the right; without it they are strict.
+    ``known`` may return the result for a part, whose operands are then not visited. ``bound`` is
+    called for an aggregate with the result for its array, and a function that computes those for
+    its element and condition, once or for each element of the array; without it these are operands
+    like others. ``total`` is called for ``Holds`` with a function that computes the result for its
+    operand.
     """
 
     def visit(node: Expr) -> T:
@@ -120,7 +121,7 @@ def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
 def part_of(
     whole: Expr, path: tuple[str | int, ...], type_: Type, span: Span | None = None
 ) -> Expr:
-    """A part of what an expression gives."""
+    """The part of an expression's value at a path, as a single node where possible."""
     match whole:
         case ChoiceRef():
             return Part(whole, path, type_, span)
@@ -132,7 +133,7 @@ def part_of(
 
 
 def may_be_undefined(expr: Expr) -> bool:
-    """Whether an expression can be undefined, as what reads an element of an array is."""
+    """Whether an expression can be undefined: it reads optional data or an array's element."""
     for part in walk(expr, inside=lambda node: not isinstance(node, Holds)):
         match part:
             case VariableRef(type=ArrayType() | ObjectType()):
@@ -156,7 +157,7 @@ def all_names(path: tuple[str | int, ...]) -> bool:
 def walk(expr: Expr, inside: Callable[[Expr], bool] = lambda node: True) -> Iterator[Expr]:
     """The expression and all its parts, in source order, without recursion.
 
-    Only the operands of those parts are visited for which ``inside`` holds.
+    The operands of a part are visited only if ``inside`` returns True for it.
     """
     stack = [expr]
     while stack:
@@ -167,8 +168,8 @@ def walk(expr: Expr, inside: Callable[[Expr], bool] = lambda node: True) -> Iter
 
 
 def walk_all(exprs: Iterable[Expr]) -> Iterator[Expr]:
-    """All parts of several expressions; what they share is visited once."""
-    seen: dict[int, Expr] = {}  # which keeps them, so that no other can take their place
+    """All parts of several expressions; shared parts (by identity) are visited once."""
+    seen: dict[int, Expr] = {}  # keeps them alive, so that no identity is used again
     for expr in exprs:
         stack = [expr]
         while stack:
@@ -201,18 +202,18 @@ def parameters_of(expr: Expr) -> Iterator[RosParameter]:
 
 
 def reads_value(expr: Expr) -> bool:
-    """Whether an expression reads what came in."""
+    """Whether an expression reads the received value."""
     return any(isinstance(part, ValueRef) for part in walk(expr))
 
 
 def path_text(path: tuple[str | int, ...]) -> str:
-    """A part of a value as users see it: ``pose.x``, ``ranges[0]``; empty for the whole."""
+    """The text of a path for users: ``pose.x``, ``ranges[0]``; empty for the whole value."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
     return text.removeprefix(".")
 
 
 def operands(expr: Expr, operator: str) -> list[Expr]:
-    """The operands of a chain of ``and`` or ``or``; the expression alone if it is none."""
+    """The operands of a chain of one operator; the expression alone if it is none."""
     if isinstance(expr, Binary) and expr.operator == operator:
         return [*operands(expr.left, operator), *operands(expr.right, operator)]
     return [expr]

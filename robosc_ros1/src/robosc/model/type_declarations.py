@@ -1,4 +1,4 @@
-"""The declarations of data types, from which types are made."""
+"""The declarations of data types in all files of a run, and the errors in them."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ __all__ = ["TypeDeclarations", "rule_of"]
 
 @dataclass
 class TypeDeclarations:
-    """What all files of one run share: declarations by (origin, name), and what is unknown in them.
+    """The declarations of data types by (origin, name), shared by all files of one run.
 
-    ``unknown_properties`` are properties whose type has an error, ``unknown_sources`` enums that
-    convert from such a type, ``damaged`` the declarations of which a part did not parse; ``missed``
-    are the reports of properties that an object was expected to have; ``ros`` are the types that
-    ROS itself defines.
+    ``unknown_properties`` are properties whose type has an error, ``unknown_sources`` enums whose
+    source type has one, ``damaged`` the declarations of which a part did not parse; ``missed`` are
+    the diagnostics about properties that an object does not have; ``ros`` are the types that ROS
+    packages define.
     """
 
     nodes: dict[tuple[str, str], ObjectNode | EnumNode] = field(default_factory=dict)
@@ -38,16 +38,16 @@ class TypeDeclarations:
         return next(p for p in node.properties if p.name.text == name)
 
     def may_have(self, type_: ObjectType | EnumType, name: str) -> bool:
-        """Whether a property or value that is not known may be one all the same."""
+        """Whether an unknown property or value may have been declared, with an error."""
         key = (type_.origin, type_.name)
         return key in self.damaged or (*key, name) in self.unknown_properties
 
-    def miss(self, type_: ObjectType, name: str, told: Diagnostic) -> None:
-        """Note that it was reported that an object has no such property."""
-        self.missed.setdefault((type_.origin, type_.name, name), []).append(told)
+    def miss(self, type_: ObjectType, name: str, diagnostic: Diagnostic) -> None:
+        """Record the diagnostic that an object has no such property."""
+        self.missed.setdefault((type_.origin, type_.name, name), []).append(diagnostic)
 
     def is_misread(self, type_: ObjectType, name: str) -> bool:
-        """Whether a property may be the type of one whose name is missing."""
+        """Whether the name of a property may be the type of one whose name is missing."""
         origin = type_.origin
         is_type = name in BASIC_TYPES or (origin, name) in self.nodes
         return is_type and (origin, type_.name) in self.damaged
@@ -58,7 +58,7 @@ class TypeDeclarations:
         return rule_of(node, value) if isinstance(node, EnumNode) else None
 
     def is_known(self, type_: Type) -> bool:
-        """Whether what a type carries is known: an enum's source may not be."""
+        """Whether a type has no unknown source type, as an enum with an error has."""
         return (
             not isinstance(type_, EnumType)
             or (type_.origin, type_.name) not in self.unknown_sources

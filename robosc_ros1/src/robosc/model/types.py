@@ -1,7 +1,7 @@
-"""The types of the language, resolved (docs/language.md, "Types").
+"""The resolved types of the language (docs/language.md, "Types").
 
-Values of the language are plain Python values: bool, int, float and str; an enum value is the str
-of its name. ``None`` stands for "no value".
+Values are Python's bool, int, float and str; the value of an enum is the str of its name. None
+stands for "no value".
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ Value: TypeAlias = bool | int | float | str
 
 @dataclass(frozen=True, slots=True)
 class NoneType:
+    """``none``: the type of a communication without data."""
+
     def __str__(self) -> str:
         return "none"
 
@@ -44,7 +46,7 @@ class DoubleType:
 
 @dataclass(frozen=True, slots=True)
 class DurationType:
-    """Of constants and parameters only; a value is in seconds, a double."""
+    """``duration``, for constants and parameters only; a value is a double in seconds."""
 
     def __str__(self) -> str:
         return "duration"
@@ -62,6 +64,8 @@ class IntegerType:
 
 @dataclass(frozen=True, slots=True)
 class ArrayType:
+    """``array(element)``, of any length."""
+
     element: Type
 
     def __str__(self) -> str:
@@ -72,7 +76,7 @@ class ArrayType:
 class EnumRule:
     """``condition -> value``.
 
-    ``condition`` is an expression, of which types know nothing: see
+    ``condition`` is an expression, whose class this module cannot import: use
     :func:`robosc.model.expr.condition_of`.
     """
 
@@ -82,10 +86,10 @@ class EnumRule:
 
 @dataclass(frozen=True, slots=True)
 class EnumType:
-    """A finite type that converts what comes in; rules are tried in order, then ``default``.
+    """A finite type to which rules map received values; the first rule that holds decides.
 
-    Two enums are the same type when name and origin (the robot or library that declares them) are.
-    ``values`` are in order of first appearance.
+    If none holds, the value is ``default``. Two enums are the same type if name and origin (the
+    robot or library that declares them) are equal. ``values`` are in order of first appearance.
     """
 
     name: str
@@ -101,7 +105,10 @@ class EnumType:
 
 @dataclass(frozen=True, slots=True)
 class ObjectType:
-    """Named fields of a ROS message, service or action that the model uses, in declared order."""
+    """Named fields of a ROS message, service or action, in the order of the declaration.
+
+    Two objects are the same type if name and origin are equal.
+    """
 
     name: str
     origin: str
@@ -111,6 +118,7 @@ class ObjectType:
         return self.name
 
     def property(self, name: str) -> Type | None:
+        """The type of a property; None if there is no such property."""
         return dict(self.properties).get(name)
 
 
@@ -128,6 +136,7 @@ Type: TypeAlias = (
 
 
 def is_number(type_: Type) -> bool:
+    """Whether a type is integer or double."""
     return isinstance(type_, IntegerType | DoubleType)
 
 

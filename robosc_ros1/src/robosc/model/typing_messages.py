@@ -1,4 +1,4 @@
-"""What the messages about types say."""
+"""Texts of the messages about types."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["VALUE_PLACES", "alternatives", "may_be_compared", "of_three"]
 
 
 def of_three(node: ExprNode, place: str) -> str | None:
-    """What to write instead of ``a < x < b``, if that is what a comparison is compared for."""
+    """The hint for ``a < x < b``, if a node is a comparison that is compared; else None."""
     orders = {f"'{o.spelling}'": o.spelling for o in BINARY.values() if o.is_comparison}
     if place not in orders or not isinstance(node, BinaryNode):
         return None
@@ -29,10 +29,12 @@ VALUE_PLACES = (
 
 
 def may_be_compared(type_: Type) -> bool:
+    """Whether values of a type can be compared with each other by ``=``."""
     return comparable(type_, type_)
 
 
 def alternatives(meanings: list[Expr]) -> str:
+    """The types of a name's meanings as text: ``a state (a boolean) or a value of Way``."""
     return " or ".join(dict.fromkeys(_in_words(m) for m in meanings))
 
 

@@ -1,4 +1,4 @@
-"""Diagnostics of names in expressions that are unresolved or ambiguous."""
+"""Diagnostics about unknown and ambiguous names in expressions."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ __all__ = ["NameFaults", "last_name"]
 
 
 _MEANINGS = ("component", "enum", "state", "variable")
-"""Keywords of what a name in an expression may mean."""
+"""Keywords of the declarations that a name in an expression may refer to."""
 _NO_VALUE = "'%s' is a communication; conditions are about variables and states"
 _KEEP = "store its value in a variable of its component"
 
 
 class NameFaults:
-    """Reports faults of names seen from one place; unresolved names are silent."""
+    """Reports unknown and ambiguous names of one place; unresolved names are not reported."""
 
     def __init__(self, report: Report, types: TypeTable, symbols: SymbolTable | None) -> None:
         self._report = report
@@ -27,7 +27,7 @@ class NameFaults:
         self._symbols = symbols
 
     def unknown(self, access: Access, needed: Type | None = None) -> None:
-        """A name that means nothing here, where a type may be needed."""
+        """Report a name without meaning; ``needed`` is the expected type, if there is one."""
         name = access.root.text
         scope = self._types.scope
         if scope.is_unresolved(name, *_MEANINGS) or (
@@ -74,7 +74,7 @@ class NameFaults:
         self._report.add("unknown-name", access.span, message, hint)
 
     def _of_library(self, access: Access, member: str) -> None:
-        """``Library.name`` that is no constant, parameter or condition."""
+        """Report ``Library.name`` that is no constant, parameter or condition."""
         library, name = self._types.libraries[access.root.text], access.root.text
         enums = [f"{name}.{enum.name}.{member}" for enum in library.enums_with(member)]
         self._report.add(
@@ -87,7 +87,7 @@ class NameFaults:
         )
 
     def no_condition(self, access: Access, info: CommunicationInfo) -> None:
-        """``scan.fresh`` of a message without timeout, or ``scan.ranges``."""
+        """Report ``scan.fresh`` of a message without timeout, or ``scan.ranges``."""
         phases = info.sort.phases
         message, hint = _NO_VALUE % info.name, _KEEP
         if phases is not None and info.phases is None and last_name(access) in phases.names:
@@ -113,7 +113,7 @@ class NameFaults:
         return f"did you mean '{owners[0].name}.{name}'?" if len(owners) == 1 else None
 
     def unknown_member(self, access: Access, member: Name) -> None:
-        """A member that the component or enum before the point does not have."""
+        """Report a member that the component or enum before the dot does not have."""
         root = access.root.text
         component = self._symbols.component(root) if self._symbols else None
         enum = self._types.enum(root)
@@ -142,7 +142,7 @@ class NameFaults:
             )
 
     def unknown_value(self, value: Name, name: str, enum: EnumType) -> None:
-        """``Enum.value`` that the enum, which is called so here, does not have."""
+        """Report a value that an enum does not have; ``name`` is that of the enum at this place."""
         if not self._types.type_declarations.may_have(enum, value.text):
             self._report.add(
                 "unknown-member",
@@ -152,7 +152,7 @@ class NameFaults:
             )
 
     def ambiguous(self, access: Access, meanings: list[Expr]) -> None:
-        """A name that has several meanings, all of them fitting."""
+        """Report a name of which several meanings fit the expected type."""
         names = list(dict.fromkeys(_qualified_name(m) for m in meanings))
         self._report.add(
             "ambiguous-name",
@@ -165,7 +165,7 @@ class NameFaults:
 
 
 def last_name(access: Access) -> str:
-    """The name behind the last point."""
+    """The name behind the last dot."""
     last = access.path[-1] if access.path else access.root
     return last.text if isinstance(last, Name) else access.root.text
 

@@ -1,4 +1,4 @@
-"""Which parts of its data a model reads or sends, communication by communication."""
+"""The parts of each communication's data that a model reads or sends."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["Direction", "Path", "Usage", "converted_part"]
 Direction: TypeAlias = Literal["request", "response", "feedback"]
 
 Path: TypeAlias = tuple[str, ...]
-"""Names of members, from the whole message on; elements of an array have their array's."""
+"""Names of members from the whole message on; an array's elements have the path of the array."""
 
 NO_ELEMENTS: Mapping[str, tuple[Path, ...]] = {}
 
@@ -57,7 +57,7 @@ class Usage:
         self._paths.setdefault((key, direction), set()).update(paths)
 
     def uses(self, key: str, direction: Direction, path: Path) -> bool:
-        """Whether something of that part is read or sent, by itself or as part of a whole."""
+        """Whether a part is read or sent, itself, within a larger part, or a part of it."""
         return any(
             path[: len(used)] == used[: len(path)] for used in self._paths.get((key, direction), ())
         )
@@ -68,7 +68,7 @@ class Usage:
 
 
 def converted_part(enum: EnumType) -> Type:
-    """What an enum converts, without the members that its rules do not read."""
+    """The source type of an enum without the members that its rules do not read."""
     return _kept(enum.source, set(_converted(enum)))
 
 
@@ -88,7 +88,7 @@ def _kept(type_: Type, used: Set[Path]) -> Type:
 
 
 def _read(expr: Expr, elements: Mapping[str, tuple[Path, ...]] = NO_ELEMENTS) -> Iterator[Path]:
-    """What an expression reads; ``elements`` are the arrays that bound variables range over."""
+    """The paths that an expression reads; ``elements`` has those of arrays of bound variables."""
     stack = [expr]
     while stack:
         match stack.pop():
@@ -115,7 +115,7 @@ def _names(path: tuple[str | int, ...]) -> Path:
 
 
 def _converted(type_: Type) -> Iterator[Path]:
-    """What the rules of enums read, wherever in a message they are."""
+    """The paths that the rules of enums read, wherever in a type the enums are."""
     match type_:
         case EnumType(source=source, rules=rules):
             for rule in rules:

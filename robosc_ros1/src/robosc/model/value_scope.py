@@ -1,4 +1,4 @@
-"""Where the constants, parameters and named conditions of a file or a component are found."""
+"""Scopes of constants, parameters and named conditions: those of a file and of a component."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ __all__ = ["ValueScope"]
 
 @dataclass
 class ValueScope:
-    """Named values by name, seen from a component (``owner``) or a file.
+    """The named values of a component (``owner``) or a file, within the scope ``outer``.
 
-    ``typed`` gives a node its meaning; it is asked once for each.
+    ``typed`` returns the meaning of a declaration; it is called once for each.
     """
 
     owner: str = ""
@@ -27,7 +27,7 @@ class ValueScope:
     _meanings: dict[int, Expr | None] = field(default_factory=dict)
 
     def declare(self, items: Iterable[object], scope: FileScope, report: Report) -> None:
-        """Take up the values among the items of a file or a component."""
+        """Add the declarations of named values among the items of a file or a component."""
         for item in items:
             if not isinstance(item, ConstantNode | ParameterNode | ConditionNode):
                 continue
@@ -39,27 +39,27 @@ class ValueScope:
                 )
 
     def resolve(self) -> None:
-        """Find out what all of them mean, so that faults are reported where nothing uses them."""
+        """Type all declarations, so that errors in unused ones are reported, too."""
         for node in self._nodes.values():
             self._meaning(node)
 
     @property
     def declared(self) -> Iterable[str]:
-        """All names that are declared here."""
+        """The names that are declared in this scope, without ``outer``."""
         return self._nodes
 
     @property
     def nodes(self) -> Iterable[ValueNode]:
-        """All declarations here."""
+        """The declarations in this scope, without ``outer``."""
         return self._nodes.values()
 
     def node(self, name: str) -> ValueNode | None:
-        """The declaration here of a name."""
+        """The declaration of a name in this scope, without ``outer``."""
         return self._nodes.get(name)
 
     @property
     def settable(self) -> list[str]:
-        """The names that an import may set."""
+        """The names of constants and parameters, which an import may set."""
         return [
             name
             for name, node in self._nodes.items()
@@ -68,19 +68,19 @@ class ValueScope:
 
     @property
     def parameters(self) -> Iterator[RosParameter]:
-        """The parameters that are declared here."""
+        """The parameters that are declared in this scope."""
         for node in self._nodes.values():
             meaning = self._meaning(node)
             if isinstance(node, ParameterNode) and isinstance(meaning, ParameterRef):
                 yield meaning.parameter
 
     def own(self, name: str) -> tuple[ValueNode, Expr | None] | None:
-        """What is declared here under a name, and its meaning: None after a reported error."""
+        """Declaration and meaning of a name in this scope; meaning None after an error."""
         node = self._nodes.get(name)
         return None if node is None else (node, self._meaning(node))
 
     def find(self, name: str) -> tuple[ValueNode, Expr | None, str] | None:
-        """What a bare name means here, or around it; and the component that declares it."""
+        """Declaration, meaning and owner of a bare name in this scope or ``outer``."""
         found = self.own(name)
         if found is not None:
             return (*found, self.owner)
@@ -88,6 +88,7 @@ class ValueScope:
 
     @property
     def names(self) -> list[str]:
+        """The names that are declared in this scope and in ``outer``."""
         return [*self._nodes, *(self.outer.names if self.outer is not None else ())]
 
     def _meaning(self, node: ValueNode) -> Expr | None:

@@ -26,6 +26,7 @@ __all__ = ["behaviour_rule", "condition_part"]
 
 
 def condition_part() -> ParserElement:
+    """``if`` and a condition."""
     return keyword("if") - Expression("a condition after 'if'")
 
 
@@ -58,7 +59,7 @@ def _transitions() -> dict[str, Rule]:
 
 
 def _clauses_missing(node: Any) -> tuple[str, ...]:
-    """The clauses that may still follow at the end of a transition."""
+    """The clauses that could still be added at the end of a transition, for messages."""
     assigns = not isinstance(node, TauNode)
     if node.goto:
         return ()
@@ -81,7 +82,7 @@ def _build_result(reading: Reading, start: int, end: int, parts: list[Any]) -> R
 
 
 def _state(block: Block, first: str) -> Rule:
-    """A state that begins with ``initial``, ``marked`` or ``state``."""
+    """The rule of a state whose first keyword is ``initial``, ``marked`` or ``state``."""
     named = t.name("a name for the state")
     plain = keyword("state", f"'state' after '{first}'") - named
     flag = choice("marked", "") if first == "initial" else terminal("initial", "", _late_initial)
@@ -118,6 +119,7 @@ def _variable() -> Rule:
 
 
 def behaviour_rule() -> Block:
+    """The block ``behaviour { … }`` with the blocks of its states."""
     transitions = _transitions()
     advice = (
         ("if", "'if' stands before 'do' and 'goto'"),

@@ -1,10 +1,10 @@
-"""Blocks ``{ … }`` of declarations, and what is done about faults in them.
+"""Blocks ``{ … }`` of declarations: parsing them, and recovering from syntax errors.
 
-The grammar reads one declaration at a time, or, of one that has a block itself, what stands before
-its brace. A declaration that fails is reported once and skipped; reading resumes at the next thing
-that looks like a declaration of this block or of one around it. A brace that is missing or too many
-shows as a declaration in the wrong block: the block is then closed, or opened again, as the
-declaration demands, so that one wrong brace is one error.
+The grammar parses one declaration at a time; of a declaration with a block, what precedes its
+opening brace. A declaration that fails is reported once and skipped; parsing resumes at the next
+token that looks like the beginning of a declaration of this block or of an enclosing one. A missing
+or superfluous brace shows as a declaration in the wrong block: the block is then closed, or
+reopened, as that declaration requires, so that one wrong brace gives one error.
 """
 
 from __future__ import annotations
@@ -28,19 +28,20 @@ __all__ = ["Block", "Child", "Header", "Items", "Rule", "late_brace"]
 
 _NEVER = r"(?!)"
 _MAX_DEPTH = 20
-"""How deep blocks may be nested: the text must not exhaust the stack."""
+"""Levels of nested blocks that are parsed; a deeper text could exhaust the stack."""
 
 _FAR = 50
-"""How many tokens behind its place an opening brace may come."""
+"""How many tokens behind its place a late opening brace is searched for."""
 
 
 class Rule:
-    """One kind of declaration: its grammar behind the first keyword, and its node.
+    """One kind of declaration: its grammar behind the first keyword, and how its node is built.
 
-    ``block`` returns, given the parts, which block follows, if any; its declarations become the
-    last part. ``opening`` says what was expected where it does not begin. ``tail`` names what could
-    still follow at the end of a node, for messages. ``refusal`` says why the declaration, though
-    well formed, may not stand here; it is then reported and left out.
+    ``block`` returns the block that follows, given the parts, or None; the declarations of that
+    block become the last part. ``opening`` is the text for an "expected …" where the block does not
+    begin. ``tail`` returns what could still follow at the end of a node, for messages. ``refusal``
+    is the reason why the declaration is not allowed here although it is well formed; it is then
+    reported and left out of the tree.
     """
 
     def __init__(
@@ -63,13 +64,14 @@ class Rule:
 
 @dataclass(frozen=True)
 class Items:
-    """What may stand in a block.
+    """The declarations that a block may contain.
 
-    ``words`` name the declarations in messages. ``rules`` are found by their first keyword. A block
-    whose declarations begin with no keyword has ``free`` instead: ``begins`` is what one begins
-    with, and ``item``, ``past`` and ``lines`` how the next one is found (see Synchroniser).
-    ``advice`` are patterns of what people write in such a block, each with its remedy; ``meant``
-    are those that stand for a whole declaration.
+    ``words`` name the declarations in messages. ``rules`` maps a first keyword to its rule. A block
+    whose declarations begin with no keyword has the one rule ``free`` instead: ``begins`` is the
+    pattern with which such a declaration begins, and ``item``, ``past`` and ``lines`` locate the
+    next one after an error (see :class:`~robosc.syntax.synchronise.Synchroniser`). ``advice`` are
+    patterns of frequent mistakes in such a block, each with a hint; ``meant`` are those patterns
+    that stand for a whole declaration.
     """
 
     words: tuple[str, ...]
@@ -85,7 +87,7 @@ class Items:
 
 @dataclass(frozen=True)
 class Child:
-    """A block inside another, and how late declarations are added to the node they belong to."""
+    """A nested block, and the function that adds declarations to the node of a closed one."""
 
     block: Block
     adopt: Callable[[Any, list[Any]], Any | None]
@@ -93,7 +95,7 @@ class Child:
 
 @dataclass(frozen=True)
 class Header:
-    """What stands before the opening brace of a block, in tokens."""
+    """The tokens before the opening brace of a block: a half-open range of token indexes."""
 
     start: int
     end: int
@@ -107,7 +109,7 @@ class Header:
 
 
 class Block:
-    """``{ declaration* }``."""
+    """The parser of one kind of block, ``{ declaration* }``."""
 
     def __init__(self, items: Items, *, child: Child | None = None) -> None:
         self.items = items
@@ -116,18 +118,18 @@ class Block:
         if child:
             child.block.parent = self
 
-    # --- what may stand where ---
+    # --- which declaration belongs to which block ---
 
     @cached_property
     def _outer(self) -> frozenset[str]:
-        """First keywords of the declarations in all blocks around this one."""
+        """First keywords of the declarations of all enclosing blocks."""
         if self.parent is None:
             return frozenset()
         return self.parent._outer.union(self.parent.items.rules)
 
     @cached_property
     def _inner(self) -> frozenset[str]:
-        """First keywords of the declarations in the blocks below this one."""
+        """First keywords of the declarations of all nested blocks."""
         if self.child is None:
             return frozenset()
         return self.child.block._inner.union(self.child.block.items.rules)
@@ -158,13 +160,13 @@ class Block:
         return [(re.compile(pattern(kinds)), hint) for kinds, hint in advice]
 
     def begins(self, reading: Reading, at: int) -> bool:
-        """Does a declaration of this block seem to begin here?"""
+        """Whether a declaration of this block seems to begin at a token."""
         if self.items.free:
             return self._begins.match(reading.kinds, at) is not None
         return reading.text(at) in self.items.rules
 
     def belongs(self, reading: Reading, at: int) -> bool:
-        """Does a declaration of this block, or of one inside it, begin here?"""
+        """Whether a declaration of this block, or of a nested one, begins at a token."""
         word = reading.text(at)
         return word in self.items.rules or word in self._inner
 
@@ -173,12 +175,16 @@ class Block:
             return False
         return not self.items.free or self.synchroniser.looks_like(reading, at, word)
 
-    # --- reading ---
+    # --- parsing ---
 
     def enter(
         self, reading: Reading, at: int, header: Header, opening: str = ""
     ) -> tuple[Any, int]:
-        """The nodes of the block that begins at a token, and the place behind it. Raises Fault."""
+        """The nodes of the block that begins at a token, and the token behind the block.
+
+        Raises:
+            Fault: the block does not begin here, or is nested too deep.
+        """
         nodes: list[Any] = []
         inside = self._open(reading, at, header, opening)
         if reading.depth >= _MAX_DEPTH:
@@ -190,7 +196,7 @@ class Block:
         return tuple(nodes), end
 
     def _open(self, reading: Reading, at: int, header: Header, opening: str) -> int:
-        """The place behind ``{``, which may be missing or come late."""
+        """The token behind ``{``, where the brace may be missing or come late."""
         if reading.kind(at) == "{":
             return at + 1
         message = f"expected '{{' to open {header.quoted(reading)}"
@@ -206,9 +212,9 @@ class Block:
         raise reading.expected(at, f"expected {opening}" if opening else message)
 
     def read(self, reading: Reading, at: int, header: Header | None, nodes: list[Any]) -> int:
-        """Read declarations up to the closing brace into ``nodes``; the place behind it.
+        """Add the declarations up to the closing brace to ``nodes``; return the token behind it.
 
-        ``header`` is None for a block that is opened again, whose end nobody will miss.
+        ``header`` is None for a block that is reopened: that its brace is missing is not reported.
         """
         tail: tuple[str, ...] = ()
         while True:
@@ -238,7 +244,7 @@ class Block:
         return at
 
     def _rule(self, reading: Reading, at: int) -> tuple[Rule | None, int]:
-        """The rule for the declaration at ``at``, and where its grammar goes on."""
+        """The rule for the declaration at ``at``, and the token where its grammar continues."""
         word = reading.text(at)
         if self.items.free is None:
             return self.items.rules.get(word), at + 1
@@ -253,9 +259,12 @@ class Block:
         after: int,
         rule: Rule,
         nodes: list[Any],
-        told: bool = False,
+        reported: bool = False,
     ) -> int:
-        """Read one declaration; ``told`` says that a fault in it was reported already."""
+        """Parse one declaration; return the token behind it.
+
+        ``reported``: a fault in it was reported already.
+        """
         try:
             parts, end = reading.parse(rule.grammar, after)
             block = rule.block(parts)
@@ -264,7 +273,7 @@ class Block:
                 parts.append(inside)
             node = rule.build(reading, at, end, parts)
         except Fault as fault:
-            return self._recover(reading, at, fault, told)
+            return self._recover(reading, at, fault, reported)
         if rule.refusal:
             reading.report("misplaced", rule.refusal, at)
         else:
@@ -273,11 +282,11 @@ class Block:
 
     # --- faults ---
 
-    def _recover(self, reading: Reading, start: int, fault: Fault, told: bool = False) -> int:
-        """Report the fault and find where to go on."""
+    def _recover(self, reading: Reading, start: int, fault: Fault, reported: bool = False) -> int:
+        """Report the fault; return the token where parsing resumes."""
         resume = self.synchroniser.resume(reading, start, fault.at)
         reading.skipped(start, resume)
-        if not told:
+        if not reported:
             reading.report_fault(start, resume, fault)
         reading.reported_at = resume
         return resume
@@ -285,7 +294,7 @@ class Block:
     def _stranger(
         self, reading: Reading, at: int, word: str, nodes: list[Any], tail: tuple[str, ...]
     ) -> int:
-        """Something that begins no declaration of this block or of one around it."""
+        """Handle a token that begins no declaration of this block or of an enclosing one."""
         if reading.kind(at) == "{" and not nodes:
             reading.report("unexpected-brace", "this '{' opens nothing", at)
             while reading.kind(at) == "{":
@@ -298,10 +307,10 @@ class Block:
             message = f"expected {in_words(self.items.words)}"
             reading.report("syntax", message, at, hint=f"did you mean '{keyword}'?")
             rule = self.items.rules[keyword]
-            return self._declaration(reading, at, at + 1, rule, nodes, told=True)
+            return self._declaration(reading, at, at + 1, rule, nodes, reported=True)
         message = f"expected {in_words((*tail, *self.items.words, _CLOSE))}"
         if reading.tokens.follows_fault(at):
-            return self._recover(reading, at, Fault(at, message), told=True)
+            return self._recover(reading, at, Fault(at, message), reported=True)
         if reading.kind(at) == "{" and isinstance(nodes[-1], ImportNode):
             message = "an imported component cannot be extended"
             return self._recover(reading, at, Fault(at, message))
@@ -311,7 +320,7 @@ class Block:
         return self._recover(reading, at, reading.expected(at, message))
 
     def _open_again(self, reading: Reading, at: int, word: str, nodes: list[Any]) -> int:
-        """A declaration of an inner block: that one was closed too early."""
+        """Reopen the nested block, closed too early, to which the declaration here belongs."""
         assert self.child is not None
         if reading.reported_at != at:
             reading.reported_at = at
@@ -327,7 +336,7 @@ class Block:
         return end
 
     def _misplaced(self, reading: Reading, at: int, word: str, header: Header) -> int:
-        """A declaration that stands one block too deep: read it, and give it to the right one."""
+        """Parse a declaration of an enclosing block, and add it there."""
         message = f"'{word}' is not allowed inside {header.quoted(reading)}"
         reading.report("misplaced", message, at, notes=header.note(reading))
         owner = self.parent
@@ -338,7 +347,7 @@ class Block:
         return owner._declaration(reading, at, at + 1, owner.items.rules[word], nodes)
 
     def _close_early(self, reading: Reading, at: int, word: str, header: Header | None) -> None:
-        """A declaration of an outer block: this one was not closed."""
+        """Report that this block was not closed before a declaration of an enclosing one."""
         if header is None or reading.reported_at == at:
             return
         reading.reported_at = at
@@ -358,7 +367,7 @@ _CLOSE = "'}'"
 
 
 def late_brace(reading: Reading, at: int) -> int | None:
-    """The next ``{`` on the line of a token, with no ``}`` before it."""
+    """The next ``{`` on the line of a token; None if a ``}`` or the line's end comes first."""
     for place in range(at, min(at + _FAR, len(reading.kinds))):
         if reading.kinds[place] == "}" or (place > at and reading.tokens.begins_line(place)):
             return None
@@ -368,13 +377,13 @@ def late_brace(reading: Reading, at: int) -> int | None:
 
 
 def _is_nested(reading: Reading, at: int, header: Header) -> bool:
-    """Does a token begin its line, and further in than the line of the header?"""
+    """Whether a token begins its line, indented further than the line of the header."""
     inner, outer = _before(reading, at), _before(reading, header.start)
     indent = len(outer.expandtabs()) - len(outer.lstrip().expandtabs())
     return not inner.strip() and len(inner.expandtabs()) > indent
 
 
 def _before(reading: Reading, at: int) -> str:
-    """What stands before a token on its line."""
+    """The text before a token on its line."""
     text, end = reading.source.text, reading.tokens.offset(at)
     return text[text.rfind("\n", 0, end) + 1 : end]

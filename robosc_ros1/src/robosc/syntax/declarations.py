@@ -60,6 +60,7 @@ __all__ = [
 
 
 def object_rules() -> Block:
+    """The block of an object: its properties."""
     properties = Rule(
         t.name("a property name or '}'")
         - symbol(":", "':' after the property name")
@@ -73,7 +74,8 @@ def object_rules() -> Block:
 
 
 def enum_rules() -> Block:
-    # What an operator follows is no value: it is missing, and this begins the next rule.
+    """The block of an enum: its rules."""
+    # A word before an operator begins the next rule: the value of this one is missing.
     value = "WORD (?! '->' | INFIX | '<>' | '==' | '=<' | '=/=' | '.' | '..' | '[' )"
     condition = Expression("a rule 'condition -> value' or '}'") - symbol("->")
     default = terminal("default '->'", "", lambda reading, start, end, parts: None)
@@ -97,6 +99,7 @@ def enum_rules() -> Block:
 
 
 def datatype_rule(object_block: Block, enum_block: Block) -> Rule:
+    """``datatype object NAME { … }`` or ``datatype enum NAME from TYPE to { … }``."""
     object_rule = choice("object", "'object'") - t.name("a name for the object")
     enum_rule = (
         choice("enum", "'enum'")
@@ -119,6 +122,7 @@ def datatype_rule(object_block: Block, enum_block: Block) -> Rule:
 
 
 def interface_rule() -> Rule:
+    """``interface NAME use TYPE from PACKAGE``."""
     grammar = (
         t.name("a name for the interface")
         - keyword("use", "'use' and the ROS type")
@@ -130,7 +134,7 @@ def interface_rule() -> Rule:
 
 
 def communication_rule(word: str) -> Rule:
-    """A message, service or action, its attributes as the table says."""
+    """A message, service or action, with its attributes from the table of the language."""
     if word in ("incoming", "outgoing"):
         kind: Any = partial(cast(Any, MessageNode), word)
         named = keyword("message", f"'message' after '{word}'") - t.name("a name for the message")
@@ -157,7 +161,7 @@ _FOLDERS = {"service": "srv", "action": "action"}
 
 
 def _attributes(attributes: Sequence[Attribute], place: int) -> ParserElement:
-    """Those from a place on; each leaves its name and its value."""
+    """The attributes from an index on; each leaves its name and its value."""
     optional = [attribute for attribute in attributes if not attribute.required]
     required = [attribute for attribute in attributes if attribute.required]
     first = required[0].name
@@ -193,7 +197,7 @@ def _links_missing(node: Any) -> tuple[str, ...]:
 
 
 def value_rules() -> dict[str, Rule]:
-    """Constants, parameters and conditions."""
+    """The rules of constants, parameters and named conditions."""
 
     def typed(what: str, value: ParserElement) -> ParserElement:
         return (
@@ -219,6 +223,7 @@ def value_rules() -> dict[str, Rule]:
 
 
 def data_part() -> ParserElement:
+    """An expression, an object or an array, nested to a limit."""
     return nested(_datum, t.MAX_NESTING, "objects are")
 
 

@@ -1,7 +1,7 @@
-"""What the grammar is made of: pyparsing's elements over the kinds of tokens.
+"""Building blocks of the grammar: elements of pyparsing that match kinds of tokens.
 
-Each ``expected`` says in the user's words what is missing where the part is not found. ``a - b`` in
-a rule means: once ``a`` has matched, ``b`` must.
+``expected`` is the text behind "expected " in the message where an element does not match.
+``a - b`` in a rule is pyparsing's error stop: once ``a`` has matched, ``b`` must.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ __all__ = [
 
 
 def terminal(kinds: str, expected: str, build: Build | None = None) -> ParserElement:
-    """Tokens given as a pattern (see :func:`~robosc.language.tokens.pattern`).
+    """Tokens that match a pattern (see :func:`~robosc.language.tokens.pattern`).
 
-    Without ``build`` they leave nothing behind, as keywords and punctuation do.
+    Without ``build`` they leave no part behind, as keywords and punctuation do.
     """
     element = Regex(pattern(kinds)).leave_whitespace().set_name(expected)
     if build is None:
@@ -36,15 +36,17 @@ def terminal(kinds: str, expected: str, build: Build | None = None) -> ParserEle
 
 
 def keyword(word: str, expected: str = "") -> ParserElement:
+    """A keyword, or a pattern; leaves nothing."""
     return terminal(word, expected or f"'{word}'")
 
 
 def symbol(characters: str, expected: str = "") -> ParserElement:
+    """A token of punctuation; leaves nothing."""
     return terminal(f"'{characters}'", expected or f"'{characters}'")
 
 
 def label(word: str, expected: str = "") -> ParserElement:
-    """A keyword with its colon."""
+    """A keyword and a colon; leaves nothing."""
     return terminal(f"{word} ':'", expected or f"'{word}:'")
 
 
@@ -53,44 +55,44 @@ def _word(reading: Reading, start: int, end: int, parts: list[Any]) -> str:
 
 
 def choice(words: str, expected: str) -> ParserElement:
-    """One of several keywords, as a pattern; leaves the word."""
+    """One of several keywords, given as a pattern; leaves the word."""
     return terminal(words, expected, _word)
 
 
 def either(alternatives: Sequence[ParserElement], expected: str) -> ParserElement:
-    """The first of these that matches."""
+    """The first of the alternatives that matches."""
     return MatchFirst(alternatives).set_name(expected)
 
 
 def in_words(phrases: Iterable[str]) -> str:
-    """``a``, ``a or b``, ``a, b or c``."""
+    """The phrases as an alternative in English: ``a``, ``a or b``, ``a, b or c``."""
     *first, last = phrases
     return f"{', '.join(first)} or {last}" if first else last
 
 
 def maybe(part: ParserElement, default: Any = None) -> ParserElement:
-    """The part, or ``default`` in its place."""
+    """The part, or ``default`` where it does not match."""
     return Opt(part, default=default)
 
 
 def listed(part: ParserElement) -> ParserElement:
-    """One or more, with commas between them."""
+    """One or more of the part, separated by commas."""
     return part + ZeroOrMore(symbol(",") - part)
 
 
 def nothing() -> ParserElement:
-    """No tokens at all."""
+    """The empty sequence of tokens."""
     return Empty().leave_whitespace()
 
 
 def ended(rule: ParserElement) -> ParserElement:
-    """The rule; leaves the place behind it as its last part."""
+    """The rule; leaves the index of the token behind it as its last part."""
     end = nothing().set_parse_action(lambda kinds, loc, found: [loc])
     return rule + end
 
 
 def built(rule: ParserElement, build: Build) -> ParserElement:
-    """A rule whose parts become one node."""
+    """A rule whose parts become one node, made by ``build``."""
 
     def leave(kinds: str, loc: int, found: ParseResults) -> Form:
         *parts, end = found
@@ -100,7 +102,7 @@ def built(rule: ParserElement, build: Build) -> ParserElement:
 
 
 def nested(make: Callable[[ParserElement], ParserElement], limit: int, what: str) -> ParserElement:
-    """A rule that contains itself, down to a limit: the text must not exhaust the stack."""
+    """A rule that contains itself, to a limit, so that no text can exhaust the stack."""
     rule = refused(nothing(), limit, what)
     for _ in range(limit):
         rule = make(rule)
@@ -108,7 +110,7 @@ def nested(make: Callable[[ParserElement], ParserElement], limit: int, what: str
 
 
 def refused(element: ParserElement, limit: int, what: str) -> ParserElement:
-    """What only stands where something is nested deeper than the limit; the fault is behind it."""
+    """An element that matches only beyond the limit of nesting, and then stops the parse."""
 
     def refuse(kinds: str, loc: int, found: ParseResults) -> None:
         at = loc + sum(map(len, found))

@@ -1,8 +1,9 @@
-"""Expressions: one element of the grammar that reads them without recursion.
+"""The grammar of expressions: one element of pyparsing that parses them without recursion.
 
 pyparsing's ``infix_notation`` tries every level of precedence for every operand and recurses for
-each parenthesis. This element finds operands, operators and brackets in one loop instead, and two
-stacks put them together, so the cost is linear and no text can exhaust the interpreter's stack.
+each parenthesis. This element scans operands, operators and brackets in one loop instead, and
+:mod:`robosc.syntax.operands` builds the tree with two stacks, so the cost is linear and no text can
+exhaust the interpreter's stack.
 """
 
 from __future__ import annotations
@@ -42,16 +43,17 @@ _CLOSING = {
     "group": ")", "call": ")", "arguments": ")", "over": ")", "filter": ")",
     "index": "]", "slice": "]", "array": "]", "set": "}",
 }  # fmt: skip
-"""What ends each kind of bracket.
+"""The closing character of each kind of bracket.
 
-A call with a comma has several arguments, one with ``for`` goes through an array, perhaps filtered.
+A call with a comma becomes ``arguments``, one with ``for`` becomes ``over`` (an aggregate), and
+``filter`` behind the aggregate's ``if``.
 """
 _OPENING = {")": "(", "]": "[", "}": "{"}
 _LISTS = ("call", "arguments", "array", "set")
 
 
 class Expression(Empty):
-    """An expression; ``expected`` says in the user's words what is missing where none begins."""
+    """An expression; ``expected`` is the text behind "expected " where none begins."""
 
     def __init__(self, expected: str) -> None:
         super().__init__()  # type: ignore[no-untyped-call]
@@ -66,7 +68,7 @@ class Expression(Empty):
         while expected:
             found = scanner.before_operand(at)
             if found is None:
-                # Once something was read there is no other rule to try.
+                # Once a part of the expression has matched, no alternative rule can.
                 failure = ParseSyntaxException if scanner.steps else ParseException
                 raise failure(instring, at, f"expected {expected}", self)
             at, expected = found
@@ -76,9 +78,9 @@ class Expression(Empty):
 
 
 class _Scanner:
-    """Finds the steps of one expression.
+    """Collects the steps of one expression.
 
-    ``brackets`` are those open just now: what each of them is, and where it stands.
+    ``brackets`` are those that are open: the kind of each and the token where it stands.
     """
 
     def __init__(self, kinds: str) -> None:
@@ -87,9 +89,9 @@ class _Scanner:
         self.brackets: list[tuple[str, int]] = []
 
     def before_operand(self, at: int) -> tuple[int, str] | None:
-        """Read an operand or what may stand before one: the place behind it, and what must follow.
+        """Scan an operand, a prefix or an opening bracket; None if there is none here.
 
-        Nothing must follow an operand. None: there is neither.
+        Returns the token behind it and, for messages, what must follow: "" behind an operand.
         """
         kinds = self.kinds
         kind = kinds[at : at + 1]
@@ -128,9 +130,9 @@ class _Scanner:
         self.steps.append(("close", at, at + 1, ""))
 
     def after_operand(self, at: int) -> tuple[int, str]:
-        """Read what may follow an operand: the place behind it, and what must follow.
+        """Scan what may follow an operand: an operator, a bracket, or the end of the expression.
 
-        Nothing must follow where the expression ends.
+        Returns the token behind it and, for messages, what must follow: "" at the end.
         """
         kinds = self.kinds
         while True:
@@ -156,12 +158,12 @@ class _Scanner:
             return at, ""
 
     def _has_elements(self) -> bool:
-        """Could the operand before be an array?"""
+        """Whether the operand before could be an array."""
         what, start, _, _ = self.steps[-1]
         return what != "operand" or is_word(self.kinds[start])
 
     def _inside(self, what: str, at: int) -> tuple[int, str] | None:
-        """Read what may follow an operand within brackets only."""
+        """Scan what may follow an operand within brackets only; None if there is none of it."""
         kind = self.kinds[at : at + 1]
         if kind == "," and what in _LISTS:
             self.steps.append(("comma", at, at + 1, ""))
@@ -185,7 +187,7 @@ class _Scanner:
         return None
 
     def _refuse(self, kind: str, at: int) -> None:
-        """Raise what is wrong if the expression cannot end here."""
+        """Raise Stop if the expression cannot end at a token."""
         if kind in _FOREIGN:
             found = _FOREIGN[kind]
             hint = f"write '{FOREIGN[found]}'"

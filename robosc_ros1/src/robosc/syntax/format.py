@@ -1,8 +1,8 @@
-"""Canonical layout: the same model, written as everybody writes it.
+"""The formatter's entry points: a model in canonical layout.
 
-The tree says what stands on a line and where a line may be broken; the words themselves, and the
-comments between them, are taken from the text one by one. So nothing can get lost or change places,
-and every name, number and string stays as it was written.
+The tree decides what stands on a line and where a line may be broken; the tokens themselves, and
+the comments between them, are taken from the text one by one. So no token can get lost or change
+places, and every name, number and string stays as it was written.
 """
 
 from __future__ import annotations
@@ -21,7 +21,11 @@ __all__ = ["format_text", "format_tree"]
 
 
 def format_text(source: Source) -> str:
-    """The model in canonical layout. Raises ModelError if it has errors of syntax."""
+    """The model in canonical layout.
+
+    Raises:
+        ModelError: it has syntax errors.
+    """
     tree, diagnostics = parse(source)
     if tree is None or has_errors(diagnostics):
         raise ModelError(diagnostics)
@@ -29,13 +33,13 @@ def format_text(source: Source) -> str:
 
 
 def format_tree(tree: FileNode) -> str:
-    """The model with this tree, which was read without errors, in canonical layout."""
+    """The model in canonical layout, given its tree, which was parsed without errors."""
     tokens = tokenize(tree.span.source)
     formatted = Source(tokens.source.path, print_doc(Formatter(tokens).file(tree), WIDTH))
     if formatted.text == tokens.source.text:
         return formatted.text
     again = tokenize(formatted)
-    # What the parser sees is mostly the same; else it must at least read the same from it.
+    # Equal tokens are the cheap check and almost always hold; equal trees are what must hold.
     same = again.kinds == tokens.kinds and all(map(eq, again.texts(), tokens.texts()))
     assert same or parse(formatted)[0] == tree, "formatting has changed the model"
     return formatted.text

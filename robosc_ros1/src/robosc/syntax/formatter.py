@@ -1,4 +1,4 @@
-"""Each kind of node as a document that can be broken into lines."""
+"""The layout of each kind of node, as a document for the pretty printer."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ from robosc.syntax.words import Words
 __all__ = ["Formatter", "WIDTH"]
 
 WIDTH = 100
-"""Lines longer than this are broken."""
+"""Columns of a line; longer ones are broken where the layout allows it."""
 
 _HARD = Line(hard=True)
 _LINE = Line()
 
 
 class Formatter:
-    """Makes the document of each kind of node; the words are taken as they come."""
+    """Builds the document of each kind of node, taking the words of the text in order."""
 
     def __init__(self, tokens: Tokens) -> None:
         self.words = Words(tokens)
@@ -102,7 +102,7 @@ class Formatter:
         return [*head, body, *self.words.comments(first=False)]
 
     def _block(self, header: Sequence[Doc], nodes: Sequence[Any]) -> Doc:
-        """``header { … }`` with each node on its own line."""
+        """``header { … }`` with each node on lines of its own."""
         docs: list[Doc] = [*header, " ", self.words.take()]
         inside: list[Doc] = []
         for node in nodes:
@@ -296,7 +296,7 @@ class Formatter:
     # --- expressions ---
 
     def _expression(self, node: ExprNode) -> Doc:
-        """The expression in as many parentheses as it was written in."""
+        """The expression, with the parentheses that it has in the text."""
         begin = self.words.index
         docs: list[Doc] = []
         count = 0
@@ -334,7 +334,7 @@ class Formatter:
         return [*docs, *(self.words.take() for _ in range(count))]
 
     def _chain(self, node: ExprNode, level: int, docs: list[Doc]) -> None:
-        """Operands and operators of one level of precedence, side by side."""
+        """Add the operands and operators of a chain of one level of precedence to ``docs``."""
         bare = self.words.start >= node.span.start
         if bare and isinstance(node, BinaryNode) and BINARY[node.operator].level == level:
             self._chain(node.left, level, docs)
@@ -344,7 +344,7 @@ class Formatter:
             docs.append(self._expression(node))
 
     def _listed(self, nodes: Sequence[DataNode]) -> Doc:
-        """Brackets with commas between what is in them."""
+        """A list in brackets, separated by commas."""
         begin = self.words.index
         docs: list[Doc] = [self.words.take()]
         inside: list[Doc] = []
@@ -366,14 +366,14 @@ class Formatter:
         return self.words.group(begin, [*docs, self.words.take()])
 
     def _tight(self, node: ExprNode) -> Doc:
-        """An index: without blanks if it is arithmetic only."""
+        """An index, without blanks if it is arithmetic only."""
         simple = all(character not in node.span.text for character in ",{")
         return self.words.until(node.span.end) if simple else self._expression(node)
 
     # --- words ---
 
     def _spaced(self, count: int) -> list[Doc]:
-        """That many words with blanks between them."""
+        """The next ``count`` words, separated by blanks."""
         docs: list[Doc] = [self.words.take()]
         for _ in range(count - 1):
             docs += [" ", self.words.take()]
@@ -381,7 +381,7 @@ class Formatter:
 
 
 def _attributes(node: MessageNode | ServiceNode | ActionNode) -> list[tuple[Value, Any]]:
-    """What stands behind ``with``, and of what kind each is, each value once."""
+    """The attributes behind ``with`` in source order: kind and value of each, each value once."""
     values = {
         value.span.start: (attribute.value, value)
         for attribute in ATTRIBUTES

@@ -1,7 +1,8 @@
-"""The grammar of the language, and the nodes that its rules become.
+"""The grammar of robots and libraries, and the nodes that its rules become.
 
-It is built once, on first use, and works on the kinds of tokens. ``a - b`` in a rule means: once
-``a`` has matched, ``b`` must. What stands between braces is read by blocks.
+It is built once, on first use, and matches kinds of tokens. ``a - b`` in a rule is pyparsing's
+error stop: once ``a`` has matched, ``b`` must. The declarations between braces are parsed by
+:class:`~robosc.syntax.blocks.Block`.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ def _component_block() -> Block:
 
 
 def _adopt(kind: type[ComponentNode] | type[BehaviourNode]) -> Callable[[Any, list[Any]], Any]:
-    """How a block that was closed too early gets the rest of its items."""
+    """A function that adds items to a node of this kind; it returns None for other nodes."""
 
     def adopt(node: Any, late: list[Any]) -> Any:
         grown: Any = node
@@ -125,7 +126,7 @@ def _component(block: Block) -> Rule:
 
 
 def _several() -> ParserElement:
-    """The indexes of several components."""
+    """``[first..last]``: the indexes of an indexed component."""
     return symbol("[") - t.range_() - symbol("]", "']' after the last index")
 
 
@@ -255,11 +256,11 @@ _NOT_IN_LIBRARIES = {
 
 @cache
 def robot_block() -> Block:
-    """The grammar of what stands between the braces of a robot."""
+    """The block of a robot: its declarations and statements."""
     return _file_block("robot")
 
 
 @cache
 def library_block() -> Block:
-    """The grammar of what stands between the braces of a library."""
+    """The block of a library: its declarations."""
     return _file_block("library")

@@ -1,4 +1,4 @@
-"""Names, numbers and strings: what the small parts of the tree are made of."""
+"""Builders of the leaves of the tree: names, accesses, numbers and strings."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MAX_INTEGER = 2**64 - 1
 
 
 def make_name(reading: Reading, start: int, end: int, parts: list[Any]) -> Name:
-    """A name; a reserved word without its escape is reported and taken all the same."""
+    """A name; a reserved word without its escape is reported, and used as the name."""
     found = reading.text(start)
     if found in RESERVED:
         reading.report(
@@ -38,7 +38,7 @@ def make_name(reading: Reading, start: int, end: int, parts: list[Any]) -> Name:
 
 
 def make_access(reading: Reading, start: int, end: int, parts: list[Any]) -> Access:
-    """``a.b[0].c``; the reserved words may be its root."""
+    """``a.b[0].c``; a reserved word such as ``value`` may be its root."""
     span = reading.span(start, end)
     root = reading.text(start).removeprefix("^")
     if end == start + 1:
@@ -48,7 +48,11 @@ def make_access(reading: Reading, start: int, end: int, parts: list[Any]) -> Acc
 
 
 def make_parts(reading: Reading, at: int, end: int) -> tuple[Name | int, ...]:
-    """``.b[0].c``: members and indexes."""
+    """The path ``.b[0].c``: members and literal indexes.
+
+    Raises:
+        Fault: an index is too large.
+    """
     path: list[Name | int] = []
     while at < end:
         if reading.kind(at) == ".":
@@ -61,7 +65,11 @@ def make_parts(reading: Reading, at: int, end: int) -> tuple[Name | int, ...]:
 
 
 def make_integer(reading: Reading, start: int, end: int, parts: list[Any]) -> int:
-    """The value of digits with an optional sign; limited, as Python's own conversion is."""
+    """The value of digits with an optional sign.
+
+    Raises:
+        Fault: it is beyond ``MAX_INTEGER``; Python's own conversion has a limit, too.
+    """
     digits = reading.text(end - 1).lstrip("0") or "0"
     if len(digits) > 20 or int(digits) > MAX_INTEGER:
         message = f"this number is too large: whole numbers go up to {MAX_INTEGER}"
@@ -70,7 +78,11 @@ def make_integer(reading: Reading, start: int, end: int, parts: list[Any]) -> in
 
 
 def make_number(reading: Reading, at: int) -> int | float:
-    """The value of a number."""
+    """The value of a number.
+
+    Raises:
+        Fault: it is malformed or too large.
+    """
     if reading.kind(at) == INTEGER:
         return make_integer(reading, at, at + 1, [])
     found = reading.text(at)
@@ -83,7 +95,11 @@ def make_number(reading: Reading, at: int) -> int | float:
 
 
 def make_string(reading: Reading, at: int) -> str:
-    """The text that a string stands for; nothing for one without end."""
+    """The content of a string, escapes replaced; taken as it is if the string is unterminated.
+
+    Raises:
+        Fault: an escape is not one of the language.
+    """
     body = reading.text(at)[1:-1]
     if "\\" not in body or reading.tokens.is_fault(at):
         return body
@@ -102,7 +118,10 @@ def make_string(reading: Reading, at: int) -> str:
 
 
 def make_node(kind: Callable[..., Any], *first: Any, fixed: int | None = None) -> Build:
-    """Builds a node from its parts in order; those from ``fixed`` on become one tuple."""
+    """A builder of nodes of one kind from their parts in order.
+
+    ``first`` are further arguments before them; the parts from index ``fixed`` on become one tuple.
+    """
 
     def build(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
         if fixed is not None:
@@ -113,4 +132,5 @@ def make_node(kind: Callable[..., Any], *first: Any, fixed: int | None = None) -
 
 
 def make_tuple(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
+    """The parts as a tuple."""
     return tuple(parts)

@@ -1,7 +1,7 @@
-"""The syntax tree: what the user wrote, frozen, each node with its span.
+"""The nodes of the syntax tree: immutable, each with its span in the text.
 
-Names are plain strings without the ``^`` escape. Spans take no part in equality, so two trees are
-equal when they say the same.
+Names are stored without the escape ``^``. Spans are ignored by ``==``: two trees are equal if they
+differ in layout and comments only.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ def _span() -> Span:
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """An identifier at its place (without the escape ``^``)."""
+    """An identifier, without the escape ``^``."""
 
     text: str
     span: Span = _span()
 
     @property
     def escaped(self) -> bool:
-        """Was it written with ``^``? Tells a variable called ``value`` from the keyword."""
+        """Whether it was written with ``^``: a variable ``value`` is not the keyword."""
         return self.span.text.startswith("^")
 
 
@@ -46,13 +46,13 @@ class Name:
 
 @dataclass(frozen=True, slots=True)
 class LiteralNode:
-    """``true``, ``42``, ``4.25`` or ``"text"``; int, float, bool or str by how it was written."""
+    """``true``, ``42``, ``4.25`` or ``"text"``; a bool, int, float or str accordingly."""
 
     value: bool | int | float | str
     span: Span = _span()
 
     def __eq__(self, other: object) -> bool:
-        # 1, 1.0 and True are three literals, not one.
+        # Python's == equates 1, 1.0 and True.
         return (
             isinstance(other, LiteralNode)
             and type(self.value) is type(other.value)
@@ -67,8 +67,8 @@ class LiteralNode:
 class Access:
     """``a.b[0].c``: a name (``value`` included), then members as Name and indexes as int.
 
-    ``index`` stands behind the root of a communication, as in ``Station[i-1].go``, until the
-    copies of a component are made; a literal index is part of the path.
+    ``index`` is the computed index behind the root of a communication, as in ``Station[i-1].go``;
+    none is left once indexed components are expanded. A literal index is part of the path.
     """
 
     root: Name
@@ -79,6 +79,8 @@ class Access:
 
 @dataclass(frozen=True, slots=True)
 class UnaryNode:
+    """``!operand`` or ``-operand``."""
+
     operator: Literal["!", "-"]
     operand: ExprNode
     span: Span = _span()
@@ -86,7 +88,7 @@ class UnaryNode:
 
 @dataclass(frozen=True, slots=True)
 class BinaryNode:
-    """``operator`` is one of the table ``BINARY`` of robosc.language.operators."""
+    """``left operator right``, an operator of :data:`robosc.language.operators.BINARY`."""
 
     operator: str
     left: ExprNode
@@ -115,7 +117,7 @@ class CallNode:
 
 @dataclass(frozen=True, slots=True)
 class AggregateNode:
-    """``any(element for variable in array if condition)``; ``function`` is the word before it."""
+    """``any(element for variable in array if condition)``, and ``function`` for ``any``."""
 
     function: Name
     element: ExprNode
@@ -136,7 +138,7 @@ class InNode:
 
 @dataclass(frozen=True, slots=True)
 class ElementNode:
-    """``array[index]`` with an index that is no literal."""
+    """``array[index]`` with a computed index."""
 
     array: ExprNode
     index: ExprNode
@@ -155,7 +157,7 @@ class SliceNode:
 
 @dataclass(frozen=True, slots=True)
 class MemberNode:
-    """A part of what is no plain name: ``a[i].x`` is the part ``x`` of the element ``a[i]``."""
+    """A part of a computed object: ``a[i].x`` is the part ``x`` of the element ``a[i]``."""
 
     object: ExprNode
     path: tuple[Name | int, ...]
@@ -200,13 +202,15 @@ class BasicTypeNode:
 
 @dataclass(frozen=True, slots=True)
 class ArrayTypeNode:
+    """``array(element)``."""
+
     element: TypeNode
     span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
 class NamedTypeNode:
-    """A type by its name, or by that of its library: ``Library.Way``. ``duration`` is one, too."""
+    """A type by name, perhaps of a library: ``Way``, ``Library.Way``, also ``duration``."""
 
     name: Name
     library: Name | None = None
@@ -215,11 +219,11 @@ class NamedTypeNode:
 
 @dataclass(frozen=True, slots=True)
 class RosTypeNode:
-    """``package/Type`` or ``package/msg/Type``: a type that ROS itself defines.
+    """``package/Type`` or ``package/msg/Type``: a type that a ROS package defines.
 
-    ``folder`` is ``msg``, or ``srv`` or ``action`` behind ``type:`` of a service or action, whose
-    requests, responses and feedbacks are its parts 0, 1 and 2. ``written`` is the middle of the
-    three words.
+    ``folder`` is ``msg``, but ``srv`` or ``action`` behind ``type:`` of a service or action, where
+    ``part`` selects the request (0), response (1) or feedback (2) of the definition. ``written`` is
+    the middle one of three names, if the user wrote it.
     """
 
     package: Name
@@ -238,6 +242,8 @@ TypeNode: TypeAlias = BasicTypeNode | ArrayTypeNode | NamedTypeNode | RosTypeNod
 
 @dataclass(frozen=True, slots=True)
 class PropertyNode:
+    """``name: type`` in an object."""
+
     name: Name
     type: TypeNode
     span: Span = _span()
@@ -245,6 +251,8 @@ class PropertyNode:
 
 @dataclass(frozen=True, slots=True)
 class ObjectNode:
+    """``datatype object name { … }``."""
+
     name: Name
     properties: tuple[PropertyNode, ...]
     span: Span = _span()
@@ -261,6 +269,8 @@ class EnumRuleNode:
 
 @dataclass(frozen=True, slots=True)
 class EnumNode:
+    """``datatype enum name from source to { … }``."""
+
     name: Name
     source: TypeNode
     rules: tuple[EnumRuleNode, ...]
@@ -282,12 +292,16 @@ class InterfaceNode:
 
 @dataclass(frozen=True, slots=True)
 class StringNode:
+    """The string of an ``identifier:`` or ``prefix:``, escapes replaced."""
+
     text: str
     span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
 class MessageNode:
+    """``incoming message name with …`` or ``outgoing message name with …``."""
+
     direction: Literal["incoming", "outgoing"]
     name: Name
     identifier: StringNode | None
@@ -299,7 +313,7 @@ class MessageNode:
 
 @dataclass(frozen=True, slots=True)
 class ServiceNode:
-    """With ``type:`` instead of request and response, these are parts of that RosTypeNode."""
+    """``service name with …``; written with ``type:``, the two types are its parts 0 and 1."""
 
     name: Name
     identifier: StringNode | None
@@ -312,7 +326,7 @@ class ServiceNode:
 
 @dataclass(frozen=True, slots=True)
 class ActionNode:
-    """With ``type:`` instead of the three types, these are the parts of that RosTypeNode."""
+    """``action name with …``; written with ``type:``, the three types are its parts."""
 
     name: Name
     identifier: StringNode | None
@@ -366,6 +380,8 @@ ValueNode: TypeAlias = ConstantNode | ParameterNode | ConditionNode
 
 @dataclass(frozen=True, slots=True)
 class VariableNode:
+    """``variable name: type = initial``."""
+
     name: Name
     type: TypeNode
     initial: ExprNode | None
@@ -374,6 +390,8 @@ class VariableNode:
 
 @dataclass(frozen=True, slots=True)
 class AssignmentNode:
+    """``target := value``."""
+
     target: Access
     value: ExprNode
     span: Span = _span()
@@ -381,7 +399,7 @@ class AssignmentNode:
 
 @dataclass(frozen=True, slots=True)
 class ResultTransitionNode:
-    """``on <event> from|to <communication> if … do … goto …``; the name may be qualified."""
+    """``on EVENT from|to COMMUNICATION if … do … goto …``; the name may be qualified."""
 
     event: Literal["request", "response", "feedback", "error", "cancel", "timeout"]
     event_span: Span = field(compare=False, repr=False)
@@ -394,7 +412,7 @@ class ResultTransitionNode:
 
 @dataclass(frozen=True, slots=True)
 class TauNode:
-    """``transition if … goto …``."""
+    """``transition if … goto …``: an internal transition."""
 
     guard: ExprNode | None
     goto: Name | None
@@ -403,7 +421,7 @@ class TauNode:
 
 @dataclass(frozen=True, slots=True)
 class AfterNode:
-    """``after <duration> if … do … goto …``."""
+    """``after DURATION if … do … goto …``."""
 
     duration: ExprNode
     guard: ExprNode | None
@@ -414,6 +432,8 @@ class AfterNode:
 
 @dataclass(frozen=True, slots=True)
 class StateNode:
+    """``initial marked state name { … }``."""
+
     name: Name
     initial: bool
     marked: bool
@@ -423,7 +443,7 @@ class StateNode:
 
 @dataclass(frozen=True, slots=True)
 class BehaviourNode:
-    """Items in source order: the order of taus matters."""
+    """``behaviour { … }``; items in source order, which numbers the internal transitions."""
 
     items: tuple[VariableNode | StateNode | ResultTransitionNode | TauNode, ...]
     span: Span = _span()
@@ -440,9 +460,9 @@ class RangeNode:
 
 @dataclass(frozen=True, slots=True)
 class ComponentNode:
-    """``component name { … }``, or ``component name[1..6] { … }`` for several of a kind.
+    """``component name { … }``, or the indexed component ``component name[1..6] { … }``.
 
-    ``index`` is that of a copy, once the copies are written out.
+    ``index`` is that of one copy, once indexed components are expanded.
     """
 
     name: Name
@@ -481,7 +501,7 @@ class ImportNode:
 class RequirementNode:
     """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications).
 
-    ``place`` are the indexes of a copy that a ``for`` makes.
+    ``place`` are the indexes of a copy that a ``for`` makes, as text: ``i = 3``.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
@@ -493,6 +513,8 @@ class RequirementNode:
 
 @dataclass(frozen=True, slots=True)
 class DataFieldNode:
+    """``name: value`` in provided data."""
+
     name: Name
     value: DataNode
     span: Span = _span()
@@ -500,6 +522,8 @@ class DataFieldNode:
 
 @dataclass(frozen=True, slots=True)
 class DataObjectNode:
+    """``{ name: value, … }`` in provided data."""
+
     fields: tuple[DataFieldNode, ...]
     span: Span = _span()
 
@@ -509,6 +533,8 @@ DataNode: TypeAlias = DataObjectNode | ExprNode
 
 @dataclass(frozen=True, slots=True)
 class ProvideNode:
+    """``provide communication with data if condition``."""
+
     communication: Access
     data: DataNode
     condition: ExprNode | None
@@ -517,7 +543,7 @@ class ProvideNode:
 
 @dataclass(frozen=True, slots=True)
 class PreferNode:
-    """``prefer a over b``, ``prefer { a, b } over c``."""
+    """``prefer a over b`` or ``prefer { a, b } over c``."""
 
     preferred: tuple[Access, ...]
     over: tuple[Access, ...]
@@ -526,7 +552,7 @@ class PreferNode:
 
 @dataclass(frozen=True, slots=True)
 class ForNode:
-    """``for name in 1..6 { … }`` around statements of a robot."""
+    """``for variable in 1..6 { … }`` around statements of a robot."""
 
     variable: Name
     indexes: RangeNode
@@ -551,10 +577,10 @@ DeclarationNode: TypeAlias = (
 class FileNode:
     """A whole file: one robot or one library, its declarations in source order.
 
-    ``broken`` holds every word in the declarations that were skipped for their faults: a name that
-    is unknown but among them was probably declared there, and calling it unknown would be noise.
-    ``written`` is the file as it was written, where in this one the copies of components and
-    statements are written out; ``mentions`` are names of components that this has left out.
+    ``broken`` holds every word in the declarations that were skipped for syntax errors: a name that
+    is unknown but among them was probably declared there, so it is not reported as unknown.
+    ``written`` is the file as it was parsed, if indexed components and statements are expanded in
+    this one; ``mentions`` are names of components that the expansion has removed.
     """
 
     kind: Literal["robot", "library"]

@@ -1,4 +1,4 @@
-"""The trees of expressions: operators by precedence, calls, indexes and lists, with two stacks."""
+"""Operator-precedence parsing: the tree of an expression from its steps, with two stacks."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from robosc.syntax.reading import Fault, Reading
 __all__ = ["MAX_DEPTH", "MAX_NESTING", "Step", "build_expression", "make_leaf", "nested_too_deep"]
 
 MAX_DEPTH = 200
-"""Levels that the tree of an expression may have, so that later stages may recurse.
+"""The greatest height of an expression's tree, so that later stages may recurse.
 
 Chains of ``and`` or ``or`` do not count: long ones become balanced trees, which mean the same.
 Arithmetic is not associative on doubles, so its chains stay as they are written.
 """
 
 MAX_NESTING = 60
-"""Levels of brackets that an expression may need.
+"""The greatest number of nested brackets that an expression may need in Python.
 
 The parser of Python 3.8 gives up at 90, and in generated code expressions are parts of longer ones.
 """
 
 BALANCE_FROM = 64
-"""Chains of ``and`` or ``or`` up to this length are left-associative trees as usual."""
+"""Chains of ``and`` or ``or`` up to this length are left-associative, longer ones balanced."""
 
 Step: TypeAlias = tuple[
     Literal["operand", "prefix", "operator", "open", "close", "comma", "for", "parts"],
@@ -50,9 +50,9 @@ Step: TypeAlias = tuple[
     int,
     str,
 ]
-"""A piece of an expression: what it is, its extent in tokens, and the operator or kind of bracket.
+"""A token or bracket of an expression: kind, range of tokens, and operator or kind of bracket.
 
-A comma also stands for what else divides a bracket: ``..`` and the ``if`` of an aggregate.
+``comma`` is any separator within a bracket: also ``..`` and the ``if`` of an aggregate.
 """
 
 _BOOLEANS = frozenset((*kinds_of("true"), *kinds_of("false")))
@@ -64,8 +64,9 @@ _PREFIX_LEVEL = UNARY["!"].level
 class _Operand:
     """A finished operand, or the parts of a chain of ``and`` or ``or`` that may still grow.
 
-    ``start`` and ``end`` include parentheses, ``depth`` is the height of the tree, ``nesting`` the
-    brackets that stand within each other when it is written as Python, at the most.
+    ``start`` and ``end`` (tokens) include parentheses, ``depth`` is the height of the tree, and
+    ``nesting`` the greatest number of nested brackets when it is written as Python. ``joints`` are
+    the tokens of the operators between ``parts``.
     """
 
     node: ExprNode | None
@@ -80,7 +81,7 @@ class _Operand:
 
 @dataclass(frozen=True, slots=True)
 class _Pending:
-    """An operator that waits for its right side; an opening bracket has no level."""
+    """An operator that waits for its right operand; an opening bracket has level 0."""
 
     symbol: str
     level: int
@@ -89,9 +90,10 @@ class _Pending:
 
 @dataclass(slots=True)
 class _Bracket:
-    """An open bracket and what stands in it so far.
+    """An open bracket and its parts so far.
 
-    ``start`` includes what it belongs to: the function, or the operand of an index.
+    ``start`` (a token) includes the function that is called, or the array that is indexed, which
+    is ``base``. ``count`` is the number of operands on the stack when it was opened.
     """
 
     what: str
@@ -104,7 +106,7 @@ class _Bracket:
 
 
 class _Builder:
-    """Operator precedence with two stacks."""
+    """Builds the tree from steps: a stack of operands and one of pending operators."""
 
     def __init__(self, reading: Reading) -> None:
         self.reading = reading
@@ -129,12 +131,12 @@ class _Builder:
         self.pending.append(_Pending("(", 0, start))
 
     def comma(self) -> None:
-        """What stood in the bracket up to here is one part of it."""
+        """Finish one part of the open bracket."""
         self._reduce(1)
         self.brackets[-1].parts.append(self._finished(self.operands.pop()))
 
     def bind(self, variable: Name) -> None:
-        """The bracket goes through an array."""
+        """Make the open bracket an aggregate with this variable."""
         self.comma()
         self.brackets[-1].variable = variable
 
@@ -161,7 +163,7 @@ class _Builder:
         self.operands.append(self._limited(operand, bracket.start))
 
     def parts(self, start: int, end: int) -> None:
-        """``.x[0]`` behind an index or a call."""
+        """Add the path ``.x[0]`` behind an index or a call."""
         of = self.operands.pop()
         assert of.node is not None
         path = make_parts(self.reading, start, end)
@@ -171,7 +173,7 @@ class _Builder:
 
     def operator(self, symbol: str, at: int) -> None:
         operation = BINARY[symbol]
-        # What binds as tightly is reduced first, except for a right-associative one.
+        # Operators of the same level are reduced first, unless they are right-associative.
         self._reduce(operation.level + operation.right_associative)
         self._wait(_Pending(symbol, operation.level, at))
 
@@ -182,13 +184,13 @@ class _Builder:
         return node
 
     def _wait(self, pending: _Pending) -> None:
-        # Whatever waits for its right side will stand above all that comes behind it.
+        # Each pending operator will be an ancestor of all that follows in the tree.
         if len(self.pending) - len(self.brackets) >= MAX_DEPTH:
             raise self._too_deep(pending.at)
         self.pending.append(pending)
 
     def _reduce(self, level: int) -> None:
-        """Apply all pending operators at least that strong, back to the last parenthesis."""
+        """Apply the pending operators of at least this level, back to the last open bracket."""
         while self.pending and self.pending[-1].level >= level:
             pending = self.pending.pop()
             right = self.operands.pop()
@@ -260,14 +262,14 @@ class _Builder:
 
 
 def _is_bracketed(left: _Operand, symbol: str) -> bool:
-    """Whether a left operand is written in brackets, as a call for a division is."""
+    """Whether a left operand needs brackets in Python; a division becomes a call."""
     if symbol == "/" or not isinstance(left.node, BinaryNode):
         return symbol == "/"
     return symbol == "=>" or BINARY[left.node.operator].level != BINARY[symbol].level
 
 
 def _bracketed(reading: Reading, bracket: _Bracket, span: Span) -> ExprNode:
-    """The node of a bracket that is no mere group."""
+    """The node of a bracket other than a parenthesis."""
     nodes = tuple(cast(ExprNode, part.node) for part in bracket.parts)
     base = bracket.base.node if bracket.base else None
     if bracket.variable is not None:
@@ -288,7 +290,13 @@ def _bracketed(reading: Reading, bracket: _Bracket, span: Span) -> ExprNode:
 
 
 def build_expression(reading: Reading, start: int, end: int, parts: list[Any]) -> ExprNode:
-    """The tree of an expression from its steps, whose places count from the first part."""
+    """The tree of an expression.
+
+    ``parts`` are the token from which the steps count, and the steps.
+
+    Raises:
+        Fault: it is nested too deep, or a literal in it is faulty.
+    """
     first, steps = parts
     base = start - first
     builder = _Builder(reading)
@@ -314,6 +322,11 @@ def build_expression(reading: Reading, start: int, end: int, parts: list[Any]) -
 
 
 def make_leaf(reading: Reading, start: int, end: int, parts: list[Any]) -> ExprNode:
+    """The literal, duration or access in a range of tokens.
+
+    Raises:
+        Fault: a number or string is faulty.
+    """
     kind = reading.kind(start)
     span = reading.span(start, end)
     if kind in _BOOLEANS:
@@ -330,4 +343,5 @@ def make_leaf(reading: Reading, start: int, end: int, parts: list[Any]) -> ExprN
 
 
 def nested_too_deep(limit: int = MAX_DEPTH) -> str:
+    """The message about an expression beyond a limit."""
     return f"this expression is nested more than {limit} levels deep"

@@ -1,4 +1,4 @@
-"""From model text to the syntax tree, with every fault of the file in one go."""
+"""Parsing: from the text of a model to its syntax tree, and all syntax errors of the file."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ __all__ = ["parse", "read_source"]
 
 _FILES = ("robot", "library")
 _LARGEST = 2**26
-"""Bytes of a model file; a device such as /dev/zero has no end at all."""
+"""The greatest size of a model file in bytes; a device such as /dev/zero has no end."""
 
 
 def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
     """The model file at ``path``; None and the reason if it is not UTF-8 text.
 
-    Raises UsageError if the file cannot be read at all.
+    Raises:
+        UsageError: the file cannot be read, or is too large to be a model.
     """
     return source_of(path, read_bytes(path))
 
@@ -35,7 +36,8 @@ def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
 def read_bytes(path: str) -> bytes:
     """The content of a file; ``-`` is standard input.
 
-    Raises UsageError if it cannot be read, or is too large to be a model.
+    Raises:
+        UsageError: it cannot be read, or is too large to be a model.
     """
     try:
         with nullcontext(sys.stdin.buffer) if path == "-" else Path(path).open("rb") as file:
@@ -49,7 +51,7 @@ def read_bytes(path: str) -> bytes:
 
 
 def source_of(path: str, data: bytes) -> tuple[Source | None, tuple[Diagnostic, ...]]:
-    """The text of a model file; None and the reason if it is not UTF-8 text.
+    """The source in the bytes of a model file; None and the reason if they are not UTF-8 text.
 
     A byte order mark is dropped, and line ends become ``\\n``.
     """
@@ -61,10 +63,11 @@ def source_of(path: str, data: bytes) -> tuple[Source | None, tuple[Diagnostic, 
 
 
 def parse(source: Source) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
-    """The tree of what could be read, and every fault found on the way, in reading order.
+    """The syntax tree of a text, and the syntax errors in reading order.
 
-    The tree is None where no robot or library begins, and after too many errors. Declarations with
-    faults are left out of it; ``FileNode.broken`` has the words in them. Never raises for any text.
+    The tree is None if the text begins with neither a robot nor a library, and after too many
+    errors. Faulty declarations are left out of it; ``FileNode.broken`` has the words in them. Does
+    not raise for any text.
     """
     tokens = tokenize(source)
     reading = Reading(tokens)
@@ -90,7 +93,7 @@ def _invalid_utf8(path: str, data: bytes, error: UnicodeDecodeError) -> Diagnost
 
 
 def _file(reading: Reading) -> FileNode | None:
-    """One robot or library and nothing else."""
+    """The tree of one robot or library; None if there is none, or it has no name."""
     kind, at = _kind(reading)
     if kind is None:
         return None
@@ -132,7 +135,7 @@ def _name(reading: Reading, at: int, kind: str) -> tuple[Name | None, int]:
 
 
 def _opening(reading: Reading, at: int, named: bool, kind: str, block: Block) -> int | None:
-    """The place behind the opening brace, if what follows can be read at all."""
+    """The token behind the opening brace; None if no declarations can be found."""
     if reading.kind(at) == "{":
         return at + 1
     if named and not reading.tokens.has_fault(0, reading.tokens.offset(at) + 1):
@@ -145,16 +148,16 @@ def _opening(reading: Reading, at: int, named: bool, kind: str, block: Block) ->
 
 
 def _rest(reading: Reading, end: int, block: Block, kind: str, declarations: list[Any]) -> int:
-    """Read what follows the closing brace: nothing, or the traces of a brace too many.
+    """Parse what follows the closing brace, due to a superfluous brace; return the last token.
 
-    Only the first trace is reported; further declarations are read all the same.
+    Only the first such text is reported; declarations in it are added all the same.
     """
-    told = False
+    reported = False
     while end < len(reading.kinds):
         at = end
-        if not told:
+        if not reported:
             _trailing(reading, at, kind, block)
-            told = True
+            reported = True
         if reading.text(at) in _FILES:
             return end
         reading.reported_at = at

@@ -1,4 +1,4 @@
-"""Pretty printing: text with places where lines may be broken, and the printer that decides.
+"""Pretty printing: documents with possible line breaks, and the printer that decides on them.
 
 After Philip Wadler, *A prettier printer* (2003): a group is printed on one line if it fits, else
 all of its own breaks become line ends, and the groups inside it are tried again.
@@ -15,9 +15,9 @@ __all__ = ["Doc", "Group", "Indent", "Line", "Remark", "print_doc"]
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line end: always if ``hard``, else where its group is broken.
+    """A possible line break: taken if ``hard``, or if its group is broken.
 
-    Where it is not, ``flat`` stands in its place. ``blank`` leaves an empty line.
+    If it is not taken, ``flat`` is printed in its place. ``blank`` adds an empty line.
     """
 
     flat: str = " "
@@ -27,9 +27,10 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """A comment. It stands on a line of its own, or at the end of what precedes it.
+    """A comment, on a line of its own or behind other text.
 
-    ``column`` is where it began, so that the further lines of a long comment move with the first.
+    ``column`` (from 0) is where it began in the text, so that the further lines of a long comment
+    are shifted with the first.
     """
 
     text: str
@@ -43,14 +44,14 @@ class Remark:
 
 @dataclass(frozen=True, slots=True)
 class Indent:
-    """What is inside begins its lines one step further in."""
+    """A document whose lines are indented by one more step."""
 
     inside: Sequence[Doc]
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Broken as a whole or not at all; ``broken`` demands it."""
+    """A document of which all line breaks are taken, or none; ``broken`` requires all."""
 
     inside: Sequence[Doc]
     broken: bool = False
@@ -58,13 +59,13 @@ class Group:
 
 Doc: TypeAlias = "str | Line | Remark | Indent | Group | list[Doc]"
 _Task: TypeAlias = tuple[int, bool, Doc]
-"""What is still to be printed: its indentation, whether its group is flat, the thing itself."""
+"""A document still to be printed: its indentation, whether its group is flat, the document."""
 
 _STEP = 4
 
 
 class _Printer:
-    """Writes text; blanks and line ends are held back until something follows them."""
+    """The state of printing; blanks and line ends are delayed until text follows them."""
 
     def __init__(self, width: int) -> None:
         self.width = width
@@ -102,7 +103,7 @@ class _Printer:
         return "".join(self.pieces) + "\n"
 
     def _end_line(self, indent: int | None, blank: bool = False) -> None:
-        """The next text begins a line; without ``indent`` as far in as its own place is."""
+        """Begin the next text on a new line, indented by ``indent``, or as its own task says."""
         self.line_ends = max(self.line_ends, 2 if blank else 1)
         self.indent = indent
 
@@ -134,7 +135,7 @@ class _Printer:
             self.space = True
 
     def _fits(self, inside: Sequence[Doc], indent: int, rest: list[_Task]) -> bool:
-        """Does it stand on the rest of this line, with what follows up to the next line end?"""
+        """Whether it fits on the rest of this line, with what follows up to a line break."""
         start = self.column + self.space
         if self.line_ends:
             start = indent if self.indent is None else self.indent
@@ -174,7 +175,7 @@ class _Printer:
 
 
 def _shifted(lines: list[str], shift: int) -> list[str]:
-    """The lines moved to the right or left, if all of them can be."""
+    """The lines shifted to the right or left; unchanged if one has too little indentation."""
     if shift >= 0:
         return [" " * shift + line if line else "" for line in lines]
     room = min((len(line) - len(line.lstrip(" ")) for line in lines if line), default=0)
@@ -182,5 +183,5 @@ def _shifted(lines: list[str], shift: int) -> list[str]:
 
 
 def print_doc(doc: Doc, width: int) -> str:
-    """The text of a document, its lines at most ``width`` long where the breaks allow it."""
+    """The text of a document, with lines of at most ``width`` columns where breaks allow it."""
     return _Printer(width).run(doc)

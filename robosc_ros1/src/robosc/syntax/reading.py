@@ -1,6 +1,6 @@
-"""One reading of a model text: its tokens, the faults found so far, and how they are reported.
+"""The state of one parse: its tokens, the syntax errors found so far, and how they are reported.
 
-The grammar is a constant and holds no state; all of that is here.
+The grammar itself is a constant without state.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ _DECLARED_ELSEWHERE = {
     **dict.fromkeys(("let", "define", "def", "macro"), _NAMING),
     "var": "a component's behaviour has variables: 'variable NAME: type'",
 }
-"""What other languages begin declarations with, each with what is meant."""
+"""Keywords with which other languages begin declarations, each with a hint."""
 
 _WINDOW = 64
 _LOOKAHEAD = 8
-"""No rule of the grammar looks further ahead than so many tokens."""
+"""The greatest lookahead of any rule of the grammar, in tokens."""
 
 
 class Fault(Exception):
-    """What is wrong with the declaration that is being read.
+    """A syntax error in the declaration that is being parsed.
 
-    It begins at the token ``at``. ``span`` is its extent if that is not the token.
+    ``at`` is the token where it begins, ``span`` its range if that is not this token.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class Fault(Exception):
 
 
 class Stop(ParseSyntaxException):
-    """A fault found by the grammar that needs more than "expected …".
+    """A syntax error found by the grammar whose message is not "expected …".
 
     ``opened`` is the token of the bracket that the message is about.
     """
@@ -97,10 +97,10 @@ class Stop(ParseSyntaxException):
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """What the grammar leaves of a rule: its extent in tokens, its parts, and what makes its node.
+    """A match of a rule: its range of tokens, its parts, and the function that builds its node.
 
-    The grammar sees kinds of tokens only. Once a declaration is read, :meth:`Reading.made` turns
-    its forms into nodes.
+    The grammar matches kinds of tokens only. Once a declaration has matched, :meth:`Reading.made`
+    turns its forms into nodes.
     """
 
     build: Build
@@ -111,7 +111,7 @@ class Form:
 
 @dataclass(frozen=True, slots=True)
 class _Applied:
-    """What a rule of the grammar finds in a window of tokens, and where it ends or goes wrong."""
+    """The result of a rule on a window of tokens: its parts, and where it ends or fails."""
 
     parts: tuple[Any, ...]
     end: int
@@ -120,10 +120,10 @@ class _Applied:
 
 @lru_cache(maxsize=2**14)
 def _applied(grammar: ParserElement, kinds: str) -> _Applied:
-    """What a rule finds at the beginning of some tokens.
+    """The result of a rule at the beginning of some tokens.
 
-    Remembered, since only their kinds count: a text is read anew after each key in an editor, and
-    twice when it is formatted, and most declarations in it look like others.
+    Cached, since only their kinds count: an editor parses a text after each key, the formatter
+    parses it twice, and most declarations have the kinds of others.
     """
     try:
         *parts, end = grammar.parse_string(kinds)
@@ -134,13 +134,13 @@ def _applied(grammar: ParserElement, kinds: str) -> _Applied:
 
 
 class Reading:
-    """The tokens of one source, and what one parse finds in them.
+    """The tokens of one source, and the state of one parse of them.
 
-    ``reported_at`` is a token whose fault is already reported: what goes wrong exactly there is its
-    consequence. ``reopened`` means that a block was continued behind its closing brace, so that the
-    braces no longer count. ``broken`` collects the words of everything that was skipped: names that
-    later stages must not call unknown. ``lifted`` holds, by block, nodes of declarations that stood
-    in a block inside it. ``depth`` counts the open blocks.
+    ``reported_at`` is a token whose fault is already reported: another fault at that token is its
+    consequence. ``reopened`` means that a block was continued behind its closing brace, so that
+    missing braces are no longer reported. ``broken`` collects the words of everything that was
+    skipped: names that later stages must not report as unknown. ``lifted`` holds, by block, nodes
+    of its declarations that stood in a block inside it. ``depth`` counts the open blocks.
     """
 
     def __init__(self, tokens: Tokens) -> None:
@@ -164,13 +164,15 @@ class Reading:
         """The kind of a token; empty behind the last one."""
         return self.kinds[index : index + 1]
 
-    # --- reading ---
+    # --- parsing ---
 
     def parse(self, grammar: ParserElement, at: int) -> tuple[list[Any], int]:
-        """Apply a rule to the tokens from ``at`` on: its parts as nodes, and where it ended.
+        """Apply a rule to the tokens from ``at`` on; its parts as nodes, and the token behind it.
 
-        The rule is handed a window of the tokens, and a larger one if it has come near its end.
-        Raises Fault.
+        The rule is given a window of the tokens, and a larger one if it has come near its end.
+
+        Raises:
+            Fault: the tokens do not match, or what they stand for is faulty.
         """
         size = _WINDOW
         while True:
@@ -183,7 +185,7 @@ class Reading:
         return [self.made(part, at) for part in found.parts], at + found.end
 
     def made(self, part: Any, base: int) -> Any:
-        """The node of a form whose places count from the token ``base``."""
+        """The node of a form whose token indexes count from ``base``; other parts unchanged."""
         if type(part) is not Form:
             return part
         parts = [self.made(inner, base) for inner in part.parts]
@@ -205,7 +207,7 @@ class Reading:
     # --- faults ---
 
     def expected(self, at: int, message: str) -> Fault:
-        """A fault that says what was expected, with a remedy where the token shows one."""
+        """A fault with this message, and a hint if the token suggests one."""
         return Fault(at, message, hint=self._hint(at, message))
 
     def bad_number(self, at: int) -> Fault:
@@ -221,7 +223,7 @@ class Reading:
         notes: tuple[Note, ...] = (),
         span: Span | None = None,
     ) -> None:
-        """Add an error; without ``span`` it has the extent of the token ``at``."""
+        """Add an error; without ``span`` it is at the token ``at``."""
         if at >= len(self.kinds):
             # The file ends too early: point right behind its last character.
             span = Span(self.source, self.tokens.end, self.tokens.end)
@@ -230,10 +232,10 @@ class Reading:
         self.diagnostics.append(Diagnostic(Severity.ERROR, code, message, span, hint, notes))
 
     def report_fault(self, start: int, resume: int, fault: Fault) -> None:
-        """Add what went wrong in the declaration that begins at ``start``.
+        """Add the fault in the declaration that begins at ``start``.
 
-        Nothing is added where a lexical fault in ``start..resume`` explains it, or, at the end of
-        the file, a comment that was never closed.
+        Nothing is added if it follows from a lexical fault in ``start..resume``, or, at the end of
+        the file, from an unterminated comment.
         """
         tokens, at = self.tokens, fault.at
         end = max(tokens.offset(resume), tokens.offset(at) + 1)
@@ -244,7 +246,7 @@ class Reading:
                 return
             self.reported_at = len(self.kinds)
         if at and fault.message.startswith(_INSIDE) and self._ends_line(at - 1):
-            # An expression breaks off at the end of its line: what comes next is not to blame.
+            # An expression breaks off at the end of its line: the error is there, not below it.
             span = self.span(at - 1, at)
             self.report("syntax", fault.message, at - 1, span=span)
         else:
@@ -255,7 +257,7 @@ class Reading:
         return "\n" in text
 
     def _hint(self, at: int, message: str) -> str | None:
-        """The remedy, where what was found shows what was meant."""
+        """The hint for the token that was found instead of what was expected; None if unknown."""
         found = self.text(at)
         if not found:
             return None
@@ -290,15 +292,16 @@ class Reading:
         return f"did you mean '{near[0]}'?" if near and near[0] != found else None
 
     def _is_of_incoming_message(self, at: int) -> bool:
-        """Whether an attribute stands in the declaration of an incoming message."""
+        """Whether an attribute belongs to the declaration of an incoming message."""
         while at and self.text(at) != "with":
             at -= 1
         return at > 2 and self.text(at - 3) == "incoming"
 
     def skipped(self, start: int, end: int) -> None:
-        """Remember the words of a declaration that will not be in the tree.
+        """Add the words of a skipped declaration to ``broken``.
 
-        A statement or transition declares nothing, so that unknown names elsewhere stay unknown.
+        Not those of a statement or transition, which declares nothing: unknown names elsewhere
+        are then still reported.
         """
         words = [
             self.text(index).lstrip("^")
@@ -311,9 +314,9 @@ class Reading:
 
     @property
     def exhausted(self) -> bool:
-        """There are so many errors that reading on helps nobody."""
+        """Whether there are so many errors that parsing stops."""
         return len(self.diagnostics) > MAX_FAULTS
 
 
 Build: TypeAlias = Callable[[Reading, int, int, list[Any]], Any]
-"""Makes a node from the reading, its extent in tokens, and the values of its parts."""
+"""Builds a node from the reading, a half-open range of tokens, and the values of its parts."""

@@ -1,4 +1,4 @@
-"""Error recovery: where reading goes on after a fault.
+"""Error recovery: the token at which parsing resumes after a fault.
 
 Between the fault and the next declaration only a few tokens matter, the *synchronising* ones (Aho,
 Lam, Sethi, Ullman, *Compilers*, section 4.1.4): braces, the first keywords of declarations, and the
@@ -27,12 +27,12 @@ _NO_START = re.compile(
 
 @dataclass(frozen=True)
 class Synchroniser:
-    """What to look for in one kind of block.
+    """The synchronising tokens of one kind of block.
 
-    ``own`` are the first keywords of its declarations, ``outer`` those of the blocks around it,
-    ``outermost`` those of the file's block (which may be this one). ``item`` is a pattern for
-    blocks whose declarations begin with no keyword: one begins there; behind the pattern ``past``
-    one begins, and at the beginning of a line if ``lines``. ``meant`` are patterns of what people
+    ``own`` are the first keywords of its declarations, ``outer`` those of the enclosing blocks,
+    ``outermost`` those of the file's block (which may be this one). In blocks whose declarations
+    begin with no keyword, one begins where the pattern ``item`` matches, behind a match of
+    ``past``, and, if ``lines``, at the beginning of a line. ``meant`` are patterns of what people
     write instead of a keyword.
     """
 
@@ -61,11 +61,11 @@ class Synchroniser:
         return [re.compile(kinds) for kinds in self.meant]
 
     def looks_like(self, reading: Reading, at: int, word: str) -> bool:
-        """Is it beyond doubt that the keyword at a token begins a declaration?"""
+        """Whether the tokens behind a keyword confirm that it begins a declaration."""
         return _LOOKS[word].match(reading.kinds, at) is not None
 
     def any_in(self, reading: Reading, start: int, end: int) -> bool:
-        """Is there anything among some tokens where reading could go on?"""
+        """Whether parsing could resume at any of the tokens ``start..end``."""
         return any(
             self._is_keyword(reading, at) or self._item_at(reading, at) for at in range(start, end)
         )
@@ -77,7 +77,7 @@ class Synchroniser:
         return self._item.match(reading.kinds, at) is not None and not _is_member(reading, at)
 
     def resume(self, reading: Reading, start: int, failed: int) -> int:
-        """Where to go on after the declaration at ``start`` went wrong at ``failed``."""
+        """The token at which to resume after the declaration at ``start`` failed at ``failed``."""
         kinds = reading.kinds
         depth = max(0, kinds.count("{", start, failed) - kinds.count("}", start, failed))
         at = failed
@@ -97,13 +97,13 @@ class Synchroniser:
         return len(kinds)
 
     def _closes_nothing(self, reading: Reading, at: int) -> bool:
-        """Only the end of the file, or a second robot, follows the last closing brace."""
+        """Whether a ``}`` of the file's block is superfluous, as more than the end follows it."""
         if self.outer or at >= len(reading.kinds) - 1:
             return False
         return reading.text(at + 1) not in ("robot", "library")
 
     def _is_synchronising(self, reading: Reading, at: int, failed: int, depth: int) -> bool:
-        """Does a declaration begin at a token that is no brace?"""
+        """Whether a declaration begins at a token that is no brace."""
         if is_word(reading.kinds[at]) and self._resumes_at(reading, at, failed, depth):
             return True
         return depth == 0 and self._begins_item(reading, at, failed)
@@ -114,7 +114,7 @@ class Synchroniser:
         return self._item_at(reading, at)
 
     def _resumes_at(self, reading: Reading, at: int, failed: int, depth: int) -> bool:
-        """Does a word begin a declaration, or was it meant to?"""
+        """Whether a word begins a declaration, or is a misspelt keyword that does."""
         word = reading.text(at)
         first = reading.tokens.begins_line(at)
         if self.own and first and at > failed and depth == 0 and self._is_misspelt(reading, at):
@@ -127,13 +127,13 @@ class Synchroniser:
         return bool(self.own) and follows and (first or reading.kind(at - 1) in ("{", "}"))
 
     def _something_follows(self, reading: Reading, at: int) -> bool:
-        """Could what stands behind a word belong to a declaration?"""
+        """Whether the tokens behind a word could belong to a declaration that it begins."""
         if at + 1 >= len(reading.kinds):
             return False
         return _NO_START.match(reading.kinds, at + 1) is None
 
     def _is_misspelt(self, reading: Reading, at: int) -> bool:
-        """Does a line begin with what was meant as a keyword of this block?"""
+        """Whether a word was probably meant as a keyword of this block."""
         if not self._something_follows(reading, at):
             return False
         if any(kinds.match(reading.kinds, at) for kinds in self._meant):
@@ -142,14 +142,14 @@ class Synchroniser:
 
 
 def _is_member(reading: Reading, at: int) -> bool:
-    """Is a word joined to a dot before it?"""
+    """Whether a word follows a dot or an escape without a blank between."""
     tokens = reading.tokens
     return at > 0 and reading.kinds[at - 1] in ".^" and tokens.ends[at - 1] == tokens.starts[at]
 
 
 @lru_cache(maxsize=1024)
 def nearest_keyword(word: str, keywords: tuple[str, ...]) -> str | None:
-    """The keyword that a misspelt word was meant to be."""
+    """The keyword that a misspelt word was probably meant to be; None if there is none near."""
     if not 4 <= len(word) <= 20 or word in keywords:
         return None
     near = get_close_matches(word, keywords, 1, 0.75)

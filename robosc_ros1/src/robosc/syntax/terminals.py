@@ -1,6 +1,6 @@
-"""Names, strings and types: the small parts that the declarations are made of.
+"""The grammar of names, communications, ranges, durations, strings and types.
 
-Each ``expected`` says in the user's words what is missing where the part is not found.
+``expected`` is the text behind "expected " in the message where the part does not match.
 """
 
 from __future__ import annotations
@@ -45,18 +45,19 @@ __all__ = [
 ]  # fmt: skip
 
 MAX_NESTING = 20
-"""How deep arrays of arrays, and provided objects in objects, may be nested."""
+"""Levels to which arrays of arrays, and provided objects in objects, may be nested."""
 
-# What has a colon behind it is the name of the next property: the type before it is missing.
+# A name before a colon is that of the next property: the type before it is missing.
 _NO_COLON = "(?! ':' )"
 
 
 def name(expected: str) -> ParserElement:
+    """An identifier; leaves a Name."""
     return terminal("NAME", expected, make_name)
 
 
 def communication(expected: str) -> ParserElement:
-    """A communication by its name, perhaps of a component with an index."""
+    """A communication: ``go``, ``Station.go`` or ``Station[i].go``; leaves an Access."""
     plain = terminal("QUALIFIED (?! '[' )", expected, make_access)
     indexed = built(
         terminal("NAME (?= '[' )", expected, make_name)
@@ -79,7 +80,7 @@ def _build_indexed(reading: Reading, start: int, end: int, parts: list[Any]) -> 
 
 
 def as_communication(node: ExprNode) -> Access | None:
-    """The communication that an expression names; None if it does not name one."""
+    """The access to the communication that an expression names; None if it is no such name."""
     match node:
         case Access(path=(int() as index, Name() as member)):
             number = LiteralNode(index, span=node.span)
@@ -95,7 +96,7 @@ def as_communication(node: ExprNode) -> Access | None:
 
 
 def braced_communications() -> ParserElement:
-    """Communications in braces; leaves them as one tuple."""
+    """Several communications in braces; leaves a tuple."""
     one = communication("the name of a communication")
     return built(symbol("{") - listed(one) - symbol("}", "',' or '}'"), _tuple)
 
@@ -111,7 +112,7 @@ def _tuple(reading: Reading, start: int, end: int, parts: list[Any]) -> tuple[An
 
 
 def range_() -> ParserElement:
-    """``1..6``."""
+    """``1..6``; leaves a RangeNode."""
     bound = terminal("'-'? INTEGER", "a whole number", make_integer)
     return built(bound - symbol("..", "'..' and the last index") - bound, _build_range)
 
@@ -127,6 +128,7 @@ def duration(expected: str) -> ParserElement:
 
 
 def string(expected: str) -> ParserElement:
+    """A string; leaves a StringNode."""
     return terminal("STRING", expected, _build_string)
 
 
@@ -135,6 +137,7 @@ def _build_string(reading: Reading, start: int, end: int, parts: list[Any]) -> S
 
 
 def type_(expected: str) -> ParserElement:
+    """A type; leaves a node of one."""
     kind = Forward()
     bound = terminal("'-'? INTEGER", "a whole number", make_integer)
     bounds = symbol("(") - bound - symbol("..") - bound - symbol(")")

@@ -1,4 +1,4 @@
-"""The words of a model one by one, and the comments between them, for printing it anew."""
+"""The tokens of a model one by one, and the comments between them, for the formatter."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ __all__ = ["Words"]
 
 @dataclass(frozen=True, slots=True)
 class _Gap:
-    """What stands between two words: comments behind the first, comments before the second.
+    """The comments between two words: ``behind`` the first, and ``before`` the second.
 
-    ``blank`` asks for an empty line before each of the latter, and before the second word.
+    ``blank`` says whether an empty line precedes each of the latter, and the second word.
     """
 
     behind: tuple[Remark, ...]
@@ -34,7 +34,10 @@ _PLAIN = (_Gap((), (), (False,)), _Gap((), (), (True,)))
 
 
 class Words:
-    """The words of a model in order, each taken once, with the comments at them."""
+    """The words (tokens) of a model in order, each taken once, with its comments.
+
+    ``index`` counts the words that were taken.
+    """
 
     def __init__(self, tokens: Tokens) -> None:
         source = tokens.source
@@ -46,12 +49,12 @@ class Words:
         self._line_ends = [
             "\n" in source.text[end:start] for (_, end), (start, _) in pairwise(spans)
         ]
-        self._told = False
+        self._comments_taken = False
         self.index = 0
 
     @property
     def start(self) -> int:
-        """Where the next word begins."""
+        """The character offset of the next word."""
         return self._starts[self.index]
 
     def next_is(self, *texts: str) -> bool:
@@ -59,44 +62,44 @@ class Words:
 
     @property
     def line_ends_behind(self) -> bool:
-        """Does the text go on in another line behind the next word?"""
+        """Whether the next word is the last one on its line."""
         return self._line_ends[self.index]
 
     def take(self) -> Doc:
         """The next word with its comments."""
-        before = () if self._told else self._gaps[self.index].before
+        before = () if self._comments_taken else self._gaps[self.index].before
         text = self._texts[self.index]
-        self._told = False
+        self._comments_taken = False
         self.index += 1
         behind = self._gaps[self.index].behind
         return [*before, text, *behind] if before or behind else text
 
     def until(self, end: int) -> list[Doc]:
-        """All words that begin before ``end``, with nothing between them."""
+        """All words that begin before the offset ``end``, with no blanks between them."""
         docs: list[Doc] = []
         while self.index < len(self._texts) and self.start < end:
             docs.append(self.take())
         return docs
 
     def comments(self, first: bool) -> list[Doc]:
-        """The comments before the next word, each on its line; ``first`` allows no blank line."""
+        """The comments before the next word, each on its line; no empty line first if ``first``."""
         gap = self._gaps[self.index]
         docs: list[Doc] = []
         for remark, blank in zip(gap.before, gap.blank, strict=False):
             docs += [Line(hard=True, blank=blank and not first), remark]
             first = False
-        self._told = True
+        self._comments_taken = True
         return docs
 
     def beginning(self, first: bool) -> list[Doc]:
-        """The line end before a declaration, with the comments and blank lines before it."""
+        """The line end before a declaration, with the comments and empty lines before it."""
         gap = self._gaps[self.index]
         docs = self.comments(first)
         first = first and not gap.before
         return [*docs, Line(hard=True, blank=gap.blank[-1] and not first)]
 
     def group(self, begin: int, docs: Sequence[Doc], broken: bool = False) -> Group:
-        """A group of all words from the index ``begin`` on; comments among them break it."""
+        """A group of the words from index ``begin`` on; a comment among them breaks it."""
         ends = self._ends_line[self.index] - self._ends_line[begin + 1] if begin < self.index else 0
         return Group(docs, broken or ends > 0)
 

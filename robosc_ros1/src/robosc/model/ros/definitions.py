@@ -1,10 +1,10 @@
-"""Real definitions of messages, services and actions, read without anything being built.
+"""Definitions of messages, services and actions of ROS packages, read without building them.
 
-Definitions are read by genmsg from ``.msg``, ``.srv`` and ``.action`` files, so a package in a
-source workspace serves as well as an installed one. Where only generated Python bindings are
-installed, they serve too, and without genmsg (a Python that is not the one of ROS) only these do.
-Packages of ROS 2 are read by :mod:`robosc.model.ros.rosidl`, for which nothing need be installed.
-Where packages are looked for is said in :mod:`robosc.model.ros.packages`.
+Definitions are read by genmsg from ``.msg``, ``.srv`` and ``.action`` files, in source workspaces
+as well as installed packages. Where these files are not installed, generated Python bindings are
+used; without genmsg (a Python that is not the one of ROS), only these. Packages of ROS 2 are read
+by :mod:`robosc.model.ros.rosidl`, which needs nothing installed. :mod:`robosc.model.ros.packages`
+lists where packages are searched for.
 """
 
 from __future__ import annotations
@@ -36,7 +36,10 @@ INTEGERS: Mapping[str, tuple[int, int]] = {
 
 @dataclass(frozen=True, slots=True)
 class FieldType:
-    """``base`` is a built-in type or ``package/Type``; ``length`` only for fixed arrays."""
+    """The type of a field: ``base`` is a built-in type or ``package/Type``.
+
+    ``length`` is that of an array of fixed length, else None.
+    """
 
     base: str
     is_array: bool = False
@@ -58,13 +61,15 @@ class FieldType:
 
 @dataclass(frozen=True, slots=True)
 class Field:
+    """A field of a message."""
+
     name: str
     type: FieldType
 
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """The fields and constants of one message, or of one part of a service or action."""
+    """The fields and constants of a message, or of one part of a service or action."""
 
     name: str
     fields: tuple[Field, ...]
@@ -79,9 +84,9 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """A definition with its parts: a message has one, a service two, an action three.
+    """The definition of a message (one part), service (two) or action (three).
 
-    ``type`` is the stem of the file, without the suffix ``Action`` that the model may have.
+    ``type`` is the stem of the file, without the suffix ``Action`` that the model may add.
     """
 
     package: str
@@ -91,7 +96,7 @@ class Interface:
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """Why a definition is not to be had.
+    """The reason why a definition is not available.
 
     ``reason`` is ``package`` (there is none of that name), ``file`` (it has no such file; ``names``
     are those that it has), ``faulty`` (the file cannot be read; ``detail`` says why) or ``genmsg``
@@ -116,9 +121,9 @@ BASIC: Mapping[str, Interface] = {
     "double": _std("Float32", "float32"),
     "string": _std("String", "string"),
 }
-"""What carries a basic type that is not linked (docs/language.md, "ROS interfaces").
+"""The default message for each basic type (docs/language.md, "ROS interfaces").
 
-Known without ROS.
+Built in, so that models can be checked without ROS.
 """
 
 
@@ -137,7 +142,7 @@ _TIMES = {
         "duration": _time("builtin_interfaces/Duration", ("sec", "int32"), ("nanosec", "uint32")),
     },
 }
-"""Points in time and durations as both versions of ROS have them."""
+"""The definitions of points in time and durations in both versions of ROS."""
 
 _IN_ROS_1 = {"builtin_interfaces/Time": "time", "builtin_interfaces/Duration": "duration"}
 
@@ -149,7 +154,7 @@ _IN_DEBIAN = frozenset({
 
 
 def install_advice(package: str) -> str:
-    """What to install for a package that is not there, by rosdep key and, if known, Debian name."""
+    """The hint for a missing package: its rosdep key and, if known, its Debian packages."""
     if package == "actionlib":
         return "install it: apt install python3-actionlib libactionlib-dev (rosdep key actionlib)"
     if package in _IN_DEBIAN:
@@ -164,10 +169,10 @@ def install_advice(package: str) -> str:
 class MessageDefinitions:
     """Finds and reads definitions in ``packages``; each file is read at most once.
 
-    ``MessageDefinitions()`` knows none, ``for_model`` where to look. ``ros_version`` (``"1"`` or
-    ``"2"``) is the one that messages are wanted for: whatever the definitions are written in, times
-    and headers have the fields that it gives them. None takes the definitions as they are, and
-    packages of both versions for those of the version that ``packages`` were sourced for.
+    ``MessageDefinitions()`` finds none; use ``for_model``. ``ros_version`` (``"1"`` or ``"2"``) is
+    the version of ROS for which code is generated: times and headers have the fields of that
+    version, whichever version the package is written for. If it is None, definitions are taken as
+    they are, and packages for both versions as those of the version that is sourced.
     """
 
     def __init__(self, packages: Packages | None = None, ros_version: str | None = None) -> None:
@@ -183,18 +188,22 @@ class MessageDefinitions:
         environment: Mapping[str, str] | None = None,
         ros_version: str | None = None,
     ) -> MessageDefinitions:
-        """Those that a model file may use, see :mod:`robosc.model.ros.packages`."""
+        """The definitions that a model file may use, see :mod:`robosc.model.ros.packages`."""
         return cls(Packages.for_model(path, environment), ros_version)
 
     def message(self, package: str, type_: str) -> Interface | Missing:
+        """The definition of a message, in one part."""
         return self._interface(package, type_, "msg")
 
     def service(self, package: str, type_: str) -> Interface | Missing:
-        """Parts: request, response."""
+        """The definition of a service, in two parts: request, response."""
         return self._interface(package, type_, "srv")
 
     def action(self, package: str, type_: str) -> Interface | Missing:
-        """Parts: goal, result, feedback. ``TAction`` also finds ``T.action``."""
+        """The definition of an action, in three parts: goal, result, feedback.
+
+        The type ``TAction`` also finds ``T.action``.
+        """
         found = self._interface(package, type_, "action")
         if isinstance(found, Missing) and found.reason == "file" and len(type_) > len("Action"):
             stem = type_.removesuffix("Action")
@@ -205,7 +214,7 @@ class MessageDefinitions:
         return found
 
     def fields(self, type_: FieldType) -> Definition | Missing | None:
-        """The definition behind a field that is a message itself; None for built-in types."""
+        """The definition of a field's type, if that is a message; None for built-in types."""
         if type_.base in _TIMES["1"]:
             return _TIMES[self._ros_version or "1"][type_.base]
         if not type_.is_message:
@@ -226,8 +235,12 @@ class MessageDefinitions:
         return self._interfaces[key]
 
     def _is_ros2_package(self, folder: Path) -> bool:
-        """Raises ValueError if the package's manifest is faulty."""
-        # Without genmsg, which reads definitions of ROS 1, there is ROS 2 or none.
+        """Whether the package in a folder is one of ROS 2.
+
+        Raises:
+            ValueError: its manifest is faulty.
+        """
+        # genmsg belongs to ROS 1: without it, only ROS 2 can be installed.
         return is_ros2_package(folder, self._manifests or ("2" if _genmsg() is None else "1"))
 
     def _read(self, package: str, type_: str, folder: str) -> Interface | Missing:
@@ -266,7 +279,7 @@ class MessageDefinitions:
     def _generated(
         self, package: str, type_: str, folder: str, home: Path | None
     ) -> Interface | Missing:
-        """A definition from installed Python bindings, or what there is instead of it."""
+        """A definition from installed Python bindings, or why there is none."""
         names = {p.stem for p in (home / folder).glob(f"*.{folder}")} if home is not None else set()
         for root, _ in self.packages.places:
             bindings = root.parent / "lib" / "python3" / "dist-packages" / package
@@ -284,7 +297,7 @@ class MessageDefinitions:
 
 
 def _without_sequence(header: Interface | Missing) -> Interface | Missing:
-    """``std_msgs/Header`` without the number that only ROS 1 has in it."""
+    """``std_msgs/Header`` without the field ``seq``, which only ROS 1 has."""
     if isinstance(header, Missing):
         return header
     (part,) = header.parts

@@ -1,4 +1,4 @@
-"""Whether a type of the model fits a field of a message."""
+"""The check that a type of the model fits a field of a message."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["misfit", "too_wide"]
 
 
 def misfit(type_: Type, field: FieldType, sending: bool) -> tuple[str, str] | None:
-    """Why a type of the model does not fit a field: code and words."""
+    """Code and text of the error that a type does not fit a field; None if it fits."""
     if isinstance(type_, EnumType):
         return misfit(type_.source, field, sending)
     if isinstance(type_, ArrayType):
@@ -65,7 +65,7 @@ def _kind_words(type_: Type, field: FieldType, sending: bool) -> str:
 
 
 def too_wide(bounds: tuple[int, int], field: FieldType, what: str) -> tuple[str, str] | None:
-    """Why integers between the bounds do not fit a field of integers: code and words."""
+    """Code and text of the error that a range does not fit a field of integers, or None."""
     if field.base not in INTEGERS:
         return None
     low, high = INTEGERS[field.base]

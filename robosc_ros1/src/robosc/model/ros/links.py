@@ -1,7 +1,7 @@
-"""Binding communications to ROS interfaces, and checking the model's types against them.
+"""Binding of communications to ROS interfaces, and the check of types against definitions.
 
-What we send must fit into the field (no double into an integer field, no range wider than it); what
-we receive must fit into our type (an integer field read as a double is fine, not the reverse).
+Values that are sent must fit the field (no double for an integer field, no wider range); values
+that are received must fit the model's type (an integer field as a double, but not the reverse).
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _FOLDERS: Mapping[type[CommunicationNode], Folder] = {
 
 @dataclass(frozen=True)
 class Payload:
-    """One direction of a communication: its type in the model and where that is written."""
+    """One direction of a communication: its type in the model, and the node of the type."""
 
     type: Type
     node: TypeNode
@@ -62,7 +62,7 @@ class Payload:
 
 @dataclass(frozen=True)
 class _Unknown:
-    """A property, at ``path`` of a message, that the message's definition has no field for."""
+    """A property, at ``path`` of a message, without a field in the message's definition."""
 
     object: ObjectType
     path: Path
@@ -71,7 +71,7 @@ class _Unknown:
 
 
 class Binder:
-    """Binds communications; reports each missing package once."""
+    """Binds the communications of one file; reports each missing package once."""
 
     def __init__(
         self, definitions: MessageDefinitions, type_declarations: TypeDeclarations, report: Report
@@ -86,7 +86,7 @@ class Binder:
         self._checked: dict[tuple[ObjectType, str, bool], list[_Unknown]] = {}
         self._unknown: list[tuple[str, Direction, _Unknown]] = []
         self.lengths: dict[tuple[ObjectType, str], tuple[int, str]] = {}
-        """Array properties that a definition gives a length: the least one, and the field."""
+        """Array properties of fixed length: the least number of elements, and the field."""
 
     def bind(
         self,
@@ -95,7 +95,10 @@ class Binder:
         parts: tuple[Payload, ...],
         interface: InterfaceNode | RosTypeNode | None,
     ) -> Binding | None:
-        """The ROS side of the communication with that key; None after an error."""
+        """The binding of the communication with a key; None after a reported error.
+
+        ``interface`` is the linked interface or ROS type; None if the model names none.
+        """
         if interface is None:
             return self._default(key, node, parts)
         package, type_ = interface.package.text, interface.type.text
@@ -105,7 +108,7 @@ class Binder:
             kind = KINDS[_FOLDERS[type(node)]]
             if not self.missing.of_interface(found, interface, kind):
                 return None
-            # Without the definition the spelling is unknown: take the one ROS itself makes.
+            # Without the definition, take the file name as ROS derives it from the type.
             stem = type_.removesuffix("Action") if isinstance(node, ActionNode) else type_
             return Binding(package, stem or type_, False)
         fields = []
@@ -116,7 +119,7 @@ class Binder:
     def _default(
         self, key: str, node: CommunicationNode, parts: tuple[Payload, ...]
     ) -> Binding | None:
-        """A message of a basic type needs no interface; everything else does."""
+        """The binding of a communication without interface: for messages of basic types only."""
         links = "links NAME, and declare: interface NAME use TYPE from PACKAGE"
         if not isinstance(node, MessageNode):
             what = "service" if isinstance(node, ServiceNode) else "action"
@@ -152,7 +155,7 @@ class Binder:
         return f"add: links {alias}\nand declare: interface {alias} use {name} from {package}"
 
     def check_unlinked(self, interfaces: Iterable[InterfaceNode]) -> None:
-        """Look up what no communication has linked, as whatever kind there is."""
+        """Report interfaces that no communication links and that no definition has."""
         for interface in interfaces:
             package, type_ = interface.package.text, interface.type.text
             if interface in self._looked_up or not (type_[0].isalpha() and package[0].isalpha()):
@@ -178,7 +181,7 @@ class Binder:
     # --- types against definitions ---------------------------------------------------------------
 
     def _check_part(self, key: str, part: Payload, definition: Definition) -> str | None:
-        """Check one direction; the name of the only data field if the type travels through it."""
+        """Check one direction; the name of the only data field, if that carries the type."""
         carried = part.type.source if isinstance(part.type, EnumType) else part.type
         if isinstance(carried, NoneType):
             return None
@@ -211,7 +214,7 @@ class Binder:
     def _check_object(
         self, object_: ObjectType, definition: Definition, sending: bool, span: Span
     ) -> list[_Unknown]:
-        """Check what an object has against a definition, once; what the definition has not."""
+        """Check an object against a definition, once; the properties that have no field."""
         if is_ros_type(object_):
             if object_.name != definition.name:
                 message = f"the definition has {definition.name} here, not {object_.name}"
@@ -252,7 +255,7 @@ class Binder:
             self.lengths[place] = min(found, self.lengths.get(place, found))
 
     def report_unknown_fields(self, usage: Usage) -> None:
-        """Report properties without a field: an error only if something reads or sends them."""
+        """Report properties without a field; an error only if they are read or sent."""
         found: dict[tuple[Span, str], tuple[_Unknown, bool]] = {}
         for key, direction, unknown in self._unknown:
             place = (unknown.property.span, unknown.definition.name)
@@ -269,7 +272,7 @@ class Binder:
         hint = f"its fields: {fields}"
         if nearest is not None:
             hint = f"did you mean '{nearest}'?\n{hint}"
-            # Where the field's own name is used the object is what is misspelt, not its use.
+            # If the model uses the field's name elsewhere, the property is misspelt, not the use.
             key = (unknown.object.origin, unknown.object.name, nearest)
             uses = self._type_declarations.missed.get(key, ())
             is_used |= self._report.withdraw(uses)
@@ -305,7 +308,7 @@ class Binder:
 
 
 def _basic_name(type_: Type) -> str:
-    """The key of ``BASIC`` for a type; empty for types that are not there."""
+    """The key of a type in ``BASIC``; empty for types without default message."""
     if isinstance(type_, IntegerType):
         return "integer"
     return "" if isinstance(type_, ObjectType | ArrayType | EnumType) else str(type_)

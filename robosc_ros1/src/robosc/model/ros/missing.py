@@ -1,4 +1,4 @@
-"""Reporting definitions that are not to be had, each missing package once."""
+"""Reports of definitions that are not available, each missing package once."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ KINDS: Mapping[Folder, str] = {"msg": "message", "srv": "service", "action": "ac
 
 
 class MissingDefinitions:
-    """The reports of one file."""
+    """Reports the missing definitions of one file."""
 
     def __init__(self, definitions: MessageDefinitions, report: Report) -> None:
         self._definitions = definitions
@@ -30,7 +30,10 @@ class MissingDefinitions:
         self._reported: set[tuple[str, str]] = set()
 
     def of_interface(self, missing: Missing, node: InterfaceNode | RosTypeNode, kind: str) -> bool:
-        """Report why the definition of a kind of interface is missing; True if only a warning."""
+        """Report why a definition is missing; True if it is only a warning.
+
+        ``kind`` is the word for messages: message, service or action.
+        """
         required = isinstance(node, RosTypeNode)
         if missing.reason in ("package", "genmsg"):
             self.of_package(missing, node.package.span, required=required)
@@ -65,7 +68,7 @@ class MissingDefinitions:
         return None
 
     def of_package(self, missing: Missing, span: Span, *, required: bool = False) -> None:
-        """A package that is not there: a warning, or an error where a type comes from it."""
+        """Report a missing package: a warning, or an error if a type of it is ``required``."""
         package = missing.package
         code = "ros-type-unknown" if required else "package-not-found"
         if (package, code) in self._reported:

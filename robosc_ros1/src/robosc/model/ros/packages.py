@@ -1,17 +1,16 @@
-"""Packages of ROS: where they lie, and what their manifests say.
+"""Search for ROS packages, and the relevant content of their manifests.
 
-They are looked for, the first find winning, in:
+The first package of a name is taken from, in this order:
 
 1. the ROS package path (``ROS_PACKAGE_PATH``, as rospkg reads it) and ``share`` of each folder of
    ``AMENT_PREFIX_PATH`` and ``CMAKE_PREFIX_PATH``, as ROS 2 and ROS 1 themselves do;
-2. the folder of the model and the one above it: packages that lie directly in them;
+2. the folder of the model and the one above it: packages directly in them;
 3. ``src`` of every catkin or colcon workspace around the model, and the folder that holds the
    package which the model is part of;
 4. ``/opt/ros/*/share`` and ``/usr/share``, where distributions and Debian install them.
 
-rospkg finds them and catkin_pkg reads their manifests. A Python without these, which is one without
-ROS, finds packages by the names of their folders and takes them for packages of ROS 1 that export
-nothing.
+rospkg finds them and catkin_pkg reads their manifests. In a Python without these, packages are
+found by the names of their folders, and taken for packages of ROS 1 without exports.
 """
 
 from __future__ import annotations
@@ -30,16 +29,16 @@ _MANIFEST = "package.xml"
 
 
 class Place(NamedTuple):
-    """A folder with packages: somewhere below it if ``deep``, else directly in it."""
+    """A folder with packages: at any depth if ``deep``, else directly in it."""
 
     folder: Path
     deep: bool = False
 
 
 class Packages:
-    """The packages in some places, each place being searched at most once.
+    """The packages in some places, each of which is searched at most once.
 
-    ``sourced`` is the version of ROS whose setup was sourced, as in ``ROS_VERSION``.
+    ``sourced`` is the version of ROS that is sourced, from ``ROS_VERSION``; None if none is.
     """
 
     def __init__(self, places: Iterable[Place] = (), sourced: str | None = None) -> None:
@@ -51,12 +50,12 @@ class Packages:
 
     @classmethod
     def for_model(cls, model: Path, environment: Mapping[str, str] | None = None) -> Packages:
-        """Those in the places of the module's description, for a model file."""
+        """The packages that a model file may use, in the places that the module lists."""
         env = os.environ if environment is None else environment
         return cls(_places(model, env), env.get("ROS_VERSION"))
 
     def find(self, name: str) -> Path | None:
-        """The folder of a package."""
+        """The folder of a package; None if it is not found."""
         if name not in self._found:
             self._found[name] = self._find(name)
         return self._found[name]
@@ -87,12 +86,12 @@ class Packages:
         return packages
 
     def with_file(self, file: str) -> list[str]:
-        """Names of packages that have a definition file such as ``msg/Twist.msg``, for advice."""
+        """Names of packages that have a definition file such as ``msg/Twist.msg``, for hints."""
         found = {p.parents[1].name for place in self.places for p in place.folder.glob(f"*/{file}")}
         return sorted(found)
 
     def library_folders(self) -> Sequence[Path]:
-        """The folders that packages offer by ``<robosc libraries="…"/>`` in their exports."""
+        """The folders that packages export with ``<robosc libraries="…"/>``."""
         if self._library_folders is None:
             folders = (_exported_libraries(folder) for folder in self.all().values())
             self._library_folders = tuple(f for f in folders if f is not None)
@@ -100,15 +99,15 @@ class Packages:
 
 
 def is_share(folder: Path) -> bool:
-    """Whether this is an install space: packages lie directly in it, in folders of their names."""
+    """Whether a folder is an install space, with packages directly in it, in folders by name."""
     return folder.name == "share"
 
 
 def is_ros2_package(folder: Path, ros_version: str) -> bool:
-    """Whether the package that lies here is built by ament.
+    """Whether the package in a folder is built by ament.
 
-    Its manifest may have conditions, which make it one of both versions of ROS (REP 149):
-    ``ros_version`` is what they find as ``$ROS_VERSION``.
+    Conditions in its manifest can make it a package of both versions of ROS (REP 149):
+    ``ros_version`` is the value of ``$ROS_VERSION`` in them.
 
     Raises:
         ValueError: its manifest is faulty; says in what.
@@ -124,7 +123,7 @@ def is_ros2_package(folder: Path, ros_version: str) -> bool:
 
 
 def _exported_libraries(folder: Path) -> Path | None:
-    """The library folder that a package exports; ``${prefix}`` is the package's own folder."""
+    """The library folder that a package exports; ``${prefix}`` stands for the package's folder."""
     try:
         manifest = _manifest(folder, mentions="<robosc")
     except ValueError:
@@ -137,9 +136,9 @@ def _exported_libraries(folder: Path) -> Path | None:
 
 
 def _manifest(folder: Path, mentions: str) -> Any | None:
-    """The manifest of a package as catkin_pkg's ``Package`` if it contains a certain text.
+    """The manifest of a package as catkin_pkg's ``Package``, if it contains a certain text.
 
-    Most manifests do not, and catkin_pkg takes longer to load than a small model to check.
+    Most manifests do not, and loading catkin_pkg takes longer than checking a small model.
 
     Raises:
         ValueError: it is faulty.
@@ -191,12 +190,12 @@ def _is_workspace(folder: Path) -> bool:
 
 def _packages_below(root: Path) -> Mapping[str, Path]:
     """All packages below a folder."""
-    # One unreadable manifest ends rospkg's walk; what lies nearer is still to be had.
+    # One unreadable manifest ends rospkg's search; those directly in the folder are still found.
     return {**_packages_in(root), **_listed(root)}
 
 
 def _packages_in(root: Path) -> Mapping[str, Path]:
-    """The packages that lie directly in a folder."""
+    """The packages directly in a folder."""
     try:
         homes = sorted(file.parent for file in root.glob(f"*/{_MANIFEST}"))
         homes = [home for home in homes if not (home / "CATKIN_IGNORE").exists()]
@@ -211,12 +210,12 @@ def _packages_in(root: Path) -> Mapping[str, Path]:
 
 
 def _listed(root: Path) -> Mapping[str, Path]:
-    """What rospkg finds in a folder, itself included."""
+    """The packages that rospkg finds in a folder, itself included."""
     rospack = _rospack()
     if rospack is None:
         return {root.name: root} if (root / _MANIFEST).is_file() else {}
     found: dict[str, str] = {}
-    # Unreadable manifests, and such without a name.
+    # rospkg raises these for unreadable manifests, and for those without a name.
     with contextlib.suppress(ParseError, OSError, AttributeError):
         rospack.list_by_path(_MANIFEST, str(root), found)
     return {name: Path(path) for name, path in found.items()}

@@ -1,8 +1,8 @@
-"""Definitions out of the Python bindings that genpy has generated.
+"""Definitions from the Python bindings that genpy generates.
 
-Debian has packages whose bindings are installed without their definition files (actionlib's action
-types are one). The bindings name all fields and types, so they serve as well; constants are lost.
-They are read as text: nothing is imported.
+Some Debian packages install bindings without definition files (those of actionlib's actions are an
+example). The bindings have all fields and types, but not the constants. They are read as text:
+nothing is imported.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
-"""Definitions as ROS 2 has them: ``.msg``, ``.srv``, ``.action``, or ``.idl`` where that is all.
+"""Definitions of ROS 2: ``.msg``, ``.srv``, ``.action``, or ``.idl`` where there is only that.
 
-Compared with ROS 1, fields may have default values and bounds, which matter to nobody here; types
-of the same package always go by their bare name, and there is no ``Header``, ``time`` or
-``duration``. IDL is a language of its own
-(https://design.ros2.org/articles/idl_interface_definition.html), of which this reads what ROS 2's
-own tools write.
+Unlike in ROS 1, fields may have default values and bounds, which are ignored here; types of the
+same package have no package name, and there is no ``Header``, ``time`` or ``duration``. Of IDL
+(https://design.ros2.org/articles/idl_interface_definition.html), the subset that ROS 2's own tools
+write is read.
 
 Types are spelled as in ROS 1: ``float64``, ``string[3]``, ``geometry_msgs/Point[]``; a byte or a
 char of ROS 2 is a ``uint8``.
@@ -102,7 +101,11 @@ def _part(lines: list[tuple[int, str]], package: str) -> MessageFields:
 
 
 def _constant(base: str, text: str, line: int) -> Value:
-    """The value of a constant. A comment ends it, for ROS 2 even within quotes."""
+    """The value of a constant; as in ROS 2, a comment ends it even within quotes.
+
+    Raises:
+        ValueError: it is not of the type.
+    """
     text = text.partition("#")[0].strip()
     if _BUILT_IN.get(base) == "string":
         return text[1:-1] if text[:1] in ("'", '"') and text[-1:] == text[0] else text
@@ -126,7 +129,7 @@ _NOISE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\])*"', re.DOTALL)
 _ANNOTATION = re.compile(r"@\w+\s*(?:\([^()]*\))?")
 _STRUCT = re.compile(r"struct\s+(\w+)\s*\{([^{}]*)\}")
 _TYPEDEF = re.compile(r"typedef\s+([^;]+?)\s+(\w+)\s*\[\s*(\d+)\s*\]\s*;")
-# What arrays of another struct are made of.
+# ROS 2 declares an alias for a struct before an array of it.
 _ALIAS = re.compile(r"typedef\s+([^;\[\]]+?)\s+(\w+)\s*;")
 _CONSTANTS = re.compile(r"module\s+(\w+)_Constants\s*\{([^{}]*)\}")
 _CONSTANT = re.compile(r"const\s+([^;=]+?)\s+(\w+)\s*=\s*([^;]+?)\s*;")
@@ -143,7 +146,7 @@ def _idl(text: str, type_: str, kind: str) -> tuple[MessageFields, ...]:
     strings: list[str] = []
 
     def put_aside(match: re.Match[str]) -> str:
-        """A string by its number, since it may hold what looks like a declaration."""
+        """Replace a string by its number, since it may contain what looks like a declaration."""
         if not match[0].startswith('"'):
             return " "
         strings.append(ast.literal_eval(match[0]))
@@ -179,7 +182,7 @@ def _idl_constants(body: str, strings: Sequence[str]) -> Iterator[tuple[str, Val
 def _members(members: list[str], arrays: dict[str, tuple[str, str]]) -> Iterator[tuple[str, str]]:
     for member in members:
         type_, _, name = " ".join(member.split()).rpartition(" ")
-        # An empty struct of IDL must have a member; ROS 2 gives it this one.
+        # A struct of IDL needs a member; ROS 2 gives this one to an empty message.
         if name == "structure_needs_at_least_one_member":
             continue
         if type_ in arrays:

@@ -1,4 +1,4 @@
-"""Checking provided data against the fields that carry them: widths and lengths."""
+"""The check of provided data against fields: ranges of integers, lengths of arrays."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ __all__ = ["SentData"]
 
 
 class SentData:
-    """The checks of one file."""
+    """Checks the provided data of one file."""
 
     def __init__(self, definitions: MessageDefinitions, report: Report) -> None:
         self._definitions = definitions
         self._report = report
 
     def check(self, data: Data, node: CommunicationNode, binding: Binding) -> None:
-        """Check what a provide statement gives a communication."""
+        """Check the data of a provide statement for a communication."""
         if not binding.found:
             return
         match node:

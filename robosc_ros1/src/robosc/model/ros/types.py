@@ -1,6 +1,6 @@
-"""Messages, services and actions of ROS as types of the language, field by field.
+"""Messages, services and actions of ROS as object types of the language.
 
-So a model can name ``sensor_msgs/LaserScan`` as a type and need declare nothing of it.
+A model can use ``sensor_msgs/LaserScan`` as a type without declaring an object for it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from robosc.model.types import (
 __all__ = ["DURATIONS", "TIMES", "Folder", "RosTypes", "is_ros_type"]
 
 Folder: TypeAlias = Literal["msg", "srv", "action"]
-"""Where a package keeps its messages, services or actions; also how ROS 2 spells their names."""
+"""The folder of a package's messages, services or actions; also part of type names in ROS 2."""
 
 _ROS = ""
 """The origin of types that no model declares."""
@@ -48,21 +48,21 @@ TIMES = ("time", "builtin_interfaces/Time")
 
 
 def is_ros_type(type_: ObjectType) -> bool:
-    """Whether a type is a real message, or a part of a real service or action."""
+    """Whether an object is a message of ROS, or a part of a service or action."""
     return type_.origin == _ROS
 
 
 class RosTypes:
-    """The types of real definitions, each made once."""
+    """The types of ROS definitions, each made once."""
 
     def __init__(self, definitions: MessageDefinitions) -> None:
         self.definitions = definitions
         self._objects: dict[str, ObjectType | NoneType | Missing] = {}
         self.lengths: dict[tuple[ObjectType, str], tuple[int, str]] = {}
-        """Array fields of fixed length: that, and the field in words."""
+        """Array fields of fixed length: the number of elements, and the field as text."""
 
     def interface(self, package: str, name: str, folder: Folder) -> Interface | Missing:
-        """The definition behind ``package/folder/name``."""
+        """The definition of ``package/folder/name``."""
         match folder:
             case "msg":
                 return self.definitions.message(package, name)
@@ -71,7 +71,7 @@ class RosTypes:
         return self.definitions.action(package, name)
 
     def constants(self, package: str, name: str) -> Mapping[str, Value] | Missing:
-        """The constants of a message, service or action, whichever there is."""
+        """The constants of the message, service or action of a name, the first there is."""
         missing: list[Missing] = []
         folders: tuple[Folder, ...] = ("msg", "srv", "action")
         for folder in folders:
