@@ -163,23 +163,11 @@ class BehaviourResolver:
     # --- states and transitions ------------------------------------------------------------------
 
     def _state(self, node: StateNode) -> State:
-        nodes: list[ResultTransitionNode] = []
-        results: list[ResultTransition] = []
-        taus: list[Tau] = []
-        afters: list[After] = []
-        for item in node.transitions:
-            if isinstance(item, TauNode):
-                taus.append(self._tau(item))
-                continue
-            if isinstance(item, AfterNode):
-                after = self._after(item)
-                if after is not None:
-                    afters.append(after)
-                continue
-            nodes.append(item)
-            result = self._result(item)
-            if result is not None:
-                results.append(result)
+        items = node.transitions
+        nodes = [item for item in items if isinstance(item, ResultTransitionNode)]
+        results = [found for found in map(self._result, nodes) if found is not None]
+        taus = [self._tau(item) for item in items if isinstance(item, TauNode)]
+        afters = [self._after(item) for item in items if isinstance(item, AfterNode)]
         check_events(self._instance, self._report, nodes, results, node)
         return State(
             node.name.text,
@@ -187,7 +175,7 @@ class BehaviourResolver:
             node.marked,
             tuple(results),
             tuple(taus),
-            tuple(afters),
+            tuple(after for after in afters if after is not None),
             span=node.name.span,
         )
 

@@ -39,7 +39,6 @@ from robosc.model.incoming import RULE, Incoming, is_value
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.parts import Parts, path_of
-from robosc.model.scope import is_escaped
 from robosc.model.tables import SymbolTable
 from robosc.model.types import (
     ArrayType,
@@ -103,7 +102,7 @@ class Typer:
 
     def _typed(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
         match node:
-            case Access() if node.root.text in self._bound and not is_escaped(node.root):
+            case Access() if node.root.text in self._bound and not node.root.escaped:
                 found = self._element(node)
             case Access() if not is_value(node):
                 whole = self._meanings.whole_of(node)
@@ -239,7 +238,7 @@ class Typer:
         return (
             isinstance(node, Access)
             and not is_value(node)
-            and (node.root.text not in self._bound or is_escaped(node.root))
+            and (node.root.text not in self._bound or node.root.escaped)
             and self._meanings.whole_of(node) is None
         )
 

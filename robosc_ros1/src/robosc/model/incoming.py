@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from robosc.model.scope import is_escaped
 from robosc.model.types import Type
 from robosc.syntax.nodes import Access
 
@@ -35,4 +34,4 @@ def no_value(reason: str) -> Incoming:
 
 def is_value(access: Access) -> bool:
     """Whether an access reads the word ``value``, or a part of it."""
-    return access.root.text == "value" and not is_escaped(access.root)
+    return access.root.text == "value" and not access.root.escaped

@@ -29,7 +29,7 @@ from robosc.syntax.nodes import (
     VariableNode,
 )
 
-__all__ = ["FileScope", "is_escaped", "report_duplicate"]
+__all__ = ["FileScope", "report_duplicate"]
 
 
 _Declaration = TypeVar(
@@ -150,11 +150,6 @@ def _declared(node: DeclarationNode | BehaviourNode) -> Iterator[str]:
             yield from (prop.name.text for prop in properties)
         case EnumNode(rules=rules):
             yield from (rule.value.text for rule in rules)
-
-
-def is_escaped(name: Name) -> bool:
-    """Whether the user wrote ``^name``."""
-    return name.span.text.startswith("^")
 
 
 def report_duplicate(what: str, second: Name, first: Span, report: Report) -> None:

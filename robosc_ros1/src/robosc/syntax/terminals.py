@@ -21,7 +21,14 @@ from robosc.syntax.elements import (
     terminal,
 )
 from robosc.syntax.expressions import Expression
-from robosc.syntax.leaves import make_access, make_integer, make_name, make_string
+from robosc.syntax.leaves import (
+    make_access,
+    make_integer,
+    make_name,
+    make_node,
+    make_string,
+    make_tuple,
+)
 from robosc.syntax.nodes import (
     Access,
     ArrayTypeNode,
@@ -98,27 +105,19 @@ def as_communication(node: ExprNode) -> Access | None:
 def braced_communications() -> ParserElement:
     """Several communications in braces; leaves a tuple."""
     one = communication("the name of a communication")
-    return built(symbol("{") - listed(one) - symbol("}", "',' or '}'"), _tuple)
+    return built(symbol("{") - listed(one) - symbol("}", "',' or '}'"), make_tuple)
 
 
 def communications(expected: str) -> ParserElement:
     """One communication, or several in braces; leaves a tuple."""
-    one = built(communication("the name of a communication"), _tuple)
+    one = built(communication("the name of a communication"), make_tuple)
     return either([braced_communications(), one], expected)
-
-
-def _tuple(reading: Reading, start: int, end: int, parts: list[Any]) -> tuple[Any, ...]:
-    return tuple(parts)
 
 
 def range_() -> ParserElement:
     """``1..6``; leaves a RangeNode."""
     bound = terminal("'-'? INTEGER", "a whole number", make_integer)
-    return built(bound - symbol("..", "'..' and the last index") - bound, _build_range)
-
-
-def _build_range(reading: Reading, start: int, end: int, parts: list[Any]) -> RangeNode:
-    return RangeNode(parts[0], parts[1], span=reading.span(start, end))
+    return built(bound - symbol("..", "'..' and the last index") - bound, make_node(RangeNode))
 
 
 def duration(expected: str) -> ParserElement:
@@ -141,7 +140,10 @@ def type_(expected: str) -> ParserElement:
     kind = Forward()
     bound = terminal("'-'? INTEGER", "a whole number", make_integer)
     bounds = symbol("(") - bound - symbol("..") - bound - symbol(")")
-    integer = built(keyword(f"integer {_NO_COLON}") + maybe(built(bounds, _tuple)), _build_integer)
+    integer = built(
+        keyword(f"integer {_NO_COLON}") + maybe(built(bounds, make_tuple)),
+        make_node(BasicTypeNode, "integer"),
+    )
     unbounded = terminal("(?: string | boolean | double | none ) '('", "a type")
     unbounded.set_parse_action(_refuse_range)
     basic = terminal(f"(?: string | boolean | double | none ) {_NO_COLON}", "a type", _build_basic)
@@ -150,7 +152,7 @@ def type_(expected: str) -> ParserElement:
         - symbol("(", "'(' after 'array'")
         - kind
         - symbol(")", "')' to close 'array('"),
-        _build_array,
+        make_node(ArrayTypeNode),
     )
     named = terminal(f"NAME (?: '.' WORD )? {_NO_COLON}", "a type", _build_named)
     deep = terminal(f"(?: array '(' ){{{MAX_NESTING}}}", "a type")
@@ -184,11 +186,3 @@ def _build_basic(reading: Reading, start: int, end: int, parts: list[Any]) -> Ba
 def _build_named(reading: Reading, start: int, end: int, parts: list[Any]) -> NamedTypeNode:
     *library, name = (make_name(reading, at, at + 1, []) for at in range(start, end, 2))
     return NamedTypeNode(name, library[0] if library else None, span=reading.span(start, end))
-
-
-def _build_integer(reading: Reading, start: int, end: int, parts: list[Any]) -> BasicTypeNode:
-    return BasicTypeNode("integer", parts[0], span=reading.span(start, end))
-
-
-def _build_array(reading: Reading, start: int, end: int, parts: list[Any]) -> ArrayTypeNode:
-    return ArrayTypeNode(parts[0], span=reading.span(start, end))
