@@ -115,7 +115,9 @@ def test_model_shows_what_the_page_says(block: Block, tmp_path: Path) -> None:
     definition = block.option("needs")
     if definition is not None:
         package, _, type_ = definition.partition("/")
-        if not isinstance(MessageDefinitions.for_model(ROOT).message(package, type_), Interface):
+        if not isinstance(
+            MessageDefinitions.for_model(ROOT).interface(package, type_, "msg"), Interface
+        ):
             pytest.skip(f"{definition} is not installed")
     for other in MODELS:
         name = other.option("file")

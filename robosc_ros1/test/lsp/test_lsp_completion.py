@@ -115,7 +115,7 @@ def test_outgoing_messages_are_no_commands(tmp_path: Path) -> None:
 
 def test_fields_of_the_real_message(tmp_path: Path) -> None:
     definitions = Desk().definitions(str(tmp_path / "model.rscd"))
-    if not isinstance(definitions.message("geometry_msgs", "Twist"), Interface):
+    if not isinstance(definitions.interface("geometry_msgs", "Twist", "msg"), Interface):
         pytest.skip("geometry_msgs is not installed")
     assert offered(tmp_path, "{ x: double }", "{ x: double | }") == ["y", "z"]
     found = offered(tmp_path, "interface turn use Turn", "interface turn use |")

@@ -190,7 +190,7 @@ robot R {
 
 def test_messages_are_shown_as_they_are(desk: Desk, tmp_path: Path) -> None:
     analysis = open_text(desk, tmp_path / "motor.rscd", MESSAGES)
-    if not isinstance(analysis.definitions.message("geometry_msgs", "Twist"), Interface):
+    if not isinstance(analysis.definitions.interface("geometry_msgs", "Twist", "msg"), Interface):
         pytest.skip("geometry_msgs is not installed")
     text = hover_text(analysis, named(analysis, "Twist from"), None)
     assert "Vector3  linear" in text

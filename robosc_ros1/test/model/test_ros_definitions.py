@@ -64,7 +64,7 @@ def test_all_kinds_of_field_are_read(tmp_path: Path) -> None:
     geometry_msgs/Point[2] points
     """
     package(tmp_path, "p", msg__All=dedent(text), msg__Part="bool on\n")
-    (definition,) = found(around(tmp_path / "m.rscd").message("p", "All")).parts
+    (definition,) = found(around(tmp_path / "m.rscd").interface("p", "All", "msg")).parts
     assert definition.constants == (("LIMIT", 5), ("NAME", "a # b"))
     assert [(f.name, str(f.type)) for f in definition.fields] == [
         ("header", "std_msgs/Header"),
@@ -89,17 +89,20 @@ def test_a_time_is_a_message_of_seconds_and_nanoseconds() -> None:
 def test_both_spellings_of_an_action(tmp_path: Path) -> None:
     package(tmp_path, "p", action__Grab="---\n---\n", action__MoveAction="int8 a\n---\n---\n")
     definitions = around(tmp_path / "m.rscd")
-    assert found(definitions.action("p", "GrabAction")).type == "Grab"
-    assert found(definitions.action("p", "Grab")).type == "Grab"
-    assert found(definitions.action("p", "MoveAction")).type == "MoveAction"
-    missing = definitions.action("p", "Move")
+    assert found(definitions.interface("p", "GrabAction", "action")).type == "Grab"
+    assert found(definitions.interface("p", "Grab", "action")).type == "Grab"
+    assert found(definitions.interface("p", "MoveAction", "action")).type == "MoveAction"
+    missing = definitions.interface("p", "Move", "action")
     assert isinstance(missing, Missing) and missing.names == ("Grab", "MoveAction")
 
 
 def test_a_definition_that_cannot_be_read_says_why(tmp_path: Path) -> None:
     package(tmp_path, "p", msg__Bad="int8\n", srv__Bad="int8 a\n", msg__Odd="int8 a b c\n")
     definitions = around(tmp_path / "m.rscd")
-    for result in (definitions.message("p", "Bad"), definitions.service("p", "Bad")):
+    for result in (
+        definitions.interface("p", "Bad", "msg"),
+        definitions.interface("p", "Bad", "srv"),
+    ):
         assert isinstance(result, Missing) and result.reason == "faulty"
         assert "Bad" in result.detail
 
@@ -131,14 +134,14 @@ def test_places(tmp_path: Path, place: str) -> None:
         ROS_PACKAGE_PATH=str(tmp_path / "other"),
         CMAKE_PREFIX_PATH=str(tmp_path / "install"),
     )
-    assert found(definitions.message("p", "M")).parts[0].fields[0].name == "a"
+    assert found(definitions.interface("p", "M", "msg")).parts[0].fields[0].name == "a"
 
 
 def test_a_package_beside_the_one_that_holds_the_model(tmp_path: Path) -> None:
     package(tmp_path, "p", msg__M="int8 a\n")
     holder = package(tmp_path, "holder")
     (holder / "models" / "deep").mkdir(parents=True)
-    assert found(around(holder / "models" / "deep" / "m.rscd").message("p", "M"))
+    assert found(around(holder / "models" / "deep" / "m.rscd").interface("p", "M", "msg"))
 
 
 def test_the_name_counts_not_the_folder_and_ignored_packages_do_not_count(tmp_path: Path) -> None:
@@ -146,8 +149,8 @@ def test_the_name_counts_not_the_folder_and_ignored_packages_do_not_count(tmp_pa
     package(tmp_path, "q", msg__M="int8 a\n")
     (tmp_path / "q" / "CATKIN_IGNORE").touch()
     definitions = around(tmp_path / "m.rscd")
-    assert found(definitions.message("p", "M"))
-    assert definitions.message("q", "M") == Missing("package", "q")
+    assert found(definitions.interface("p", "M", "msg"))
+    assert definitions.interface("q", "M", "msg") == Missing("package", "q")
 
 
 def test_a_broken_manifest_does_not_hide_other_packages(tmp_path: Path) -> None:
@@ -155,14 +158,14 @@ def test_a_broken_manifest_does_not_hide_other_packages(tmp_path: Path) -> None:
     (tmp_path / "ws" / "a").mkdir()
     (tmp_path / "ws" / "a" / "package.xml").write_text("<package")
     definitions = around(tmp_path / "x" / "m.rscd", ROS_PACKAGE_PATH=str(tmp_path / "ws"))
-    assert found(definitions.message("p", "M"))
+    assert found(definitions.interface("p", "M", "msg"))
 
 
 def test_the_environment_comes_before_what_lies_around(tmp_path: Path) -> None:
     package(tmp_path, "p", msg__M="int8 near\n")
     package(tmp_path / "env", "p", msg__M="int8 far\n")
     definitions = around(tmp_path / "m.rscd", ROS_PACKAGE_PATH=str(tmp_path / "env"))
-    assert found(definitions.message("p", "M")).parts[0].fields[0].name == "far"
+    assert found(definitions.interface("p", "M", "msg")).parts[0].fields[0].name == "far"
 
 
 def test_without_genmsg_definitions_are_not_read(
@@ -171,8 +174,8 @@ def test_without_genmsg_definitions_are_not_read(
     package(tmp_path, "p", msg__M="int8 a\n", action__Go="---\n---\n")
     monkeypatch.setattr(definitions_module, "_genmsg", lambda: None)
     definitions = around(tmp_path / "m.rscd")
-    assert definitions.message("p", "M") == Missing("genmsg", "p")
-    assert definitions.action("p", "GoAction") == Missing("genmsg", "p")
+    assert definitions.interface("p", "M", "msg") == Missing("genmsg", "p")
+    assert definitions.interface("p", "GoAction", "action") == Missing("genmsg", "p")
     text = """
     component P { outgoing message m with type: integer links l }
     interface l use M from p
@@ -199,26 +202,26 @@ def test_advice_names_the_debian_packages() -> None:
 )
 def test_installed_messages(ros: None, type_: str, fields: dict[str, str]) -> None:
     package_name, _, name = type_.partition("/")
-    (definition,) = found(around(Path("m.rscd")).message(package_name, name)).parts
+    (definition,) = found(around(Path("m.rscd")).interface(package_name, name, "msg")).parts
     types = {f.name: str(f.type) for f in definition.fields}
     assert fields.items() <= types.items()
 
 
 def test_installed_services(ros: None) -> None:
-    request, response = found(around(Path("m.rscd")).service("std_srvs", "SetBool")).parts
+    request, response = found(around(Path("m.rscd")).interface("std_srvs", "SetBool", "srv")).parts
     assert [f.name for f in request.fields] == ["data"]
     assert [f.name for f in response.fields] == ["success", "message"]
 
 
 def test_actions_of_actionlib_are_found_though_only_their_bindings_are_installed(ros: None) -> None:
-    interface = found(around(Path("m.rscd")).action("actionlib", "TestAction"))
+    interface = found(around(Path("m.rscd")).interface("actionlib", "TestAction", "action"))
     assert interface.type == "Test"
     assert [[f.name for f in part.fields] for part in interface.parts] == [
         ["goal"],
         ["result"],
         ["feedback"],
     ]
-    missing = around(Path("m.rscd")).action("actionlib", "Tst")
+    missing = around(Path("m.rscd")).interface("actionlib", "Tst", "action")
     assert isinstance(missing, Missing) and "TwoInts" in missing.names
 
 
@@ -231,9 +234,9 @@ def test_bindings_tell_what_definitions_tell(ros: None, tmp_path: Path) -> None:
     real = around(Path("m.rscd"))
     for name in ("Twist", "PoseWithCovarianceStamped", "Polygon"):
         assert (
-            found(bare.message("geometry_msgs", name)).parts[0].fields
-            == found(real.message("geometry_msgs", name)).parts[0].fields
+            found(bare.interface("geometry_msgs", name, "msg")).parts[0].fields
+            == found(real.interface("geometry_msgs", name, "msg")).parts[0].fields
         )
-    assert [p.fields for p in found(bare.service("nav_msgs", "GetPlan")).parts] == [
-        p.fields for p in found(real.service("nav_msgs", "GetPlan")).parts
+    assert [p.fields for p in found(bare.interface("nav_msgs", "GetPlan", "srv")).parts] == [
+        p.fields for p in found(real.interface("nav_msgs", "GetPlan", "srv")).parts
     ]

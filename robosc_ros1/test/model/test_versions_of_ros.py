@@ -85,7 +85,7 @@ def test_a_header_has_a_sequence_number_in_ros_1_only(tmp_path: Path) -> None:
     fields = {}
     for version in ("1", "2"):
         definitions = MessageDefinitions.for_model(tmp_path / "m.rscd", {}, version)
-        (part,) = found(definitions.message("std_msgs", "Header")).parts
+        (part,) = found(definitions.interface("std_msgs", "Header", "msg")).parts
         fields[version] = [field.name for field in part.fields]
     assert fields == {"1": ["seq", "stamp", "frame_id"], "2": ["stamp", "frame_id"]}
 
@@ -105,14 +105,14 @@ def test_a_package_of_both_versions_is_read_as_the_target_wants(
         MessageDefinitions.for_model(model, {}),  # genmsg is there
         MessageDefinitions.for_model(model, {"ROS_VERSION": "2"}, "1"),
     ):
-        fields = found(definitions.action("p", "Walk")).parts[0].fields
+        fields = found(definitions.interface("p", "Walk", "action")).parts[0].fields
         types = [str(field.type) for field in fields]
         assert types == ["std_msgs/Header", "duration", "duration"]
     for definitions in (
         MessageDefinitions.for_model(model, {}, "2"),
         MessageDefinitions.for_model(model, {"ROS_VERSION": "2"}),
     ):
-        fields = found(definitions.action("p", "Walk")).parts[0].fields
+        fields = found(definitions.interface("p", "Walk", "action")).parts[0].fields
         assert str(fields[0].type) == "p/Header"
 
 
@@ -127,6 +127,6 @@ def test_a_package_of_both_versions_is_read_as_the_target_wants(
 def test_faulty_build_types_are_told(tmp_path: Path, build_types: tuple[str, ...]) -> None:
     folder = package(tmp_path, "p", msg__M="int8 a\n")
     manifest(folder, *build_types)
-    result = MessageDefinitions.for_model(tmp_path / "m.rscd", {}).message("p", "M")
+    result = MessageDefinitions.for_model(tmp_path / "m.rscd", {}).interface("p", "M", "msg")
     assert isinstance(result, Missing) and result.reason == "faulty"
     assert "package.xml" in result.detail

@@ -8,6 +8,7 @@ from robosc.model.entities import Kind
 from robosc.model.file_resolver import FileContents
 from robosc.model.ros.definitions import BASIC, Definition, Field, Interface, MessageDefinitions
 from robosc.model.ros.fit import misfit
+from robosc.model.ros.types import FOLDERS
 from robosc.model.tables import CommunicationInfo
 from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.syntax.nodes import ActionNode, InterfaceNode, MessageNode, ServiceNode
@@ -30,13 +31,7 @@ def _definition(
 ) -> Interface | None:
     """What a declared interface is for a communication of this kind."""
     package, type_ = node.package.text, node.type.text
-    match info.node:
-        case MessageNode():
-            found = definitions.message(package, type_)
-        case ServiceNode():
-            found = definitions.service(package, type_)
-        case ActionNode():
-            found = definitions.action(package, type_)
+    found = definitions.interface(package, type_, FOLDERS[type(info.node)])
     return found if isinstance(found, Interface) else None
 
 

@@ -13,7 +13,7 @@ from robosc.lsp.carriers import interface_of
 from robosc.lsp.derived import Derived
 from robosc.lsp.interfaces import definition_file
 from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
-from robosc.model.ros.definitions import Interface, MessageDefinitions
+from robosc.model.ros.definitions import KINDS, Interface, MessageDefinitions
 from robosc.source import Source, Span
 
 __all__ = ["hover_text", "keyword_hover"]
@@ -114,8 +114,8 @@ def _definition(definitions: MessageDefinitions, package: str, type_: str) -> It
         except OSError:
             return
         return
-    for look_up in (definitions.message, definitions.service, definitions.action):
-        found = look_up(package, type_)
+    for folder in KINDS:
+        found = definitions.interface(package, type_, folder)
         if isinstance(found, Interface):
             yield _fenced("", _interface(found))
             return

@@ -6,12 +6,10 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from robosc.model.ros.definitions import INTEGERS, FieldType, MessageDefinitions
+from robosc.model.ros.definitions import INTEGERS, KINDS, FieldType, MessageDefinitions
 from robosc.source import Source, Span
 
 __all__ = ["definition_file", "field_place", "model_type", "offered_types"]
-
-_FOLDERS = ("msg", "srv", "action")
 
 
 def definition_file(definitions: MessageDefinitions, package: str, type_: str) -> Path | None:
@@ -19,7 +17,7 @@ def definition_file(definitions: MessageDefinitions, package: str, type_: str) -
     home = definitions.packages.find(package)
     if home is None:
         return None
-    names = [(type_, folder) for folder in _FOLDERS]
+    names = [(type_, folder) for folder in KINDS]
     names.append((type_.removesuffix("Action"), "action"))
     for name, folder in names:
         file = home / folder / f"{name}.{folder}"
@@ -62,7 +60,7 @@ def offered_types(definitions: MessageDefinitions) -> Sequence[tuple[str, str, s
     """Package, type and folder of all interfaces that can be used, each package once."""
     found: dict[tuple[str, str, str], None] = {}
     for package, home in definitions.packages.all().items():
-        for folder in _FOLDERS:
+        for folder in KINDS:
             try:
                 names = sorted(f.stem for f in (home / folder).glob(f"*.{folder}"))
             except OSError:

@@ -14,16 +14,22 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 from robosc.model.ros import python_bindings, rosidl
 from robosc.model.ros.packages import Packages, is_ros2_package, is_share
 from robosc.model.types import Value
 
 __all__ = [
-    "BASIC", "Definition", "Field", "FieldType", "INTEGERS", "Interface", "MessageDefinitions",
-    "Missing", "install_advice",
+    "BASIC", "Definition", "Field", "FieldType", "Folder", "INTEGERS", "Interface", "KINDS",
+    "MessageDefinitions", "Missing", "install_advice",
 ]  # fmt: skip
+
+Folder: TypeAlias = Literal["msg", "srv", "action"]
+"""The folder of a package's messages, services or actions; also part of type names in ROS 2."""
+
+KINDS: Mapping[Folder, str] = {"msg": "message", "srv": "service", "action": "action"}
+"""The kind of interface in each folder, in words."""
 
 INTEGERS: Mapping[str, tuple[int, int]] = {
     **{f"int{bits}": (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) for bits in (8, 16, 32, 64)},
@@ -191,26 +197,17 @@ class MessageDefinitions:
         """The definitions that a model file may use, see :mod:`robosc.model.ros.packages`."""
         return cls(Packages.for_model(path, environment), ros_version)
 
-    def message(self, package: str, type_: str) -> Interface | Missing:
-        """The definition of a message, in one part."""
-        return self._interface(package, type_, "msg")
+    def interface(self, package: str, type_: str, folder: Folder) -> Interface | Missing:
+        """The definition of ``package/folder/type_``.
 
-    def service(self, package: str, type_: str) -> Interface | Missing:
-        """The definition of a service, in two parts: request, response."""
-        return self._interface(package, type_, "srv")
-
-    def action(self, package: str, type_: str) -> Interface | Missing:
-        """The definition of an action, in three parts: goal, result, feedback.
-
-        The type ``TAction`` also finds ``T.action``.
+        Its parts are the message; request and response of a service; or goal, result and feedback
+        of an action, of which the type ``TAction`` also finds ``T.action``.
         """
-        found = self._interface(package, type_, "action")
-        if isinstance(found, Missing) and found.reason == "file" and len(type_) > len("Action"):
-            stem = type_.removesuffix("Action")
-            if stem != type_:
-                shorter = self._interface(package, stem, "action")
-                if isinstance(shorter, Interface) or shorter.reason != "file":
-                    return shorter
+        found = self._interface(package, type_, folder)
+        stem = type_.removesuffix("Action")
+        if folder == "action" and stem not in ("", type_) and _has_no_file(found):
+            shorter = self._interface(package, stem, folder)
+            return found if _has_no_file(shorter) else shorter
         return found
 
     def fields(self, type_: FieldType) -> Definition | Missing | None:
@@ -222,10 +219,10 @@ class MessageDefinitions:
         if self._ros_version is not None and type_.base in _IN_ROS_1:
             return _TIMES[self._ros_version][_IN_ROS_1[type_.base]]
         package, _, name = type_.base.partition("/")
-        found = self.message(package, name)
+        found = self.interface(package, name, "msg")
         return found if isinstance(found, Missing) else found.parts[0]
 
-    def _interface(self, package: str, type_: str, folder: str) -> Interface | Missing:
+    def _interface(self, package: str, type_: str, folder: Folder) -> Interface | Missing:
         key = (package, type_, folder)
         if key not in self._interfaces:
             found = self._read(package, type_, folder)
@@ -294,6 +291,10 @@ class MessageDefinitions:
         if home is None and not names:
             return Missing("package", package)
         return Missing("file", package, tuple(sorted(names)))
+
+
+def _has_no_file(found: Interface | Missing) -> bool:
+    return isinstance(found, Missing) and found.reason == "file"
 
 
 def _without_sequence(header: Interface | Missing) -> Interface | Missing:

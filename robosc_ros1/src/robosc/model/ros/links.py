@@ -6,13 +6,14 @@ that are received must fit the model's type (an integer field as a double, but n
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from robosc.model.diagnostics import Report, listing
 from robosc.model.entities import Binding
 from robosc.model.ros.definitions import (
     BASIC,
+    KINDS,
     Definition,
     FieldType,
     Interface,
@@ -20,9 +21,9 @@ from robosc.model.ros.definitions import (
     Missing,
 )
 from robosc.model.ros.fit import misfit
-from robosc.model.ros.missing import KINDS, MissingDefinitions
+from robosc.model.ros.missing import MissingDefinitions
 from robosc.model.ros.sent import SentData
-from robosc.model.ros.types import Folder, is_ros_type
+from robosc.model.ros.types import FOLDERS, is_ros_type
 from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import ArrayType, EnumType, IntegerType, NoneType, ObjectType, Type
 from robosc.model.usage import Direction, Path, Usage
@@ -39,12 +40,6 @@ from robosc.syntax.nodes import (
 )
 
 __all__ = ["Binder", "Payload"]
-
-_FOLDERS: Mapping[type[CommunicationNode], Folder] = {
-    MessageNode: "msg",
-    ServiceNode: "srv",
-    ActionNode: "action",
-}
 
 
 @dataclass(frozen=True)
@@ -79,7 +74,6 @@ class Binder:
         self._definitions = definitions
         self._type_declarations = type_declarations
         self._report = report
-        self._ros = type_declarations.ros
         self.missing = MissingDefinitions(definitions, report)
         self.sent = SentData(definitions, report)
         self._looked_up: set[InterfaceNode | RosTypeNode] = set()
@@ -103,9 +97,10 @@ class Binder:
             return self._default(key, node, parts)
         package, type_ = interface.package.text, interface.type.text
         self._looked_up.add(interface)
-        found = self._ros.interface(package, type_, _FOLDERS[type(node)])
+        folder = FOLDERS[type(node)]
+        found = self._definitions.interface(package, type_, folder)
         if isinstance(found, Missing):
-            kind = KINDS[_FOLDERS[type(node)]]
+            kind = KINDS[folder]
             if not self.missing.of_interface(found, interface, kind):
                 return None
             # Without the definition, take the file name as ROS derives it from the type.
@@ -160,14 +155,7 @@ class Binder:
             package, type_ = interface.package.text, interface.type.text
             if interface in self._looked_up or not (type_[0].isalpha() and package[0].isalpha()):
                 continue
-            found = [
-                look_up(package, type_)
-                for look_up in (
-                    self._definitions.message,
-                    self._definitions.service,
-                    self._definitions.action,
-                )
-            ]
+            found = [self._definitions.interface(package, type_, folder) for folder in KINDS]
             missing = [f for f in found if isinstance(f, Missing) and f.reason == "file"]
             if len(missing) == len(found):
                 names = [name for one in missing for name in one.names]

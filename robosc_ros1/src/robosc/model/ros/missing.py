@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from difflib import get_close_matches
 
 from robosc.model.diagnostics import Report
 from robosc.model.ros.definitions import (
+    KINDS,
     Interface,
     MessageDefinitions,
     Missing,
     install_advice,
 )
-from robosc.model.ros.types import Folder
 from robosc.source import Span
 from robosc.syntax.nodes import InterfaceNode, RosTypeNode
 
-__all__ = ["KINDS", "MissingDefinitions"]
-
-KINDS: Mapping[Folder, str] = {"msg": "message", "srv": "service", "action": "action"}
+__all__ = ["MissingDefinitions"]
 
 
 class MissingDefinitions:
@@ -56,13 +53,8 @@ class MissingDefinitions:
         return False
 
     def _other_kind(self, package: str, type_: str) -> str | None:
-        lookups = {
-            "message": self._definitions.message,
-            "service": self._definitions.service,
-            "action": self._definitions.action,
-        }
-        for kind, look_up in lookups.items():
-            if isinstance(look_up(package, type_), Interface):
+        for folder, kind in KINDS.items():
+            if isinstance(self._definitions.interface(package, type_, folder), Interface):
                 article = "an" if kind == "action" else "a"
                 return f"it has {article} {kind} of this name"
         return None

@@ -14,8 +14,9 @@ from robosc.model.ros.definitions import (
     Missing,
 )
 from robosc.model.ros.fit import too_wide
+from robosc.model.ros.types import FOLDERS
 from robosc.model.types import IntegerType
-from robosc.syntax.nodes import ActionNode, CommunicationNode, MessageNode, ServiceNode
+from robosc.syntax.nodes import CommunicationNode, MessageNode
 
 __all__ = ["SentData"]
 
@@ -31,16 +32,9 @@ class SentData:
         """Check the data of a provide statement for a communication."""
         if not binding.found:
             return
-        match node:
-            case MessageNode():
-                found = self._definitions.message(binding.package, binding.type)
-                if isinstance(found, Missing):
-                    default = next((i for i in BASIC.values() if i.type == binding.type), None)
-                    found = default if default is not None else found
-            case ServiceNode():
-                found = self._definitions.service(binding.package, binding.type)
-            case ActionNode():
-                found = self._definitions.action(binding.package, binding.type)
+        found = self._definitions.interface(binding.package, binding.type, FOLDERS[type(node)])
+        if isinstance(found, Missing) and isinstance(node, MessageNode):
+            found = next((i for i in BASIC.values() if i.type == binding.type), found)
         if isinstance(found, Missing):
             return
         definition = found.parts[0]

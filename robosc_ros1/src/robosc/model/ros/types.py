@@ -6,12 +6,13 @@ A model can use ``sensor_msgs/LaserScan`` as a type without declaring an object 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal, TypeAlias
 
 from robosc.model.ros.definitions import (
     INTEGERS,
+    KINDS,
     Definition,
     FieldType,
+    Folder,
     Interface,
     MessageDefinitions,
     Missing,
@@ -27,11 +28,16 @@ from robosc.model.types import (
     Type,
     Value,
 )
+from robosc.syntax.nodes import ActionNode, CommunicationNode, MessageNode, ServiceNode
 
-__all__ = ["DURATIONS", "TIMES", "Folder", "RosTypes", "is_ros_type"]
+__all__ = ["DURATIONS", "FOLDERS", "TIMES", "RosTypes", "is_ros_type"]
 
-Folder: TypeAlias = Literal["msg", "srv", "action"]
-"""The folder of a package's messages, services or actions; also part of type names in ROS 2."""
+FOLDERS: Mapping[type[CommunicationNode], Folder] = {
+    MessageNode: "msg",
+    ServiceNode: "srv",
+    ActionNode: "action",
+}
+"""The folder of the definition of each kind of communication."""
 
 _ROS = ""
 """The origin of types that no model declares."""
@@ -61,21 +67,11 @@ class RosTypes:
         self.lengths: dict[tuple[ObjectType, str], tuple[int, str]] = {}
         """Array fields of fixed length: the number of elements, and the field as text."""
 
-    def interface(self, package: str, name: str, folder: Folder) -> Interface | Missing:
-        """The definition of ``package/folder/name``."""
-        match folder:
-            case "msg":
-                return self.definitions.message(package, name)
-            case "srv":
-                return self.definitions.service(package, name)
-        return self.definitions.action(package, name)
-
     def constants(self, package: str, name: str) -> Mapping[str, Value] | Missing:
         """The constants of the message, service or action of a name, the first there is."""
         missing: list[Missing] = []
-        folders: tuple[Folder, ...] = ("msg", "srv", "action")
-        for folder in folders:
-            found = self.interface(package, name, folder)
+        for folder in KINDS:
+            found = self.definitions.interface(package, name, folder)
             if isinstance(found, Interface):
                 return dict(constant for part in found.parts for constant in part.constants)
             missing.append(found)
@@ -83,7 +79,7 @@ class RosTypes:
 
     def part(self, package: str, name: str, folder: Folder, index: int) -> Type | Missing:
         """The type of one part of an interface; ``none`` for one without fields."""
-        found = self.interface(package, name, folder)
+        found = self.definitions.interface(package, name, folder)
         return found if isinstance(found, Missing) else self._object(found.parts[index])
 
     def _object(self, definition: Definition) -> ObjectType | NoneType | Missing:
