@@ -19,10 +19,10 @@ from functools import cached_property
 from itertools import product
 from typing import Literal, TypeAlias
 
-from robosc.ir.by_identity import ByIdentity
 from robosc.ir.counting import counts, tighter
 from robosc.ir.finite.view import FiniteView
 from robosc.ir.formulas import exact
+from robosc.model.by_identity import ByIdentity
 from robosc.model.entities import Assignment, EventKind, Robot
 from robosc.model.expr import Expr, TestRef, ValueRef
 from robosc.model.traversal import walk

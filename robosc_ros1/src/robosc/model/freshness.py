@@ -8,10 +8,11 @@ to a state in which it is disabled) is sent once for each message, and so never 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from robosc.errors import Note
 from robosc.language.events import EventKind, Kind
+from robosc.model.by_identity import ByIdentity
 from robosc.model.diagnostics import Report
 from robosc.model.entities import (
     Behaviour,
@@ -43,14 +44,12 @@ def check_freshness(
     behaviours = {c.name: c.behaviour for c in components}
     names = display_names(communications)
     stale: dict[str, dict[str, VariableRef]] = defaultdict(dict)
-    known: dict[int, tuple[bool, tuple[VariableRef, ...]]] = {}
+    known: ByIdentity[tuple[bool, tuple[VariableRef, ...]]] = ByIdentity()
     for command, expressions in _read_by_commands(requirements, provides).items():
-        for expr in expressions:
-            if id(expr) not in known:  # copies of a command have their conditions in common
-                known[id(expr)] = _names_freshness(expr), tuple(_variables(expr))
-        if any(known[id(expr)][0] for expr in expressions):
+        read = [known.of(expr, _read) for expr in expressions]  # copies share their conditions
+        if any(names_freshness for names_freshness, _ in read):
             continue
-        for ref in (ref for expr in expressions for ref in known[id(expr)][1]):
+        for ref in (ref for _, refs in read for ref in refs):
             message = messages.get(f"{ref.component}.{ref.variable}")
             behaviour = behaviours[ref.component]
             if message is not None and behaviour and not _uses_up(behaviour, command, message.key):
@@ -81,10 +80,11 @@ def _read_by_commands(
     return found
 
 
-def _variables(expr: Expr) -> Iterator[VariableRef]:
-    for part in walk_all([expr]):
-        if isinstance(part, VariableRef):
-            yield part
+def _read(expr: Expr) -> tuple[bool, tuple[VariableRef, ...]]:
+    """Whether an expression asks for the freshness of a message, and the variables it reads."""
+    parts = list(walk_all([expr]))
+    names_freshness = any(isinstance(part, PhaseRef) and part.phase == _FRESH for part in parts)
+    return names_freshness, tuple(part for part in parts if isinstance(part, VariableRef))
 
 
 def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, str]:
@@ -152,7 +152,3 @@ def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:
         for transitions in (state.transitions, behaviour.transitions)
     )
     return own or shared
-
-
-def _names_freshness(expr: Expr) -> bool:
-    return any(isinstance(part, PhaseRef) and part.phase == _FRESH for part in walk_all([expr]))

@@ -15,10 +15,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
-from robosc.ir.by_identity import ByIdentity
 from robosc.ir.finite.cases import by_state, by_value, reads_arrays, reads_states
 from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation
 from robosc.language.operators import MIRRORED
+from robosc.model.by_identity import ByIdentity
 from robosc.model.expr import (
     Binary,
     ChoiceRef,

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from robosc.ir.automaton import Event, Plant, PlantState
-from robosc.ir.by_identity import ByIdentity
 from robosc.ir.step import missing_together
+from robosc.model.by_identity import ByIdentity
 from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import Binary, Expr, Leaf, Operation, PhaseRef, StateRef, Unary, ValueRef
 from robosc.model.traversal import fold

@@ -27,6 +27,7 @@ class ByIdentity(Generic[_Found]):
         return self._found.get(id(expr), (expr, None))[1]
 
     def of(self, expr: Expr, find: Callable[[Expr], _Found]) -> _Found:
+        """The result for an expression, computed by ``find`` the first time."""
         known = self._found.get(id(expr))
         if known is None:
             known = self._found[id(expr)] = (expr, find(expr))
