@@ -22,7 +22,10 @@ from robosc.model.expr import (
 from robosc.model.traversal import all_names
 from robosc.model.types import Value
 
-__all__ = ["Outcome", "Values", "Verdict", "holds", "missing_together", "outcome", "valuations"]
+__all__ = [
+    "Outcome", "Values", "Verdict", "holds", "lookup", "missing_together", "outcome", "taken_edge",
+    "valuations",
+]  # fmt: skip
 
 Values: TypeAlias = tuple[Value | None, ...]
 """One value for each parameter of an event."""
@@ -79,15 +82,15 @@ def outcome(plant: Plant, event: Event, values: Values, state: PlantState) -> Ou
     """Return the state to which an event leads in the plant, without regard to requirements."""
     if event.phase is not None and state[event.phase.variable] not in event.phase.sources:
         return Verdict.IMPOSSIBLE
-    lookup = _lookup(plant, event, values, state)
+    look = lookup(plant, event, values, state)
     after = list(state)
     if event.phase is not None:
         after[event.phase.variable] = event.phase.target
     inside = True
     for automaton in event.automata:
-        edge = _edge(automaton, state, lookup)
+        edge = taken_edge(automaton, state, look)
         if edge is not None:
-            inside = _take(plant, edge, automaton, lookup, after) and inside
+            inside = _take(plant, edge, automaton, look, after) and inside
         elif automaton.blocking:
             return Verdict.IMPOSSIBLE
     return tuple(after) if inside else Verdict.OUT_OF_RANGE
@@ -95,15 +98,16 @@ def outcome(plant: Plant, event: Event, values: Values, state: PlantState) -> Ou
 
 def holds(plant: Plant, condition: Expr, state: PlantState) -> bool:
     """Whether a condition over the state (a requirement, a guard of the supervisor) is true."""
-    return _true(condition, _lookup(plant, None, (), state))
+    return _true(condition, lookup(plant, None, (), state))
 
 
-def _edge(
-    automaton: LocalAutomaton, state: PlantState, lookup: Callable[[Leaf], Value | None]
+def taken_edge(
+    automaton: LocalAutomaton, state: PlantState, look: Callable[[Leaf], Value | None]
 ) -> Edge | None:
+    """Return the edge that an automaton takes in a state; None if no guard holds."""
     location = state[automaton.variable]
     for edge in automaton.edges:
-        if edge.source == location and (edge.guard is None or _true(edge.guard, lookup)):
+        if edge.source == location and (edge.guard is None or _true(edge.guard, look)):
             return edge
     return None
 
@@ -112,7 +116,7 @@ def _take(
     plant: Plant,
     edge: Edge,
     automaton: LocalAutomaton,
-    lookup: Callable[[Leaf], Value | None],
+    look: Callable[[Leaf], Value | None],
     after: list[int],
 ) -> bool:
     """Apply the updates of an edge to ``after``; False if a variable would leave its range."""
@@ -120,7 +124,7 @@ def _take(
     inside = True
     for variable, expr in edge.updates:
         try:
-            value = evaluate(expr, lookup)
+            value = evaluate(expr, look)
         except Undefined:
             continue
         values = plant.variables[variable].values
@@ -131,16 +135,17 @@ def _take(
     return inside
 
 
-def _true(condition: Expr, lookup: Callable[[Leaf], Value | None]) -> bool:
+def _true(condition: Expr, look: Callable[[Leaf], Value | None]) -> bool:
     try:
-        return evaluate(condition, lookup) is True
+        return evaluate(condition, look) is True
     except Undefined:
         return False
 
 
-def _lookup(
+def lookup(
     plant: Plant, event: Event | None, values: Values, state: PlantState
 ) -> Callable[[Leaf], Value | None]:
+    """Return a function from leaves of expressions to their values in a state and an event."""
     index = plant.variable_index
     taken = {p.path: v for p, v in zip(event.parameters, values, strict=True)} if event else {}
 

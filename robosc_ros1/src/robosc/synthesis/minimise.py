@@ -9,7 +9,7 @@ negated boxes); the shorter of the two is taken. Compare Rudell & Sangiovanni-Vi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeAlias
@@ -37,7 +37,7 @@ from robosc.model.types import BooleanType, IntegerType
 from robosc.synthesis.sum_of_products import Diagrams, Product, TooLarge, full_mask
 from robosc.synthesis.vectorised import Bools, Indexes
 
-__all__ = ["LARGEST_TABLE", "Table", "condition_of", "condition_of_products"]
+__all__ = ["LARGEST_TABLE", "Table", "condition_of", "condition_of_products", "condition_on"]
 
 _BOOLEAN = BooleanType()
 _Reference: TypeAlias = VariableRef | TestRef
@@ -94,6 +94,12 @@ def condition_of(plant: Plant, table: Table) -> Expr:
     diagrams = Diagrams([variable.size for variable in variables])
     sets = [diagrams.of_rows(np.argwhere(each)) for each in (table.allowed, table.refused)]
     return condition_of_products(plant, table.variables, diagrams, *sets)
+
+
+def condition_on(plant: Plant, variable: int, indexes: Collection[int]) -> Expr:
+    """Return an expression that a state variable has a value with one of some indexes."""
+    inside = np.isin(np.arange(plant.variables[variable].size), list(indexes))
+    return condition_of(plant, Table((variable,), inside, ~inside))
 
 
 def condition_of_products(

@@ -26,6 +26,7 @@ from robosc.synthesis.minimise import (
     Table,
     condition_of,
     condition_of_products,
+    condition_on,
 )
 from robosc.synthesis.sum_of_products import END, NOTHING, Diagrams, TooLarge
 from robosc.synthesis.vectorised import Bools
@@ -239,13 +240,10 @@ class _Cover:
     def literals(self, box: _Box, positive: bool) -> Iterator[Expr]:
         """Yield the condition on each state variable of a box, or of its negation."""
         for variable in sorted(box):
-            inside = np.isin(np.arange(self.plant.variables[variable].size), list(box[variable]))
-            table = (
-                Table((variable,), inside, ~inside)
-                if positive
-                else Table((variable,), ~inside, inside)
-            )
-            yield condition_of(self.plant, table)
+            values = box[variable]
+            if not positive:
+                values = frozenset(range(self.plant.variables[variable].size)) - values
+            yield condition_on(self.plant, variable, values)
 
     def _grow(self, seed: Sequence[int], outside: Bdd, order: Sequence[int]) -> _Box:
         """Return a maximal box around one combination, disjoint from ``outside``."""

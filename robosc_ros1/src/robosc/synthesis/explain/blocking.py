@@ -13,22 +13,24 @@ from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.formatting import listing
 from robosc.synthesis.stepper import Stepper
 
-__all__ = ["Blocked", "why_blocked"]
+__all__ = ["Cause", "why_blocked"]
 
 _MOST_STATES = 20_000
 """States above which the search for a marked one is given up."""
 
 
 @dataclass(frozen=True, slots=True)
-class Blocked:
+class Cause:
+    """Why a state is bad, what to do about it, and the place in the model."""
+
     reason: str
-    remedy: str | None
-    span: Span | None
+    remedy: str | None = None
+    span: Span | None = None
 
 
 def why_blocked(
     stepper: Stepper, state: PlantState, steps: Callable[[], Sequence[Step]]
-) -> Blocked | None:
+) -> Cause | None:
     """Return why no marked state can be reached from a state; None if one can, or if unknown.
 
     ``steps`` computes the trace to the state: a component may be stuck because it does not react to
@@ -51,9 +53,9 @@ def why_blocked(
             if variable.marked is not None and any(s[n] not in variable.marked for s in states)
         ]
         reason = f"{listing(names)} are never in marked states at the same time again"
-        return Blocked(reason, None, None)
+        return Cause(reason)
     variable = min(stuck, key=lambda n: plant.variables[n].kind is VariableKind.PHASE)
-    return _told(stepper, steps(), states, variable)
+    return _of_variable(stepper.plant, steps(), states, variable)
 
 
 def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
@@ -77,25 +79,22 @@ def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
     return states
 
 
-def _told(
-    stepper: Stepper, steps: Sequence[Step], states: Sequence[PlantState], variable: int
-) -> Blocked:
-    plant = stepper.plant
+def _of_variable(
+    plant: Plant, steps: Sequence[Step], states: Sequence[PlantState], variable: int
+) -> Cause:
     places = sorted({state[variable] for state in states})
     names = [str(plant.variables[variable].values[place]) for place in places]
     name = plant.variables[variable].name
     if plant.variables[variable].kind is VariableKind.PHASE:
-        return Blocked(f"{plant.robot.display_names[name]} stays busy for good", None, None)
+        return Cause(f"{plant.robot.display_names[name]} stays busy for good")
     if len(places) > 1:
         reason = f"{name} never gets back to a marked state (it stays in {listing(names, 'or')})"
-        return Blocked(reason, None, plant.robot.component(name).span)
+        return Cause(reason, None, plant.robot.component(name).span)
     (place,) = places
     reason = f"{name} is stuck in {name}.{names[0]}, from where no marked state can be reached"
     behaviour = plant.robot.component(name).behaviour
     assert behaviour is not None
-    return Blocked(
-        reason, _remedy(stepper.plant, steps, variable, place), behaviour.states[place].span
-    )
+    return Cause(reason, _remedy(plant, steps, variable, place), behaviour.states[place].span)
 
 
 def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> str | None:

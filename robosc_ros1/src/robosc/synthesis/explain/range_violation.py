@@ -2,76 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from robosc.ir.automaton import Edge, LocalAutomaton, Plant, PlantState
-from robosc.ir.formulas import Leaf, Undefined, evaluate, to_dsl
-from robosc.model.expr import Binary, Expr, Literal, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.ir.formulas import Undefined, evaluate, to_dsl
+from robosc.ir.step import lookup, taken_edge
+from robosc.model.expr import Binary, Expr, Literal, VariableRef
 from robosc.model.types import BooleanType, Value
-from robosc.source import Span
 from robosc.supervisor import Step
-from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.explain.blocking import Cause
 from robosc.synthesis.vectorised import variable_of
 
-__all__ = ["Leaving", "leaving_remedy"]
+__all__ = ["why_out_of_range"]
 
 
-@dataclass(frozen=True, slots=True)
-class Leaving:
-    reason: str
-    remedy: str | None
-    span: Span | None
-
-
-def leaving_remedy(stepper: Stepper, step: Step, state: PlantState) -> Leaving:
+def why_out_of_range(plant: Plant, step: Step, state: PlantState) -> Cause:
     """Return which variable leaves its range by a step, and the guard that would prevent it."""
-    plant = stepper.plant
-
-    def lookup(leaf: Leaf) -> Value | None:
-        if isinstance(leaf, ValueRef):
-            return next(
-                value
-                for parameter, value in zip(step.event.parameters, step.values, strict=True)
-                if parameter.path == leaf.path
-            )
-        variable = variable_of(plant, leaf)
-        assert variable is not None
-        value = plant.variables[variable].values[state[variable]]
-        match leaf:
-            case StateRef(state=name):
-                return value == name
-            case PhaseRef():
-                return value == leaf.phase
-        return value
-
+    look = lookup(plant, step.event, step.values, state)
     for automaton in step.event.automata:
-        edge = _taken(automaton, state, lookup)
+        edge = taken_edge(automaton, state, look)
         for variable, expr in edge.updates if edge is not None else ():
             try:
-                value = evaluate(expr, lookup)
+                value = evaluate(expr, look)
             except Undefined:
                 continue
             if value not in plant.variables[variable].values:
                 assert edge is not None
-                return _told(plant, automaton, edge, variable, expr, value, step)
+                return _cause(plant, automaton, edge, variable, expr, value, step)
     raise AssertionError("no variable leaves its range")
 
 
-def _taken(automaton: LocalAutomaton, state: PlantState, lookup: object) -> Edge | None:
-    for edge in automaton.edges:
-        if edge.source != state[automaton.variable]:
-            continue
-        if edge.guard is None:
-            return edge
-        try:
-            if evaluate(edge.guard, lookup) is True:  # type: ignore[arg-type]
-                return edge
-        except Undefined:
-            continue
-    return None
-
-
-def _told(
+def _cause(
     plant: Plant,
     automaton: LocalAutomaton,
     edge: Edge,
@@ -79,13 +38,13 @@ def _told(
     expr: Expr,
     value: Value,
     step: Step,
-) -> Leaving:
+) -> Cause:
     name, values = plant.variables[variable].name, plant.variables[variable].values
     reason = f"{name} leaves its range {values[0]}..{values[-1]} (it becomes {value})"
     guard = _preventing(plant, variable, expr)
     widen = f"widen the range of {name}"
     if guard is None:
-        return Leaving(reason, widen, edge.span)
+        return Cause(reason, widen, edge.span)
     condition = to_dsl(guard, plant.robot)
     event = step.event
     where = (
@@ -93,7 +52,7 @@ def _told(
         f" {plant.variables[automaton.variable].values[edge.source]} of {automaton.component}"
     )
     remedy = f"add 'if {condition}' to {where}, or {widen}"
-    return Leaving(reason, remedy, edge.span)
+    return Cause(reason, remedy, edge.span)
 
 
 def _preventing(plant: Plant, index: int, expr: Expr) -> Expr | None:

@@ -20,10 +20,9 @@ from robosc.ir.step import Outcome, Verdict
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, StateRef, VariableRef
 from robosc.model.traversal import walk
-from robosc.source import Span
 from robosc.supervisor import Explanation, Guard, Step
-from robosc.synthesis.explain.blocking import why_blocked
-from robosc.synthesis.explain.range_violation import leaving_remedy
+from robosc.synthesis.explain.blocking import Cause, why_blocked
+from robosc.synthesis.explain.range_violation import why_out_of_range
 from robosc.synthesis.explain.starts import assumed, lost_start, nearest
 from robosc.synthesis.formatting import event_text, listing, quoted, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper, Test
@@ -42,9 +41,7 @@ class _BadState:
 
     states: tuple[PlantState, ...]
     last: Step | None
-    reason: str
-    remedy: str | None
-    span: Span | None
+    cause: Cause
 
 
 def explain_guards(
@@ -103,11 +100,12 @@ class _Explainer:
         trace = self._trace(bad.states, bad.last)
         start = assumed(self.plant, first)
         start += f"after {trace_text(trace)}, which no controller can prevent, " if trace else ""
-        message = f"no controller can satisfy the requirements: {start}{bad.reason}"
+        message = f"no controller can satisfy the requirements: {start}{bad.cause.reason}"
+        remedy = bad.cause.remedy
         diagnostic = Diagnostic(
-            Severity.ERROR, "empty-supervisor", message, robot.span, bad.remedy, _notes(bad)
+            Severity.ERROR, "empty-supervisor", message, robot.span, remedy, _notes(bad.cause)
         )
-        return Explanation(None, message, trace, bad.remedy, diagnostic)
+        return Explanation(None, message, trace, remedy, diagnostic)
 
     def guard(self, guard: Guard) -> Explanation:
         event = guard.event
@@ -129,16 +127,16 @@ class _Explainer:
         before = trace_text(trace[: len(trace) - len(after)])
         forced = f" the controller cannot prevent {trace_text(after)}; then" if after else ","
         start = assumed(self.plant, path[0])
-        message = f"{head}: {start}after {before}{forced} {bad.reason}"
+        message = f"{head}: {start}after {before}{forced} {bad.cause.reason}"
         diagnostic = Diagnostic(
             Severity.WARNING,
             "never-allowed" if never else "restricted-command",
             message,
             event.span,
-            bad.remedy,
-            _notes(bad),
+            bad.cause.remedy,
+            _notes(bad.cause),
         )
-        return Explanation(event, message, trace, bad.remedy, diagnostic)
+        return Explanation(event, message, trace, bad.cause.remedy, diagnostic)
 
     def _never_asked(self, guard: Guard) -> Explanation:
         """Return why a command never happens that the plant or the requirements never allow."""
@@ -186,14 +184,9 @@ class _Explainer:
             steps = partial(self._steps, before, path)
             blocked = why_blocked(self.stepper, path[-1], steps)
             if blocked is not None:
-                return _BadState(path, None, blocked.reason, blocked.remedy, blocked.span)
-        return _BadState(
-            (start,),
-            None,
-            "each way back to a marked state passes through states that must be avoided",
-            None,
-            None,
-        )
+                return _BadState(path, None, blocked)
+        reason = "each way back to a marked state passes through states that must be avoided"
+        return _BadState((start,), None, Cause(reason))
 
     def _steps(self, before: tuple[Step, ...], path: tuple[PlantState, ...]) -> tuple[Step, ...]:
         return (*before, *steps_of(self.stepper, path))
@@ -235,11 +228,10 @@ class _Explainer:
                 reason = f"{quoted(requirement.text)} fails"
                 steps = (*before, *steps_of(self.stepper, path))
                 remedy = _avoiding(requirement, steps[-1].event if steps else None)
-                return _BadState(path, None, reason, remedy, requirement.span)
+                return _BadState(path, None, Cause(reason, remedy, requirement.span))
         for step, target in self._uncontrollable(state, self.leaving):
             if target is Verdict.OUT_OF_RANGE:
-                found = leaving_remedy(self.stepper, step, state)
-                return _BadState(path, step, found.reason, found.remedy, found.span)
+                return _BadState(path, step, why_out_of_range(self.plant, step, state))
         return None
 
 
@@ -273,5 +265,5 @@ def _avoiding(requirement: Requirement, event: Event | None) -> str:
     return f"change what {event_text(event)} does to {listing(movers)}, or relax the requirement"
 
 
-def _notes(bad: _BadState) -> tuple[Note, ...]:
-    return () if bad.span is None else (Note("this is where it goes wrong", bad.span),)
+def _notes(cause: Cause) -> tuple[Note, ...]:
+    return () if cause.span is None else (Note("this is where it goes wrong", cause.span),)

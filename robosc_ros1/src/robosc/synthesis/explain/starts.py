@@ -6,12 +6,11 @@ values. An explanation mentions a parameter only if its default would not do.
 
 from __future__ import annotations
 
-from robosc.ir.automaton import Plant, PlantState, StateVariable
-from robosc.ir.finite.classes import Classes
-from robosc.ir.formulas import conjunction, negation, to_dsl
-from robosc.model.expr import Binary, Expr, Literal
-from robosc.model.types import BooleanType
+from robosc.ir.automaton import Plant, PlantState
+from robosc.ir.formulas import conjunction, to_dsl
+from robosc.model.expr import Expr
 from robosc.synthesis.formatting import listing
+from robosc.synthesis.minimise import condition_on
 from robosc.synthesis.system import System
 
 __all__ = ["assumed", "lost_start", "nearest"]
@@ -20,9 +19,9 @@ __all__ = ["assumed", "lost_start", "nearest"]
 def assumed(plant: Plant, start: PlantState) -> str:
     """Return which parameters differ from their defaults in an initial state, as a clause."""
     texts = [
-        to_dsl(_outcome(variable, index), plant.robot)
-        for variable, index in zip(plant.variables, start, strict=True)
-        if index != variable.initial
+        to_dsl(condition_on(plant, number, [index]), plant.robot)
+        for number, index in enumerate(start)
+        if index != plant.variables[number].initial
     ]
     return f"if {listing(texts)} at the start, " if texts else ""
 
@@ -46,20 +45,8 @@ def nearest(system: System, condition: Expr) -> tuple[PlantState, ...] | None:
     for number, variable in enumerate(system.plant.variables):
         if found[0][number] == variable.initial or number in written:
             continue
-        narrower = conjunction([condition, _outcome(variable, variable.initial)])
+        narrower = conjunction([condition, condition_on(system.plant, number, [variable.initial])])
         path = system.nearest(narrower)
         if path is not None:
             condition, found = narrower, path
     return found
-
-
-def _outcome(variable: StateVariable, index: int) -> Expr:
-    """Return the condition that a test has one of its values."""
-    test = variable.test
-    assert test is not None
-    if isinstance(variable.values, Classes):
-        return variable.values.condition([index], [index]).of(test)
-    value = variable.values[index]
-    if isinstance(test.type, BooleanType):
-        return test if value else negation(test)
-    return Binary("=", test, Literal(value, test.type), BooleanType())
