@@ -186,6 +186,11 @@ class Event:
         """The key of an event, unique in its plant."""
         return self.kind, self.key, self.index
 
+    @property
+    def branches(self) -> bool:
+        """Whether it is a command of which the environment chooses the outcome."""
+        return self.controllable and bool(self.parameters)
+
 
 @dataclass(frozen=True)
 class Plant:

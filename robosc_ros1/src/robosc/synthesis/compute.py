@@ -207,9 +207,7 @@ def _crowded(plant: Plant, most: int) -> str | None:
 def _nothing(plant: Plant) -> tuple[Guard, ...]:
     """The guards of an empty supervisor."""
     return tuple(
-        Guard(e, FALSE, TRUE if e.requirement is None else e.requirement, "never")
-        for e in plant.events
-        if e.controllable
+        Guard(e, FALSE, e.requirement or TRUE, "never") for e in plant.events if e.controllable
     )
 
 

@@ -12,12 +12,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import prod
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import FALSE, Expr
-from robosc.supervisor import Explanation, Guard, Step, Supervisor
+from robosc.supervisor import Explanation, Step, Supervisor
 from robosc.synthesis.system import inputs
 from robosc.synthesis.vectorised import event_support, support
 
@@ -201,8 +201,9 @@ def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
     events = {event.identity: (number, event) for number, event in enumerate(plant.events)}
     empty = [part for part in parts if part.empty]
     states = prod(part.controlled_states for part in parts)
+    never: dict[str, Any] = {"expr": FALSE, "status": "never"} if empty else {}
     guards = [
-        replace(_never(guard) if empty else guard, event=events[guard.event.identity][1])
+        replace(guard, event=events[guard.event.identity][1], **never)
         for part in parts
         for guard in part.guards
     ]
@@ -224,10 +225,6 @@ def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
         empty=bool(empty),
         step_bound=None if empty else _step_bound(parts),
     )
-
-
-def _never(guard: Guard) -> Guard:
-    return replace(guard, expr=FALSE, status="never")
 
 
 def _explanations(

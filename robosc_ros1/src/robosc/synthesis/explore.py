@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from robosc.errors import StateSpaceError
@@ -12,7 +13,7 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import amount
 from robosc.synthesis.stepper import Stepper
 
-__all__ = ["Graph", "Transition", "explore"]
+__all__ = ["Graph", "Transition", "explore", "reaching"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,3 +97,20 @@ def _refuse(states: int, transitions: int, limit: int | None) -> None:
             raise StateSpaceError(
                 f"there are {amount(found)} {what}, more than {most}; raise --limit (of states)"
             )
+
+
+def reaching(
+    targets: Iterable[PlantState], steps: Iterable[tuple[PlantState, PlantState]]
+) -> set[PlantState]:
+    """Return the targets and the states from which steps, as (before, after), lead to one."""
+    before: dict[PlantState, list[PlantState]] = {}
+    for state, after in steps:
+        before.setdefault(after, []).append(state)
+    left = list(targets)
+    found = set(left)
+    while left:
+        for state in before.get(left.pop(), ()):
+            if state not in found:
+                found.add(state)
+                left.append(state)
+    return found

@@ -95,7 +95,7 @@ class GuardInputs:
 
 def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
     """Return the guard of a controllable event."""
-    required = TRUE if event.requirement is None else event.requirement
+    required = event.requirement or TRUE
     if inputs.enabled == 0:
         return Guard(event, FALSE, required, "never")
     if inputs.enabled == inputs.required:

@@ -20,6 +20,7 @@ from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.counting import counts, tighter
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.expr import Binary, Count, Expr
+from robosc.synthesis.explore import reaching
 from robosc.synthesis.minimise import Table, condition_of
 from robosc.synthesis.vectorised import event_support, support
 
@@ -69,19 +70,19 @@ def _lasting_condition(plant: Plant, condition: Expr, may: bool) -> Expr | None:
         return None
     states = [_state(plant, order, values) for values in product(*map(range, shape))]
     targets = {state for state in states if holds(plant, condition, state) == may}
-    reaching = _reaching(targets, [step for e in events for step in _steps(plant, e, states)])
-    if len(reaching) == len(targets):
+    found = reaching(targets, (step for e in events for step in _steps(plant, e, states)))
+    if len(found) == len(targets):
         return condition
     inside = np.zeros(shape, np.bool_)
-    for state in reaching:
+    for state in found:
         inside[tuple(state[variable] for variable in order)] = True
     sides = (inside, ~inside) if may else (~inside, inside)
     place = {variable: number for number, variable in enumerate(order)}
     table = Table(tuple(order), *sides).reduced(place.__getitem__)
     if len(table.variables) != 1:
         return None
-    found = condition_of(plant, table)
-    return None if isinstance(found, Binary) and found.operation.is_lazy else found
+    lasting = condition_of(plant, table)
+    return None if isinstance(lasting, Binary) and lasting.operation.is_lazy else lasting
 
 
 def _component(plant: Plant, read: Sequence[int]) -> tuple[set[int], list[Event]]:
@@ -126,19 +127,3 @@ def _steps(
         after = outcome(plant, event, values, state)
         if not isinstance(after, Verdict):
             yield state, after
-
-
-def _reaching(
-    targets: set[PlantState], steps: Sequence[tuple[PlantState, PlantState]]
-) -> set[PlantState]:
-    """The states from which some steps lead into the targets."""
-    before: dict[PlantState, list[PlantState]] = {}
-    for state, after in steps:
-        before.setdefault(after, []).append(state)
-    found, left = set(targets), list(targets)
-    while left:
-        for state in before.get(left.pop(), ()):
-            if state not in found:
-                found.add(state)
-                left.append(state)
-    return found

@@ -15,6 +15,7 @@ from robosc.ir.formulas import conjunction, disjunction, junction, negation
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Leaf, Literal, PhaseRef, StateRef, Unary
 from robosc.model.traversal import rewritten
 from robosc.model.types import BooleanType
+from robosc.synthesis.system import location_name
 from robosc.synthesis.vectorised import support, variable_of
 
 __all__ = ["next_precondition", "precondition"]
@@ -110,7 +111,7 @@ def _others(plant: Plant, event: Event, edges: tuple[Edge, ...], located: bool) 
 def _taken(plant: Plant, automaton: LocalAutomaton, edge: Edge, located: bool) -> Iterator[Expr]:
     """Yield what must hold for an edge to be taken; assuming that one is, unless ``located``."""
     if located or any(other.source != edge.source for other in automaton.edges):
-        yield StateRef(automaton.component, _location(plant, automaton.variable, edge.source))
+        yield StateRef(automaton.component, location_name(plant, automaton.variable, edge.source))
     alike = [other for other in automaton.edges if other.source == edge.source]
     for before in alike[: alike.index(edge)]:
         yield FALSE if before.guard is None else negation(before.guard)
@@ -129,16 +130,12 @@ def _after(plant: Plant, event: Event, edges: tuple[Edge, ...], condition: Expr)
         index = None if isinstance(node, Literal) else variable_of(plant, node)
         if index in places:
             if isinstance(node, StateRef):
-                return TRUE if _location(plant, index, places[index]) == node.state else FALSE
+                return TRUE if location_name(plant, index, places[index]) == node.state else FALSE
             if isinstance(node, PhaseRef):
                 return TRUE if places[index] else FALSE
         return values.get(index, node) if index is not None else node
 
     return rewritten(condition, leaf)
-
-
-def _location(plant: Plant, variable: int, place: int) -> str:
-    return str(plant.variables[variable].values[place])
 
 
 def _simplified(expr: Expr) -> Expr:

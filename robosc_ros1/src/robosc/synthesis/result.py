@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.explain.properties import examine
+from robosc.supervisor import Explanation, Guard, Supervisor
+from robosc.synthesis.explain.properties import Properties, examine
 from robosc.synthesis.explain.reasons import explain_empty, explain_guards
 from robosc.synthesis.explain.warnings import warnings
 from robosc.synthesis.system import System
@@ -32,26 +32,15 @@ def make_supervisor(
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Supervisor:
     """Return the supervisor that an engine found; without controlled states it is empty."""
-    plant = system.plant
-    if sizes.controlled_states == 0:
-        why = explain_empty(system)
-        return Supervisor(
-            plant=plant,
-            engine=engine,
-            seconds=seconds,
-            plant_states=sizes.plant_states,
-            controlled_states=0,
-            controlled_transitions=0,
-            guards=guards,
-            explanations=(why,),
-            properties=(),
-            diagnostics=(why.diagnostic,),
-            empty=True,
-        )
-    explanations = explain_guards(system, guards, progress)
-    properties = examine(system, guards, sizes.controlled_states)
+    empty = sizes.controlled_states == 0
+    if empty:
+        explanations: tuple[Explanation, ...] = (explain_empty(system),)
+        properties = Properties((), None)
+    else:
+        explanations = explain_guards(system, guards, progress)
+        properties = examine(system, guards, sizes.controlled_states)
     return Supervisor(
-        plant=plant,
+        plant=system.plant,
         engine=engine,
         seconds=seconds,
         plant_states=sizes.plant_states,
@@ -62,9 +51,10 @@ def make_supervisor(
         properties=properties.holds,
         diagnostics=(
             # Without a trace the model itself rules the event out, and a warning says so.
-            *(e.diagnostic for e in explanations if e.trace),
-            *warnings(system, guards),
+            *(e.diagnostic for e in explanations if empty or e.trace),
+            *(() if empty else warnings(system, guards)),
             *properties.diagnostics,
         ),
+        empty=empty,
         step_bound=properties.step_bound,
     )

@@ -30,6 +30,7 @@ __all__ = [
     "enabled",
     "in_phase",
     "inputs",
+    "location_name",
     "make_step",
     "possible",
     "steps_of",
@@ -131,7 +132,9 @@ def possible(plant: Plant, event: Event) -> Expr:
         fails: dict[int, list[Expr]] = {}
         for edge in automaton.edges:
             before = fails.setdefault(edge.source, [])
-            here = StateRef(automaton.component, _location(plant, automaton.variable, edge.source))
+            here = StateRef(
+                automaton.component, location_name(plant, automaton.variable, edge.source)
+            )
             guard = [] if edge.guard is None else [edge.guard]
             cases.append(conjunction([here, *before, *guard, *_inside(plant, edge)]))
             before.append(FALSE if edge.guard is None else negation(edge.guard))
@@ -145,13 +148,14 @@ def _stays(plant: Plant, automaton: LocalAutomaton, fails: dict[int, list[Expr]]
     """Return the condition under which an automaton takes no edge."""
     stays: list[Expr] = []
     for place, conditions in fails.items():
-        location = _location(plant, automaton.variable, place)
+        location = location_name(plant, automaton.variable, place)
         elsewhere = negation(StateRef(automaton.component, location))
         stays.append(disjunction([elsewhere, conjunction(conditions)]))
     return conjunction(stays)
 
 
-def _location(plant: Plant, variable: int, place: int) -> str:
+def location_name(plant: Plant, variable: int, place: int) -> str:
+    """Return the name of a location, given by the index of a value of its state variable."""
     return str(plant.variables[variable].values[place])
 
 
@@ -168,8 +172,7 @@ def _inside(plant: Plant, edge: Edge) -> Iterator[Expr]:
 
 def allowed(plant: Plant, event: Event) -> Expr:
     """Return the condition under which an event is possible and the requirements allow it."""
-    return conjunction([TRUE if event.requirement is None else event.requirement,
-                        possible(plant, event)])  # fmt: skip
+    return conjunction([event.requirement or TRUE, possible(plant, event)])
 
 
 def enabled(plant: Plant, guard: Guard) -> Expr:
@@ -191,7 +194,7 @@ def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> St
     changed = {variable for variable, old in enumerate(before) if after[variable] != old}
     sampled = False
     # Commands with several outcomes come last: one may be disabled though it could lead there.
-    order = sorted(enumerate(plant.events), key=lambda item: _branches(item[1]))
+    order = sorted(enumerate(plant.events), key=lambda item: item[1].branches)
     for number, event in order:
         if changed <= plant.writes[number]:
             compiled = stepper.compiled(number, event.requirement)
@@ -206,10 +209,6 @@ def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> St
     )
 
 
-def _branches(event: Event) -> bool:
-    return event.controllable and bool(event.parameters)
-
-
 def make_step(
     plant: Plant, event: Event, values: Values, before: PlantState, after: PlantState
 ) -> Step:
@@ -222,5 +221,5 @@ def make_step(
 def tau_values(plant: Plant, event: Event, before: PlantState, after: PlantState) -> Values:
     """Return the value of a tau in a trace: ``("from->to",)``."""
     variable = event.automata[0].variable
-    source, target = (_location(plant, variable, state[variable]) for state in (before, after))
+    source, target = (location_name(plant, variable, state[variable]) for state in (before, after))
     return (f"{source}->{target}",)

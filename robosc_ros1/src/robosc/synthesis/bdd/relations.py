@@ -149,7 +149,7 @@ class Relations:
             possible=manager.exists(occurring, encoding.now(parameters)),
             range_violation=manager.exists(enabled & ~inside, encoding.now(parameters)),
             occurring=occurring,
-            required=encoding.holds(TRUE if event.requirement is None else event.requirement),
+            required=encoding.holds(event.requirement or TRUE),
             variables=frozenset(event_support(encoding.plant, event)),
             writes=encoding.plant.writes[number],
         )

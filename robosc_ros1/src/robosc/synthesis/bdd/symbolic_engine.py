@@ -203,8 +203,7 @@ class SymbolicEngine:
         """
         found = []
         for event, disjuncts in zip(self.events, self._required, strict=True):
-            taken = self.plant.events[event.number]
-            if taken.controllable and taken.parameters:
+            if self.plant.events[event.number].branches:
                 lost = self.manager.union(self.relations.preimage(d, ~good) for d in disjuncts)
                 disjuncts = _guarded(disjuncts, ~lost)
             found.append(disjuncts)

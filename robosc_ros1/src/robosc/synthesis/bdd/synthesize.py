@@ -6,9 +6,9 @@ import time
 from functools import partial
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Event, Plant
+from robosc.ir.automaton import Plant
 from robosc.ir.formulas import conjunction
-from robosc.model.expr import FALSE, TRUE, Expr
+from robosc.model.expr import FALSE, TRUE
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
 from robosc.synthesis.bdd.manager import available, install_hint
@@ -54,8 +54,9 @@ def synthesize_bdd(
 def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
     plant = solution.engine.plant
     event = plant.events[relation.number]
+    requirement = event.requirement or TRUE
     if solution.empty:
-        return Guard(event, FALSE, _required(event), "never")
+        return Guard(event, FALSE, requirement, "never")
     encoding = solution.engine.encoding
     encoding.manager.collect_garbage()
     enabled = solution.enabled(relation)
@@ -73,11 +74,7 @@ def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
         return make_guard(plant, event, inputs)
     except TooLarge:
         extra = wide_condition(care_set(required & ~enabled))
-        return Guard(event, conjunction([_required(event), extra]), _required(event), "restricted")
-
-
-def _required(event: Event) -> Expr:
-    return TRUE if event.requirement is None else event.requirement
+        return Guard(event, conjunction([requirement, extra]), requirement, "restricted")
 
 
 def _too_large(plant: Plant, memory: int) -> StateSpaceError:

@@ -19,13 +19,12 @@ from robosc.synthesis.dense.bitset import Bitset, add, count, members
 from robosc.synthesis.dense.care_set import DenseCareSet
 from robosc.synthesis.dense.images import (
     Stages,
+    applying,
     backward,
     clear,
-    fill,
     forward,
     image,
     measure,
-    origins,
     preimage,
     uncontrolled,
 )
@@ -58,11 +57,6 @@ class EventOperations:
     @property
     def event(self) -> Event:
         return self.rules.event
-
-    @property
-    def branches(self) -> bool:
-        """Whether the environment chooses the outcome of a command: all of them must be good."""
-        return self.event.controllable and bool(self.event.parameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +155,7 @@ class DenseEngine:
         return {
             number: preimage(step.required, outside)
             for number, step in enumerate(self.steps)
-            if step.branches
+            if step.event.branches
         }
 
     def _only(self, places: Indexes) -> Bitset:
@@ -231,11 +225,7 @@ class DenseEngine:
         Unless ``restricted``, ``good`` is closed under all events, so intermediate results are not
         intersected with it, and the result may contain further states.
         """
-        back = self.layout.nothing()
-        for op in self.layout.regions(self._marked()):
-            fill(op, back)
-        if restricted:
-            np.bitwise_and(back, good, out=back)
+        back = self._regions(good if restricted else self.layout.everything(), [self._marked()])
         within = good if restricted else None
         events = self._required_stages()
         refused = self._refused(good) if restricted else {}
@@ -304,23 +294,17 @@ class DenseEngine:
 
     def _regions(self, states: Bitset, conditions: Iterable[Condition]) -> Bitset:
         """Return those of ``states`` that satisfy one of the conditions, as a new array."""
-        found = self.layout.nothing()
-        for condition in conditions:
-            for op in self.layout.regions(condition):
-                for source in op.sources:
-                    into = op.at(found, source.offset)
-                    np.bitwise_or(into, origins(op, source, states, None), out=into)
-        return found
+        return applying((op for one in conditions for op in self.layout.regions(one)), states)
 
     def enabled(self, step: EventOperations, states: Bitset) -> int:
         """Return in how many of ``states`` a controllable event stays inside ``states``."""
-        if step.branches:
+        if step.event.branches:
             return count(self._allowed(step, states))
         return self._count_steps(step.required, states, states)
 
     def _allowed(self, step: EventOperations, states: Bitset) -> Bitset:
         """Return in which of ``states`` all outcomes of a controllable event are in ``states``."""
-        if not step.branches:
+        if not step.event.branches:
             return self._sources_of(step.required, states, states)
         found = preimage(step.required, states)
         lost = preimage(step.required, np.bitwise_not(states))
@@ -336,15 +320,13 @@ class DenseEngine:
         return self._count_sources(step, step.plant, states)
 
     def _count_sources(self, step: EventOperations, stages: Stages, states: Bitset) -> int:
-        if step.branches:  # several operations may apply to one state
+        if step.event.branches:  # several operations may apply to one state
             return count(self._sources_of(stages, states, None))
         return self._count_steps(stages, states, None)
 
     def _count_steps(self, stages: Stages, states: Bitset, within: Bitset | None) -> int:
         if len(stages) > 1:
-            everything = self.layout.everything() if within is None else within
-            before = preimage(stages, everything)
-            return int(count(np.bitwise_and(before, states, out=before)))
+            return count(self._sources_of(stages, states, within))
         return sum(measure(op, states, within) for op in stages[0])
 
     def care_set(self, step: EventOperations, states: Bitset, required: bool) -> DenseCareSet:
@@ -363,12 +345,7 @@ class DenseEngine:
             everything = self.layout.everything() if within is None else within
             before = preimage(stages, everything)
             return np.bitwise_and(before, states, out=before)
-        found = self.layout.nothing()
-        for op in stages[0]:
-            for source in op.sources:
-                into = op.at(found, source.offset)
-                np.bitwise_or(into, origins(op, source, states, within), out=into)
-        return found
+        return applying(stages[0], states, within)
 
     def occurrences(self, step: EventOperations, states: Bitset) -> int:
         """Return the number of transitions (state, event, values) of an uncontrollable event.

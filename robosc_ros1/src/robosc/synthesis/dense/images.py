@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -11,7 +11,7 @@ from robosc.synthesis.dense.bitset import Bitset, count
 from robosc.synthesis.dense.operations import Operation, SourceSlice
 
 __all__ = [
-    "Stages", "backward", "clear", "fill", "forward", "image", "measure", "origins", "preimage",
+    "Stages", "applying", "backward", "clear", "forward", "image", "measure", "preimage",
     "uncontrolled",
 ]  # fmt: skip
 
@@ -85,7 +85,17 @@ def uncontrolled(op: Operation, good: Bitset) -> None:
         np.bitwise_and(here, np.bitwise_not(op.masked(source, lost)), out=here)
 
 
-def origins(op: Operation, source: SourceSlice, states: Bitset, within: Bitset | None) -> Bitset:
+def applying(ops: Iterable[Operation], states: Bitset, within: Bitset | None = None) -> Bitset:
+    """Return from which of ``states`` operations lead, into ``within`` if given, as a new array."""
+    found = np.zeros_like(states)
+    for op in ops:
+        for source in op.sources:
+            into = op.at(found, source.offset)
+            np.bitwise_or(into, _origins(op, source, states, within), out=into)
+    return found
+
+
+def _origins(op: Operation, source: SourceSlice, states: Bitset, within: Bitset | None) -> Bitset:
     """Return the states of a source from which an operation leads into ``within`` if given.
 
     An operation without targets leads nowhere; all states that it applies to are returned.
@@ -97,8 +107,8 @@ def origins(op: Operation, source: SourceSlice, states: Bitset, within: Bitset |
 
 
 def measure(op: Operation, states: Bitset, within: Bitset | None = None) -> int:
-    """Return how many states :func:`origins` returns for all sources."""
-    return sum(count(origins(op, source, states, within)) for source in op.sources)
+    """Return from how many of ``states`` an operation leads, into ``within`` if given."""
+    return sum(count(_origins(op, source, states, within)) for source in op.sources)
 
 
 def clear(op: Operation, states: Bitset) -> None:
@@ -107,14 +117,6 @@ def clear(op: Operation, states: Bitset) -> None:
         here = op.at(states, source.offset)
         there = op.masked(source, np.broadcast_to(op.held, op.shape))
         np.bitwise_and(here, np.bitwise_not(there), out=here)
-
-
-def fill(op: Operation, states: Bitset) -> None:
-    """Add the states that an operation applies to to ``states``."""
-    for source in op.sources:
-        here = op.at(states, source.offset)
-        there = op.masked(source, np.broadcast_to(op.held, op.shape))
-        np.bitwise_or(here, there, out=here)
 
 
 def _sources(op: Operation, states: Bitset, sources: Sequence[SourceSlice]) -> Bitset:

@@ -149,7 +149,7 @@ class DenseSystem:
         leaving = [before[~members(states, after)] for before, after in moves]
         for before, after in moves:
             kept = members(states, after)
-            if step.branches:  # refused if any of its outcomes is outside
+            if step.event.branches:  # refused if any of its outcomes is outside
                 kept &= ~np.isin(before, np.concatenate(leaving))
             yield before[kept], after[kept]
 

@@ -33,6 +33,7 @@ from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.explain.local_bound import longest_locally
+from robosc.synthesis.explore import reaching
 from robosc.synthesis.formatting import amount, listing, step_text, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import Runs, System, inputs, make_step
@@ -277,15 +278,7 @@ class _Controller:
 
     def _stuck(self) -> PlantState | None:
         """Return a state at rest from which no marked one at rest is reachable, if there is one."""
-        before: dict[PlantState, list[PlantState]] = {}
-        for source, target in self.edges:
-            before.setdefault(target, []).append(source)
-        queue = [rest for rest in self.rests if self.plant.is_marked(rest)]
-        good = set(queue)
-        for rest in queue:  # appended to below
-            fresh = dict.fromkeys(s for s in before.get(rest, ()) if s not in good)
-            good.update(fresh)
-            queue.extend(fresh)
+        good = reaching(filter(self.plant.is_marked, self.rests), self.edges)
         return next((rest for rest in self.rests if rest not in good), None)
 
     # --- diagnostics

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from robosc.ir.automaton import Event
-from robosc.model.entities import EventKind
 from robosc.supervisor import Step
+from robosc.synthesis.formatting import event_text
 
 __all__ = ["Check", "Findings", "VerifyReport", "state_text", "verify_document"]
 
@@ -85,7 +85,5 @@ def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> di
 
 
 def state_text(event: Event) -> str:
-    if event.kind.of_component:
-        word = "transition" if event.kind is EventKind.TAU else "after"
-        return f"{word} {event.index} of {event.name}"
-    return f"{event.kind.value} of {event.name}"
+    """Return ``request of grab``; for a tau ``transition 2 of Motor``."""
+    return event_text(event) if event.kind.of_component else f"{event.kind.value} of {event.name}"
