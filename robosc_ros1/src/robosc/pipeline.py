@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from robosc.emit.package import Package
     from robosc.emit.writer import Written
     from robosc.model.entities import Robot
+    from robosc.progress import Progress
     from robosc.supervisor import Supervisor
-    from robosc.synthesis.dense.dense_engine import Progress
     from robosc.synthesis.explore import Graph
     from robosc.synthesis.verify.findings import VerifyReport
 

@@ -1,11 +1,15 @@
-"""A line on the terminal that shows the progress of long work."""
+"""Reports of progress of long work, and a line on the terminal that shows them."""
 
 from __future__ import annotations
 
 import time
-from typing import TextIO
+from collections.abc import Callable
+from typing import TextIO, TypeAlias
 
-__all__ = ["ProgressLine"]
+__all__ = ["Progress", "ProgressLine"]
+
+Progress: TypeAlias = Callable[[str, int, int], None]
+"""Called at intervals: what is being computed, how far it is, and the most it can be."""
 
 _WIDTH = 30
 

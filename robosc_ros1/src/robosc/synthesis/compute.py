@@ -12,12 +12,13 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.model.expr import FALSE, TRUE, Binary, Call, Expr, Unary, ValueRef
 from robosc.model.traversal import walk
+from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear
 from robosc.synthesis.bdd.manager import remedy, usable
 from robosc.synthesis.decomposition import combined, independent_parts
 from robosc.synthesis.dense.bitset import count
-from robosc.synthesis.dense.dense_engine import DenseEngine, DenseSolution, Progress
+from robosc.synthesis.dense.dense_engine import DenseEngine, DenseSolution
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.projection import projected_layout
 from robosc.synthesis.dense.search import DenseSystem

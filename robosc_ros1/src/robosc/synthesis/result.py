@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
+from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Supervisor
 from robosc.synthesis.explain.properties import Properties, examine
 from robosc.synthesis.explain.reasons import explain_empty, explain_guards
@@ -29,7 +29,7 @@ def make_supervisor(
     seconds: float,
     sizes: Sizes,
     guards: tuple[Guard, ...],
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Supervisor:
     """Return the supervisor that an engine found; without controlled states it is empty."""
     empty = sizes.controlled_states == 0

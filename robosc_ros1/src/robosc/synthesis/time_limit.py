@@ -6,15 +6,14 @@ import math
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 from robosc.errors import StateSpaceError
+from robosc.progress import Progress
 
 __all__ = ["processor_time"]
-
-Progress = Callable[[str, int, int], None]
 
 _AGAIN = 0.5
 """Seconds after which the timer fires again: the first error may have been swallowed."""

@@ -17,13 +17,11 @@ from collections.abc import Callable, Iterable, Sequence
 from itertools import count
 from typing import TypeAlias
 
+from robosc.progress import Progress
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation
 
-__all__ = ["Fixpoint", "Iterates", "Progress", "related_events"]
-
-Progress = Callable[[str, int, int], None]
-"""Called at intervals: what is being computed, diagram nodes in use, and their maximum."""
+__all__ = ["Fixpoint", "Iterates", "related_events"]
 
 Iterates: TypeAlias = list[tuple[int, Bdd]]
 """The sets that a fixpoint passes through, each with the number of the event that added to it."""

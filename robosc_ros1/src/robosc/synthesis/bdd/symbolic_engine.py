@@ -13,15 +13,16 @@ from typing import TypeAlias
 
 from robosc.ir.automaton import Plant
 from robosc.model.entities import EventKind
+from robosc.progress import Progress
 from robosc.synthesis.bdd.encoding import Encoding
-from robosc.synthesis.bdd.fixpoint import Fixpoint, Iterates, Progress, related_events
+from robosc.synthesis.bdd.fixpoint import Fixpoint, Iterates, related_events
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation, Relations
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import weight
 
-__all__ = ["Iterates", "Progress", "SymbolicEngine", "SymbolicSolution"]
+__all__ = ["Iterates", "SymbolicEngine", "SymbolicSolution"]
 
 _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
 """Allowed and refused states, and the state variables that distinguish them."""

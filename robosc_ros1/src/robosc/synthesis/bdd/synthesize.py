@@ -9,13 +9,14 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.ir.formulas import conjunction
 from robosc.model.expr import FALSE, TRUE
+from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
 from robosc.synthesis.bdd.manager import available, install_hint
 from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
 from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
-from robosc.synthesis.bdd.symbolic_engine import Progress, SymbolicEngine, SymbolicSolution
+from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution
 from robosc.synthesis.formatting import contributors
 from robosc.synthesis.guards import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor

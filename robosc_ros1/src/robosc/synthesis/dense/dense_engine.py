@@ -15,6 +15,7 @@ import numpy as np
 from robosc.ir.automaton import Event
 from robosc.ir.formulas import junction
 from robosc.model.expr import Expr, Unary
+from robosc.progress import Progress
 from robosc.synthesis.dense.bitset import Bitset, add, count, members
 from robosc.synthesis.dense.care_set import DenseCareSet
 from robosc.synthesis.dense.images import (
@@ -34,10 +35,7 @@ from robosc.synthesis.dense.operations import Operation, sweep_order
 from robosc.synthesis.dense.transitions import Compiler
 from robosc.synthesis.vectorised import Bools, Indexes
 
-__all__ = ["DenseEngine", "DenseSolution", "EventOperations", "Progress"]
-
-Progress = Callable[[str, int, int], None]
-"""Called at intervals: what is being computed, how far it is, and the most it can be."""
+__all__ = ["DenseEngine", "DenseSolution", "EventOperations"]
 
 
 _NOTHING_REFUSED: Mapping[int, Bitset] = {}

@@ -9,7 +9,7 @@ does not depend on the engine.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -20,6 +20,7 @@ from robosc.ir.step import Outcome, Verdict
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, StateRef, VariableRef
 from robosc.model.traversal import walk
+from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.explain.blocking import Cause, why_blocked
 from robosc.synthesis.explain.range_violation import why_out_of_range
@@ -47,7 +48,7 @@ class _BadState:
 def explain_guards(
     system: System,
     guards: tuple[Guard, ...],
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Explanation, ...]:
     """Return an explanation per guard that is restricted or never holds."""
     explainer = _Explainer(system)
