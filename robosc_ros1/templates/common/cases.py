@@ -9,7 +9,7 @@ import contextlib
 
 from contents import field_of, plain
 from decisions import Decision, Places, differing, holds_in
-from expressions import variables_of
+from expressions import trees_of, variables_of
 from operations import Undefined
 from shadow import Wrong
 
@@ -57,7 +57,8 @@ class Cases:
         self._data = [
             (number, tree, list(_with_other_numbers(tree)))
             for number, provide in enumerate(plant["provides"])
-            for tree in _computed_in(provide["data"])
+            for tree in trees_of(provide["data"])
+            if variables_of(tree)
         ]
         self._data_variables = sorted(set(variables_of([tree for _, tree, _ in self._data])))
         self._known = {}
@@ -273,16 +274,6 @@ def _with_other_numbers(tree):
     for number, part in enumerate(tree):
         for variant in _with_other_numbers(part):
             yield [*tree[:number], variant, *tree[number + 1 :]]
-
-
-def _computed_in(data):
-    """Yield the expressions in data that read variables."""
-    if isinstance(data, dict) and "value" in data:
-        if variables_of(data["value"]):
-            yield data["value"]
-    elif isinstance(data, (dict, list)):
-        for part in data.values() if isinstance(data, dict) else data:
-            yield from _computed_in(part)
 
 
 def _step(component, transition):

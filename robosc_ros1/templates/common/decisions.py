@@ -43,7 +43,7 @@ class Places:
     def __init__(self, tree):
         self._tree = tree
         self._variants = list(_shifted(tree))
-        self._is_of_message = not _reads_state(tree)
+        self._is_of_message = not reads_state(tree)
         self._known = {}
 
     def deciding(self, shadow, message):
@@ -77,7 +77,7 @@ def _shifted(tree):
         return
     for number, part in enumerate(tree):
         before, after = list(tree[:number]), list(tree[number + 1 :])
-        if tree[0] in ("section", "element") and number > 1 and not _reads_state(part):
+        if tree[0] in ("section", "element") and number > 1 and not reads_state(part):
             yield from ([*before, [op, part, ["literal", 1]], *after] for op in "-+")
         elif tree[0] == "value" and number == 1:
             for place, step in enumerate(part):
@@ -91,12 +91,14 @@ def _shifted(tree):
         yield [other, *tree[1:]]
 
 
-def _reads_state(tree):
+def reads_state(tree):
     """Whether an expression reads more than a message."""
+    if isinstance(tree, dict):
+        return any(map(reads_state, tree.values()))
     if not isinstance(tree, (list, tuple)):
         return False
     own = bool(tree) and tree[0] in ("variable", "state", "busy", "fresh")
-    return own or any(map(_reads_state, tree))
+    return own or any(map(reads_state, tree))
 
 
 def value_text(shadow, tree, message):
@@ -114,7 +116,13 @@ def holds_in(shadow, tree, message=None):
         return False
 
 
+def atoms_of(tree):
+    """Return the atomic conditions of a condition."""
+    return [at(tree, path) for path in paths(tree)]
+
+
 def paths(tree, path=()):
+    """Return the paths of the atomic conditions in a condition."""
     if tree[0] not in _CONNECTIVES:
         return [path]
     return [p for n, part in enumerate(tree[1:], 1) for p in paths(part, (*path, n))]

@@ -122,6 +122,15 @@ def variables_of(tree):
     return [name for part in tree for name in variables_of(part)]
 
 
+def trees_of(data):
+    """Return the expressions in the data of ``provide`` statements."""
+    if isinstance(data, dict):
+        return [data["value"]] if "value" in data else trees_of(list(data.values()))
+    if isinstance(data, (list, tuple)):
+        return [tree for part in data for tree in trees_of(part)]
+    return []
+
+
 def reads_value(tree):
     """Whether an expression, or one of several, reads what came in."""
     if not isinstance(tree, (list, tuple)):

@@ -9,6 +9,7 @@ commands of a controller that ignores all requirements.
 import json
 
 from contents import attribute_of
+from decisions import reads_state
 from judge import Judge
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
@@ -99,7 +100,7 @@ class Wishes:
     def _constants(self, type_, key):
         """The messages that mean a command, if its data are always the same ones."""
         provided = provides_of(key)
-        if not all(map(is_constant, provided)):
+        if any(map(reads_state, provided)):
             return []
         data = [self._judge.shadow._fields(fields) for fields in provided] or [{}]
         return [content(self._filled(type_(), fields)) for fields in data]
@@ -132,16 +133,6 @@ def play_round_of_both(robot, controller, judge):
 def provides_of(key):
     """The data of the provide statements of a command."""
     return [p["data"] for p in PLANT["provides"] if p["communication"] == key]
-
-
-def is_constant(tree):
-    """Whether a part of the model reads nothing of the state."""
-    if isinstance(tree, dict):
-        return all(map(is_constant, tree.values()))
-    if isinstance(tree, (list, tuple)):
-        reads = bool(tree) and tree[0] in ("variable", "state", "busy", "fresh")
-        return not reads and all(map(is_constant, tree))
-    return True
 
 
 def content(message):

@@ -13,7 +13,7 @@ from collections import deque
 
 from cases import Cases
 from contents import part_of
-from decisions import at, holds_in, nearness, paths
+from decisions import atoms_of, holds_in, nearness
 from expressions import reads_value, variables_of
 from operations import Undefined
 from shadow import Wrong
@@ -361,5 +361,5 @@ def _abstraction(plant):
         if more <= kept:
             break
         kept |= more
-    atoms = [at(tree, path) for tree in judged if tree is not None for path in paths(tree)]
+    atoms = [atom for tree in judged if tree is not None for atom in atoms_of(tree)]
     return sorted(kept), [atom for atom in atoms if set(variables_of(atom)) - kept]

@@ -5,7 +5,8 @@ import copy
 import math
 
 from contents import attribute_of
-from expressions import variables_of
+from decisions import atoms_of
+from expressions import trees_of, variables_of
 from operations import Undefined
 from plant_data import PLANT
 from shadow import Shadow
@@ -285,13 +286,6 @@ def _with_value(tree, number):
     return [_with_value(part, number) for part in tree]
 
 
-def atoms_of(tree):
-    """The conditions that a condition is made of."""
-    if tree[0] not in ("and", "or", "=>", "!"):
-        return [tree]
-    return [atom for part in tree[1:] for atom in atoms_of(part)]
-
-
 def fields_read(tree):
     """The names of the fields of the message that an expression reads; empty if it is one value."""
     if not isinstance(tree, (list, tuple)):
@@ -337,7 +331,7 @@ def places_of(key):
     read = [t for t in transitions if t["communication"] == key]
     trees = [t["guard"] for t in read] + [tree for t in read for _, tree in t["assign"]]
     trees += [condition for enum in PLANT["enums"].values() for condition, _ in enum["rules"]]
-    trees += _trees_of([p["data"] for p in PLANT["provides"]])
+    trees += trees_of([p["data"] for p in PLANT["provides"]])
     found = set()
     for atom in (atom for tree in trees if tree for atom in atoms_of(tree)):
         places = set(_places_in(atom))
@@ -346,15 +340,6 @@ def places_of(key):
             found |= {(place + n, number, False) for place in places for n in (-1, 0, 1)}
             found |= {(place, number, True) for place in places}
     return sorted(found)
-
-
-def _trees_of(data):
-    """The expressions in the data of ``provide`` statements."""
-    if isinstance(data, dict):
-        return [data["value"]] if "value" in data else _trees_of(list(data.values()))
-    if isinstance(data, (list, tuple)):
-        return [tree for part in data for tree in _trees_of(part)]
-    return []
 
 
 def _places_in(tree):
