@@ -128,7 +128,7 @@ def jsonable(value: Value) -> Value:
 
 
 def _parts(message: Any) -> Dict[str, Any]:
-    """Return the fields of a message, without the underscores and the extra slot of rclpy."""
+    """Return the fields of a message; of those of rclpy without underscores and its own slot."""
     names = getattr(message, "__slots__", None) or vars(message)
     return {n.lstrip("_"): getattr(message, n) for n in names if n != "_check_fields"}
 
