@@ -67,7 +67,7 @@ def judging_modules(folder: Path, supervisor: Supervisor) -> Iterator[Any]:
     importlib.invalidate_caches()
     try:
         judge = importlib.import_module("judge")
-        judge.PATIENCE = 0.01  # type: ignore[attr-defined]  # nothing is on its way here
+        judge.TIMEOUT = 0.01  # type: ignore[attr-defined]  # nothing is on its way here
         yield judge
     finally:
         sys.path.remove(str(folder))
