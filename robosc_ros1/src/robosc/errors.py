@@ -25,6 +25,7 @@ __all__ = [
     "StateSpaceError",
     "UsageError",
     "has_errors",
+    "listing",
     "render",
     "render_all",
     "sort_diagnostics",
@@ -100,6 +101,12 @@ class StateSpaceError(RoboscError):
 
 OUT_OF_MEMORY = "this takes more memory than there is, or than 'ulimit -v' allows"
 """What is said where Python could not get the memory that it asked for."""
+
+
+def listing(phrases: Iterable[str], last: str = "and") -> str:
+    """The phrases as a list in English: ``a``, ``a and b``, ``a, b and c``; empty if none."""
+    *others, final = [*phrases] or [""]
+    return f"{', '.join(others)} {last} {final}" if others else final
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:

@@ -8,7 +8,7 @@ from robosc.errors import Note
 from robosc.model.behaviour_rules import check_events, check_hiding, check_initial
 from robosc.model.communications import resolve_communication
 from robosc.model.compatibility import check_range, coerce, default_value, describe
-from robosc.model.diagnostics import Report, listing
+from robosc.model.diagnostics import Report, first_of
 from robosc.model.durations import DURATION, is_above_zero
 from robosc.model.entities import (
     After,
@@ -222,7 +222,7 @@ class BehaviourResolver:
             self.whole = False
             return None
         if not available:
-            events = listing(e.value for e in info.events)
+            events = first_of(e.value for e in info.events)
             article = "a" if info.kind is Kind.SERVICE else "an"
             self._report.add(
                 "event-not-available",

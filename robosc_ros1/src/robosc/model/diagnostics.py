@@ -9,7 +9,7 @@ from robosc.codes import CODES
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.source import Span
 
-__all__ = ["Muted", "Report", "listing"]
+__all__ = ["Muted", "Report", "first_of"]
 
 # Each search compares the name with all candidates; a model with more unknown names than this
 # gains nothing from further suggestions.
@@ -71,7 +71,7 @@ class Report:
         if found is not None:
             return f"did you mean '{found}'?"
         if names and len(names) <= 8:
-            return f"{what}: {listing(names)}"
+            return f"{what}: {first_of(names)}"
         return None
 
     def nearest(self, name: str, candidates: Sequence[str]) -> str | None:
@@ -94,11 +94,11 @@ class Muted(Report):
         return None
 
 
-def listing(names: Iterable[str], most: int = 12) -> str:
-    """The names separated by commas, cut after ``most``."""
+def first_of(names: Iterable[str]) -> str:
+    """The first 12 names separated by commas, and how many there are if that is not all."""
     all_names = list(names)
-    shown = ", ".join(all_names[:most])
-    return shown if len(all_names) <= most else f"{shown}, … ({len(all_names)} in all)"
+    shown = ", ".join(all_names[:12])
+    return shown if len(all_names) <= 12 else f"{shown}, … ({len(all_names)} in all)"
 
 
 def _same_but_for_case(name: str, names: Sequence[str]) -> str | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from robosc.model.diagnostics import Report, listing
+from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Behaviour, State
 from robosc.model.tables import Instance
 
@@ -43,7 +43,7 @@ def check_reach(
         else f"{instance.name} has no marked state"
     )
     hint = (
-        "cut off: " + listing(cut_off)
+        "cut off: " + first_of(cut_off)
         if marked
         else "mark the states in which its work is done: marked state"
     )

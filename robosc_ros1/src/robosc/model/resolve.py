@@ -15,7 +15,7 @@ from pathlib import Path
 
 from robosc.errors import Diagnostic, Note, Severity, has_errors, sort_diagnostics
 from robosc.model.copies import write_out
-from robosc.model.diagnostics import Report, listing
+from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Robot
 from robosc.model.file_resolver import FileContents, FileResolver
 from robosc.model.libraries import LibraryFinder, Reader
@@ -176,7 +176,7 @@ class _Loader:
         search = self._finder.find(name, scope.source.path)
         if not search.files:
             meant = report.suggest(name, self._finder.names(scope.source.path))
-            looked = f"looked in: {listing(search.folders)}\nadd a folder with --library-path"
+            looked = f"looked in: {first_of(search.folders)}\nadd a folder with --library-path"
             report.add(
                 "library-not-found",
                 node.library.span,
@@ -191,7 +191,7 @@ class _Loader:
                 "library-clash",
                 node.library.span,
                 f"library '{name}' is found several times, with different content",
-                "keep one of: " + listing(paths.values()),
+                "keep one of: " + first_of(paths.values()),
             )
             return None
         if name not in self._libraries:

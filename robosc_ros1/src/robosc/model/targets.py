@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosc.model.diagnostics import Report, listing
+from robosc.model.diagnostics import Report, first_of
 from robosc.model.incoming import is_value
 from robosc.model.tables import Instance, SymbolTable
 from robosc.syntax.nodes import Access, Name
@@ -49,7 +49,7 @@ class Targets:
         names.use(last, owner.member(last.text), owner.name, write=True)
 
     def _not_assignable(self, access: Access, why: str) -> None:
-        variables = listing(self._instance.variables)
+        variables = first_of(self._instance.variables)
         self._report.add(
             "not-assignable",
             access.span,

@@ -14,6 +14,7 @@ from itertools import product
 from types import SimpleNamespace
 from typing import Any, TypeAlias, cast
 
+from robosc.errors import listing
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.ir.formulas import Leaf
 from robosc.ir.step import Values, missing_together
@@ -38,7 +39,6 @@ from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Path, Raw, literal_text, path_in
 from robosc.simulate.state import is_true
-from robosc.synthesis.formatting import listing
 
 __all__ = [
     "Given",

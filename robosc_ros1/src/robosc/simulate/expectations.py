@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from robosc.errors import listing
 from robosc.ir.automaton import Event
 from robosc.ir.formulas import to_dsl
 from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef
@@ -17,7 +18,6 @@ from robosc.simulate.event_data import complete
 from robosc.simulate.faults import Failed, InvalidLine
 from robosc.simulate.literals import literal_text, parse_raw, path_in
 from robosc.simulate.machine import Happening, Machine, brought, find_events, label
-from robosc.synthesis.formatting import listing
 
 __all__ = ["expect"]
 

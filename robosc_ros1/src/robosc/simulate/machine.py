@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, Protocol
 
+from robosc.errors import listing
 from robosc.ir.automaton import Event, Plant
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
@@ -17,7 +18,6 @@ from robosc.simulate.event_data import Given
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
-from robosc.synthesis.formatting import listing
 
 __all__ = [
     "Choice", "CommandState", "Happening", "Machine", "Reason", "brought", "draw_values",

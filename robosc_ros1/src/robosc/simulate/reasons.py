@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.emit.naming import place
+from robosc.errors import listing
 from robosc.ir.automaton import Event, LocalAutomaton, PlantState
 from robosc.ir.formulas import negation
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.entities import EventKind
 from robosc.simulate.machine import Reason
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.formatting import listing
 
 __all__ = ["reasons"]
 

@@ -6,10 +6,11 @@ from typing import Any
 
 from pyparsing import ParserElement
 
+from robosc.errors import listing
 from robosc.language.keywords import Role, words_of
 from robosc.syntax import terminals as t
 from robosc.syntax.blocks import Block, Child, Items, Rule
-from robosc.syntax.elements import built, choice, in_words, keyword, listed, maybe, symbol, terminal
+from robosc.syntax.elements import built, choice, keyword, listed, maybe, symbol, terminal
 from robosc.syntax.expressions import ACCESS, Expression
 from robosc.syntax.leaves import make_access, make_node, make_tuple
 from robosc.syntax.nodes import (
@@ -40,7 +41,7 @@ def _transitions() -> dict[str, Rule]:
     )
     assignments = maybe(built(keyword("do") - listed(assignment), make_tuple), ())
     events = words_of(Role.EVENT)
-    expected = in_words(f"'{word}'" for word in events) + " after 'on'"
+    expected = listing((f"'{word}'" for word in events), "or") + " after 'on'"
     result = (
         terminal(" | ".join(events), expected, _build_event)
         - terminal("from | to", "'from' or 'to' after the kind of event")

@@ -17,9 +17,9 @@ from typing import Any
 
 from pyparsing import ParserElement
 
-from robosc.errors import Note
+from robosc.errors import Note, listing
 from robosc.language.tokens import pattern
-from robosc.syntax.elements import ended, in_words
+from robosc.syntax.elements import ended
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.reading import Build, Fault, Reading
 from robosc.syntax.synchronise import Synchroniser, nearest_keyword
@@ -304,11 +304,11 @@ class Block:
             return self._open_again(reading, at, word, nodes)
         keyword = nearest_keyword(word, tuple(self.items.rules))
         if keyword:
-            message = f"expected {in_words(self.items.words)}"
+            message = f"expected {listing(self.items.words, 'or')}"
             reading.report("syntax", message, at, hint=f"did you mean '{keyword}'?")
             rule = self.items.rules[keyword]
             return self._declaration(reading, at, at + 1, rule, nodes, reported=True)
-        message = f"expected {in_words((*tail, *self.items.words, _CLOSE))}"
+        message = f"expected {listing((*tail, *self.items.words, _CLOSE), 'or')}"
         if reading.tokens.follows_fault(at):
             return self._recover(reading, at, Fault(at, message), reported=True)
         if reading.kind(at) == "{" and isinstance(nodes[-1], ImportNode):

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 from pyparsing import ParserElement
 
+from robosc.errors import listing
 from robosc.language.attributes import Attribute, Value, attributes_of
 from robosc.language.tokens import pattern
 from robosc.syntax import terminals as t
@@ -17,7 +18,6 @@ from robosc.syntax.elements import (
     built,
     choice,
     either,
-    in_words,
     keyword,
     label,
     listed,
@@ -177,7 +177,7 @@ def _attributes(attributes: Sequence[Attribute], place: int) -> ParserElement:
     if first != "type":
         definition = label("type") - t.ros_type("a ROS type 'package/Type' after 'type:'")
         choices["type"] = built(definition, _named("type"))
-    expected = in_words(f"'{name}:'" for name in choices)
+    expected = listing((f"'{name}:'" for name in choices), "or")
     return either(list(choices.values()), expected if place else f"{expected} after 'with'")
 
 

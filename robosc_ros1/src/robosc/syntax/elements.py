@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from pyparsing import Empty, MatchFirst, Opt, ParserElement, ParseResults, Regex, ZeroOrMore
@@ -15,7 +15,7 @@ from robosc.language.tokens import pattern
 from robosc.syntax.reading import Build, Form, Reading, Stop
 
 __all__ = [
-    "built", "choice", "either", "ended", "in_words", "keyword", "label", "listed", "maybe",
+    "built", "choice", "either", "ended", "keyword", "label", "listed", "maybe",
     "nested", "nothing", "refused", "symbol", "terminal",
 ]  # fmt: skip
 
@@ -62,12 +62,6 @@ def choice(words: str, expected: str) -> ParserElement:
 def either(alternatives: Sequence[ParserElement], expected: str) -> ParserElement:
     """The first of the alternatives that matches."""
     return MatchFirst(alternatives).set_name(expected)
-
-
-def in_words(phrases: Iterable[str]) -> str:
-    """The phrases as an alternative in English: ``a``, ``a or b``, ``a, b or c``."""
-    *first, last = phrases
-    return f"{', '.join(first)} or {last}" if first else last
 
 
 def maybe(part: ParserElement, default: Any = None) -> ParserElement:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from functools import partial
 from math import prod
 
-from robosc.errors import StateSpaceError
+from robosc.errors import StateSpaceError, listing
 from robosc.ir.automaton import Plant
 from robosc.model.expr import FALSE, TRUE, Binary, Call, Expr, Unary, ValueRef
 from robosc.model.traversal import walk
@@ -23,7 +23,7 @@ from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.projection import projected_layout
 from robosc.synthesis.dense.search import DenseSystem
 from robosc.synthesis.dense.transitions import Compiler
-from robosc.synthesis.formatting import amount, contributors, listing
+from robosc.synthesis.formatting import amount, contributors
 from robosc.synthesis.guards import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
 from robosc.synthesis.vectorised import support

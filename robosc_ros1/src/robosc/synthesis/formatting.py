@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from math import log10
 from textwrap import shorten
 
+from robosc.errors import listing
 from robosc.ir.automaton import Event, EventParameter
 from robosc.model.entities import EventKind
 from robosc.model.traversal import path_text
@@ -13,7 +14,7 @@ from robosc.model.types import Value
 from robosc.supervisor import Step
 
 __all__ = [
-    "amount", "contributors", "event_text", "listing", "part_text", "quoted", "step_text",
+    "amount", "contributors", "event_text", "part_text", "quoted", "step_text",
     "trace_text",
 ]  # fmt: skip
 
@@ -63,13 +64,6 @@ def trace_text(trace: Sequence[Step]) -> str:
 def quoted(text: str) -> str:
     """Return a requirement in quotes, a long one shortened: the message has its place."""
     return f"'{shorten(text, _LONG, placeholder=' …')}'"
-
-
-def listing(names: Sequence[str], last: str = "and") -> str:
-    """Return ``a, b and c``."""
-    if len(names) < 2:
-        return "".join(names)
-    return f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
 def amount(number: int) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from robosc.model.diagnostics import Report, listing
+from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Binding
 from robosc.model.ros.definitions import (
     BASIC,
@@ -179,7 +179,7 @@ class Binder:
             return None
         fields = [f for f in definition.fields if f.type.base != "std_msgs/Header"]
         if len(fields) != 1:
-            names = listing(f"{f.name}: {f.type}" for f in definition.fields)
+            names = first_of(f"{f.name}: {f.type}" for f in definition.fields)
             self._report.add(
                 "no-single-field",
                 part.node.span,
@@ -255,7 +255,7 @@ class Binder:
     def _unknown_field(self, unknown: _Unknown, is_used: bool) -> None:
         definition, property_ = unknown.definition, unknown.property
         name = property_.text
-        fields = listing(f"{f.name}: {f.type}" for f in definition.fields) or "none at all"
+        fields = first_of(f"{f.name}: {f.type}" for f in definition.fields) or "none at all"
         nearest = self._report.nearest(name, [f.name for f in definition.fields])
         hint = f"its fields: {fields}"
         if nearest is not None:

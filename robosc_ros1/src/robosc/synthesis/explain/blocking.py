@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from robosc.errors import listing
 from robosc.ir.automaton import Edge, Event, Plant, PlantState, VariableKind
 from robosc.model.entities import EventKind
 from robosc.source import Span
 from robosc.supervisor import Step
 from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
-from robosc.synthesis.formatting import listing
 from robosc.synthesis.stepper import Stepper
 
 __all__ = ["Cause", "why_blocked"]

@@ -26,15 +26,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
 
-from robosc.errors import Diagnostic, Severity
+from robosc.errors import Diagnostic, Severity, listing
 from robosc.ir.automaton import Plant, PlantState
-from robosc.model.diagnostics import listing as first_of
+from robosc.model.diagnostics import first_of
 from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.explain.local_bound import longest_locally
 from robosc.synthesis.explore import reaching
-from robosc.synthesis.formatting import amount, listing, step_text, trace_text
+from robosc.synthesis.formatting import amount, step_text, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import Runs, System, inputs, make_step
 

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 
-from robosc.errors import Diagnostic, Note, Severity
+from robosc.errors import Diagnostic, Note, Severity, listing
 from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.formulas import conjunction, negation
 from robosc.ir.step import Outcome, Verdict
@@ -25,7 +25,7 @@ from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.explain.blocking import Cause, why_blocked
 from robosc.synthesis.explain.range_violation import why_out_of_range
 from robosc.synthesis.explain.starts import assumed, lost_start, nearest
-from robosc.synthesis.formatting import event_text, listing, quoted, trace_text
+from robosc.synthesis.formatting import event_text, quoted, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper, Test
 from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
 

@@ -6,10 +6,10 @@ values. An explanation mentions a parameter only if its default would not do.
 
 from __future__ import annotations
 
+from robosc.errors import listing
 from robosc.ir.automaton import Plant, PlantState
 from robosc.ir.formulas import conjunction, to_dsl
 from robosc.model.expr import Expr
-from robosc.synthesis.formatting import listing
 from robosc.synthesis.minimise import condition_on
 from robosc.synthesis.system import System
 

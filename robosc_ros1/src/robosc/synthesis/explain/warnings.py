@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
-from robosc.errors import Diagnostic, Note, Severity
+from robosc.errors import Diagnostic, Note, Severity, listing
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.finite.builder import sent_wholes
 from robosc.ir.formulas import conjunction, negation, to_dsl
@@ -19,7 +19,7 @@ from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import for_some
-from robosc.synthesis.formatting import listing, quoted, trace_text
+from robosc.synthesis.formatting import quoted, trace_text
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, enabled, in_phase, possible, steps_of
 
