@@ -24,6 +24,7 @@ __all__ = [
     "Severity",
     "StateSpaceError",
     "UsageError",
+    "at_most",
     "has_errors",
     "listing",
     "render",
@@ -123,6 +124,16 @@ def sort_diagnostics(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         found.setdefault(key, []).append(diagnostic)
     unique = [_for_all(alike) for alike in found.values()]
     return sorted(unique, key=lambda d: (d.span.source.path, d.span.start, d.span.end, d.code))
+
+
+def at_most(found: list[Diagnostic], most: int) -> list[Diagnostic]:
+    """The diagnostics up to so many errors, with one in the place of all that follow these."""
+    errors = [place for place, one in enumerate(found) if one.severity is Severity.ERROR]
+    if len(errors) <= most:
+        return found
+    message = f"there are more than {most} errors: the others are not shown"
+    last = Diagnostic(Severity.ERROR, "too-many-errors", message, found[errors[most]].span)
+    return [*found[: errors[most]], last]
 
 
 _INDEX = re.compile(r"\[-?\d+\]|\([A-Za-z_]\w* = -?\d+(?:, [A-Za-z_]\w* = -?\d+)*\)", re.ASCII)

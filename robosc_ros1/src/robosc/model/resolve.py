@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from robosc.errors import Diagnostic, Note, Severity, has_errors, sort_diagnostics
+from robosc.errors import Diagnostic, Note, Severity, at_most, has_errors, sort_diagnostics
 from robosc.model.copies import write_out
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Robot
@@ -125,7 +125,7 @@ class _Loader:
         for library in self._libraries.values():
             # Warnings about a library are for its author, who gets them by checking the library.
             diagnostics += [d for d in library.diagnostics if d.severity is Severity.ERROR]
-        ordered = _limited(sort_diagnostics(diagnostics))
+        ordered = tuple(at_most(sort_diagnostics(diagnostics), _MOST_ERRORS))
         if file.contents is None or has_errors(ordered):
             return None, ordered
         node, model = file.contents.scope.node, file.contents.model
@@ -239,17 +239,6 @@ class _Loader:
             first = replace(errors[0], notes=(*errors[0].notes, note))
             file = replace(file, diagnostics=(first, *errors[1:]))
         return file
-
-
-def _limited(found: list[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """The diagnostics up to the greatest number of errors that is shown."""
-    errors = [n for n, d in enumerate(found) if d.severity is Severity.ERROR]
-    if len(errors) > _MOST_ERRORS:
-        first = errors[_MOST_ERRORS]
-        message = f"there are more than {_MOST_ERRORS} errors: the others are not shown"
-        span = found[first].span
-        found[first:] = [Diagnostic(Severity.ERROR, "too-many-errors", message, span)]
-    return tuple(found)
 
 
 _MOST_ERRORS = 1000

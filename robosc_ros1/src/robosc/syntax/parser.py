@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Literal, cast
 
-from robosc.errors import Diagnostic, Severity, UsageError, sort_diagnostics
+from robosc.errors import Diagnostic, Severity, UsageError, at_most, sort_diagnostics
 from robosc.language.tokens import MAX_FAULTS, is_word, tokenize
 from robosc.source import Source, Span
 from robosc.syntax.blocks import Block, Header, late_brace
@@ -72,13 +72,8 @@ def parse(source: Source) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
     tokens = tokenize(source)
     reading = Reading(tokens)
     tree = None if tokens.binary else _file(reading)
-    found = sort_diagnostics(reading.diagnostics)
-    if len(found) > MAX_FAULTS:
-        last = found[MAX_FAULTS]
-        message = f"there are more than {MAX_FAULTS} errors: the others are not shown"
-        found[MAX_FAULTS:] = [Diagnostic(Severity.ERROR, "too-many-errors", message, last.span)]
-        return None, tuple(found)
-    return tree, tuple(found)
+    found = at_most(sort_diagnostics(reading.diagnostics), MAX_FAULTS)
+    return tree if len(found) <= MAX_FAULTS else None, tuple(found)
 
 
 def _invalid_utf8(path: str, data: bytes, error: UnicodeDecodeError) -> Diagnostic:
