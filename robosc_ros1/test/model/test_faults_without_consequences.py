@@ -165,7 +165,7 @@ def test_a_value_that_stands_as_a_rule_is_compared_in_the_hint() -> None:
 def test_several_communications_without_braces() -> None:
     text = "robot R { requirement go, halt needs true }"
     _, found = load(Source("m.rscd", text), definitions=MessageDefinitions())
-    assert [(d.span.text, d.hint) for d in found] == [(",", "several stand in braces: { …, … }")]
+    assert [(d.span.text, d.hint) for d in found] == [(",", "write several in braces: { …, … }")]
 
 
 def test_an_event_that_does_not_exist_may_bring_any_value() -> None:

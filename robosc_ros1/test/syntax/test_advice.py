@@ -37,9 +37,9 @@ NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
         ("S.b | 4 = 4", f"write 'or'; {BITS}"),
         ("S.f && S.f", "write 'and'"),
         ("S.f || S.f", "write 'or'"),
-        ("S.b in (1, 2)", "the values stand in braces: x in { a, b }"),
-        ("S.b in [1, 2]", "the values stand in braces: x in { a, b }"),
-        ("S.b in 1..3", "the values stand in braces: x in { a, b }"),
+        ("S.b in (1, 2)", "write the values in braces: x in { a, b }"),
+        ("S.b in [1, 2]", "write the values in braces: x in { a, b }"),
+        ("S.b in 1..3", "write the values in braces: x in { a, b }"),
         ("S.b not in { 1, 2 }", "write !(x in { a, b })"),
         ("S.l between 0 and 1", "write a <= x and x <= b"),
         ("0 < S.l < 1", "write 0 < S.l and S.l < …"),
@@ -86,7 +86,7 @@ def hint_of(line: str) -> str | None:
 def test_a_timeout_behind_the_type(written: str) -> None:
     text = f"robot R {{ component C {{ outgoing message m with {written} }} }}"
     _, (found, *_) = load(Source("m.rscd", text))
-    assert found.hint == "'timeout:' stands before what is carried: with timeout: 1 s, type: T"
+    assert found.hint == "'timeout:' comes before the types: with timeout: 1 s, type: T"
 
 
 @pytest.mark.parametrize("named", ["", 'identifier: "/go", '])
@@ -96,5 +96,5 @@ def test_a_timeout_of_a_command(named: str, kind: str) -> None:
     first = "incoming message a with type: none "
     message = f"{kind} message m with {named}{again}timeout: 3 s, type: none"
     _, (found, *_) = load(Source("m.rscd", f"robot R {{ component C {{ {first}{message} }} }}"))
-    advice = "the controller sends it: only what it hears or asks for has a timeout"
+    advice = "the controller sends it: only what it receives or requests has a timeout"
     assert found.hint == (advice if kind == "incoming" else None)

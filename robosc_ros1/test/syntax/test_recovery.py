@@ -76,11 +76,11 @@ model.rscd:12:20: error[syntax]: expected 'request', 'response', 'feedback', 'er
       |                    ^^^^^^^ did you mean 'response'?
 model.rscd:13:43: error[syntax]: expected 'on', 'transition', 'after' or '}'
    13 |                 on response from a goto t if x
-      |                                           ^^ 'if' stands before 'do' and 'goto'
+      |                                           ^^ 'if' comes before 'do' and 'goto'
 model.rscd:14:28: error[syntax]: expected 'if', 'goto', 'on', 'transition', 'after' or '}'
    14 |                 transition iff x goto t
       |                            ^^^ did you mean 'if'?
-model.rscd:17:20: error[syntax]: 'initial' stands before 'marked'
+model.rscd:17:20: error[syntax]: 'initial' comes before 'marked'
    17 |             marked initial state t { }
       |                    ^^^^^^^
 model.rscd:18:47: error[syntax]: expected ':=' after the variable
@@ -115,7 +115,7 @@ model.rscd:35:17: error[syntax]: expected the name of a communication before 'ne
       |                 ^^^^^
 model.rscd:36:20: error[syntax]: expected 'needs' or 'disables'
    36 |     requirement a.b, c needs d
-      |                    ^ several stand in braces: { …, … }
+      |                    ^ write several in braces: { …, … }
 model.rscd:37:27: error[syntax]: expected ',' or '}'
    37 |     provide a with { x: 3 y: 4 }
       |                           ^

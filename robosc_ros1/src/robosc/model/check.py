@@ -139,8 +139,8 @@ def _check_finite(assignment: Assignment, report: Report) -> None:
             report.add(
                 "not-finite",
                 part.span,
-                f"'{assignment.variable}', which takes part in decisions, cannot take"
-                f" {describe(part.type)} without a range: it can be anything",
+                f"'{assignment.variable}' decides about events, so it cannot take"
+                f" {describe(part.type)} without a range",
                 "compare it here, or convert it by an enum"
                 if computed
                 else "give it a range, integer(0..9), or convert it by an enum",
@@ -274,7 +274,7 @@ def _check_timeouts(
             report.add(
                 "unused-timeout",
                 message.timeout.span,
-                f"nothing notices when '{message.name}' falls silent",
+                f"nothing reacts when '{message.name}' falls silent",
                 f"add 'requirement COMMAND needs {message.name}.fresh', or react to it:"
                 f" 'on timeout from {message.name} goto STATE'",
             )
@@ -307,7 +307,7 @@ def _check_enum_values(
             value = rule.value.text
             if value not in seen:
                 report.add(
-                    "unused-enum-value", rule.value.span, f"nothing asks for the value '{value}'"
+                    "unused-enum-value", rule.value.span, f"the value '{value}' is never used"
                 )
             seen.add(value)
 
@@ -381,7 +381,7 @@ def _shared_topic(first: CommunicationInfo, second: CommunicationInfo, report: R
     report.add(
         "topic-shared",
         _topic_span(second),
-        f"'{first.key}' and '{second.key}' come in on one topic,"
+        f"'{first.key}' and '{second.key}' are received on one topic,"
         f" '{second.entity.identifier}': each message counts as both",
         "use one communication, to which any component can react",
         [Note("the other message is here", _topic_span(first))],

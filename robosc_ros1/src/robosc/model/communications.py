@@ -17,7 +17,7 @@ def resolve_communication(
 ) -> CommunicationInfo | None:
     """The communication that a bare or qualified name refers to; None after an error."""
     if access.index is not None:
-        message = f"{access.root.text} has no indexes: it is not declared as several components"
+        message = f"{access.root.text} has no indexes: it is not declared as an indexed component"
         report.add("bad-index", access.span, message)
         return None
     match access.path:

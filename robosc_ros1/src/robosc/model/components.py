@@ -51,7 +51,7 @@ def declare(instance: Instance, report: Report) -> None:
                     "several-behaviours",
                     _head(item, "behaviour"),
                     f"component {instance.name} already has a behaviour",
-                    "put everything into one",
+                    "merge them into one",
                     [Note("the first one is here", _head(instance.behaviour, "behaviour"))],
                 )
                 instance.types.scope.mark_unresolved(item)
@@ -176,7 +176,7 @@ def _sendable(
         report.add(
             "enum-sent",
             span,
-            f"{type_} cannot be sent: an enum only converts what comes in",
+            f"{type_} cannot be sent: an enum only converts received data",
             f"use the type that it converts from: {type_.source}",
         )
         return None
@@ -186,7 +186,7 @@ def _sendable(
         report.add(
             "enum-sent",
             span,
-            f"{type_} cannot be sent: {path} is the enum {enum}, which only converts what comes in",
+            f"{type_} cannot be sent: {path} is the enum {enum}, which only converts received data",
             f"declare an object for sending, with {enum.source} in its place",
         )
         return None

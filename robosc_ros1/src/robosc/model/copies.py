@@ -119,7 +119,7 @@ class _Writer:
             message = f"{node.first} is greater than {node.last}"
             self._report.add("empty-range", node.span, message, "write the smaller one first")
         elif node.last - node.first >= MOST_COPIES:
-            message = f"these are more than {MOST_COPIES:,} indexes"
+            message = f"this range has more than {MOST_COPIES:,} indexes"
             self._report.add("bad-index", node.span, message)
         else:
             return range(node.first, node.last + 1)
@@ -242,7 +242,7 @@ class _Writer:
             return self._one(node, node.path[0], node.path[1:])
         indexes = self._several[name]
         hint = f"write {copy_name(name, indexes.first)}, or any(c.… for c in {name})"
-        message = f"{name} is several components: {name}[{indexes.first}..{indexes.last}]"
+        message = f"{name} is an indexed component: {name}[{indexes.first}..{indexes.last}]"
         self._report.add("bad-index", node.root.span, message, hint)
         return self._one(node, indexes.first, node.path)
 

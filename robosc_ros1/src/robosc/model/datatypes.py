@@ -359,6 +359,6 @@ class TypeTable(KnownTypes):
             self._report.add(
                 "missing-default",
                 node.name.span,
-                f"{node.name.text} does not say what a value becomes that no rule matches",
+                f"{node.name.text} has no value for data that no rule matches",
                 f"add: default -> {value}",
             )

@@ -92,7 +92,7 @@ def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, str]
     (first, ref), *_ = commands.items()
     others = ", ".join(list(commands)[1:])
     return (
-        f"{first} goes on with the last value of {ref.component}.{ref.variable}"
+        f"{first} keeps using the last value of {ref.component}.{ref.variable}"
         f" if {message} falls silent" + (f", and so do {others}" if others else ""),
         f"give {message} a 'timeout: 500 ms,' and add"
         f" 'requirement {first} needs {message}.fresh'" + (f", or for {others}" if others else ""),

@@ -43,7 +43,7 @@ def check_reach(
         else f"{instance.name} has no marked state"
     )
     hint = (
-        "cut off: " + first_of(cut_off)
+        "blocking states: " + first_of(cut_off)
         if marked
         else "mark the states in which its work is done: marked state"
     )

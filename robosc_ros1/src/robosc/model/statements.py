@@ -133,7 +133,7 @@ def fold_text(text: str) -> str:
 
 
 _CANNOT_FORBID = "the controller cannot forbid what the robot sends"
-_CANNOT_PREFER = "the controller has no say in when the robot sends it"
+_CANNOT_PREFER = "the controller does not decide when the robot sends it"
 _CANNOT_PROVIDE = "the robot sends its data, not the controller"
 
 

@@ -103,7 +103,7 @@ def _state(block: Block, first: str) -> Rule:
 
 
 def _late_initial(reading: Reading, start: int, end: int, parts: list[Any]) -> bool:
-    reading.report("syntax", "'initial' stands before 'marked'", start)
+    reading.report("syntax", "'initial' comes before 'marked'", start)
     return True
 
 
@@ -123,8 +123,8 @@ def behaviour_rule() -> Block:
     """The block ``behaviour { … }`` with the blocks of its states."""
     transitions = _transitions()
     advice = (
-        ("if", "'if' stands before 'do' and 'goto'"),
-        ("do", "'do' stands before 'goto', and only after 'on'"),
+        ("if", "'if' comes before 'do' and 'goto'"),
+        ("do", "'do' comes before 'goto', and only after 'on'"),
         ("':='", "write '=' for an initial value"),
     )
     state_block = Block(Items(("'on'", "'transition'", "'after'"), transitions, advice=advice))

@@ -76,9 +76,9 @@ def _component_block() -> Block:
         "'behaviour'",
     )
     words += tuple(f"'{word}'" for word in values)
-    order = "'timeout:' stands before what is carried: with timeout: 1 s, type: T"
+    order = "'timeout:' comes before the types: with timeout: 1 s, type: T"
     advice = (
-        ("',' identifier ':'", "'identifier:' stands right behind 'with'"),
+        ("',' identifier ':'", "'identifier:' comes right after 'with'"),
         *((place, order) for place in ("',' timeout ':'", "timeout ':'")),
     )
     meant = (("message", "write 'incoming message' or 'outgoing message'"),)

@@ -35,7 +35,7 @@ _ADVICE = {
     "true": "write '^true' if this is a name",
     "false": "write '^false' if this is a name",
     ".": "a number begins with a digit, as in 0.5",
-    "in": "the values stand in braces: x in { a, b }",
+    "in": "write the values in braces: x in { a, b }",
     "between": "write a <= x and x <= b",
 }
 _NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
@@ -264,7 +264,7 @@ class Reading:
         if found == "=" and message.startswith("expected ':='"):
             return "write ':=' to assign"
         if found == "," and message.startswith("expected 'needs'"):
-            return "several stand in braces: { …, … }"
+            return "write several in braces: { …, … }"
         if message.startswith("expected a duration") and found[0].isdigit():
             return f"a duration has a unit: {', '.join(UNITS)}"
         if message.startswith("expected '=' after the name of the condition"):
@@ -274,7 +274,7 @@ class Reading:
         if "'component'" in message and found in _DECLARED_ELSEWHERE:
             return _DECLARED_ELSEWHERE[found]
         if found == "timeout" and self._is_of_incoming_message(at):
-            return "the controller sends it: only what it hears or asks for has a timeout"
+            return "the controller sends it: only what it receives or requests has a timeout"
         if found == "not" and self.text(at + 1) == "in":
             return "write !(x in { a, b })"
         if found in _ADVICE:

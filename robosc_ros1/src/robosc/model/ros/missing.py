@@ -48,7 +48,7 @@ class MissingDefinitions:
                 "faulty-definition",
                 node.type.span,
                 f"the definition of this {kind} cannot be read:"
-                f" {missing.detail or f'{missing.package} has not all messages that it uses'}",
+                f" {missing.detail or f'it uses a message that {missing.package} does not have'}",
             )
         return False
 
