@@ -28,7 +28,7 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
-# What the controller calls what it hears, and where it sends commands to.
+# The names on which the controller receives messages and sends commands.
 HEARD = (
     ("/supervised/scan", gauntlet_interfaces.msg.Scan, ('Eye.scan',)),
     ("/supervised/spots", gauntlet_interfaces.msg.Scan, ('Eye.spots',)),
@@ -159,7 +159,7 @@ class Controller:
             ended = sent[0].get_comm_state
             if self.judge.wait(lambda: ended() == actionlib.CommState.DONE, "the rejection"):
                 if not sent[0].get_goal_status_text().startswith("blocked: "):
-                    self.faults.append("a goal of %s that was blocked is not rejected" % key)
+                    self.faults.append("a blocked goal of %s is not rejected" % key)
 
     def _on_feedback(self, key):
         return lambda _, feedback: self.feedback[key].append(content(feedback))

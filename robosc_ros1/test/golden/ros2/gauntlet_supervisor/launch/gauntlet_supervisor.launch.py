@@ -241,8 +241,7 @@ PARAMETERS = (
     ),
 )
 
-# What the controller calls a topic, and what it is called between the controller and the
-#     supervisor.
+# Names that the controller uses, and their names between controller and supervisor.
 REMAPPINGS = (
     ("/scan", "/supervised/scan"),
     ("/spots", "/supervised/spots"),
@@ -264,7 +263,7 @@ REMAPPINGS = (
 
 
 def start(context):
-    """The nodes; the supervisor's with those parameters that were given as arguments."""
+    """Return the nodes; the supervisor gets the parameters that were given as arguments."""
 
     def argument(name):
         return LaunchConfiguration(name).perform(context)
@@ -273,7 +272,7 @@ def start(context):
     for name, parameter, sort, _ in PARAMETERS:
         text = argument(name)
         if text != "":
-            # A text stays one even where it looks like a number or a switch.
+            # A string remains one even if it looks like a number or a boolean.
             string = sort == "string"
             given[parameter] = ParameterValue(
                 text,
@@ -309,7 +308,7 @@ def start(context):
 
 
 def ros_name(name):
-    """A private name as ROS 2 spells it: ``~stop`` is ``~/stop``."""
+    """Return the ROS 2 form of a private name: ``~/stop`` for ``~stop``."""
     return "~/" + name[1:] if name.startswith("~") and not name.startswith("~/") else name
 
 
@@ -332,7 +331,7 @@ def generate_launch_description():
                 ("config", config, "parameter file"),
             )
         ]
-        # An empty argument leaves the parameter to the file.
+        # With an empty argument, the parameter file decides.
         + [
             DeclareLaunchArgument(name, default_value="", description=meaning)
             for name, _, _, meaning in PARAMETERS

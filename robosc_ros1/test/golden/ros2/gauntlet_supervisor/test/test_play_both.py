@@ -41,7 +41,7 @@ from gauntlet_supervisor.ros_parameters import qos_profile  # noqa: E402
 
 SUPERVISOR = "gauntlet_supervisor"
 
-# What the controller calls what it hears, and where it sends commands to.
+# The names on which the controller receives messages and sends commands.
 HEARD = (
     ("/supervised/scan", gauntlet_interfaces.msg.Scan, ('Eye.scan',)),
     ("/supervised/spots", gauntlet_interfaces.msg.Scan, ('Eye.spots',)),
@@ -65,7 +65,7 @@ SENT = (
 
 
 class Robot(play_robot.Robot):
-    """Also knows all that it ever sent, and its goals."""
+    """A robot that also records its goals, and all messages that it sent."""
 
     def __init__(self, node, seed):
         self.told = {}  # (key, kind) -> contents
@@ -82,7 +82,7 @@ class Robot(play_robot.Robot):
 
 
 class Goal:
-    """A goal that passed: its handle, and its end when that has come."""
+    """A goal that passed, with its handle; ``end`` is its result once it has ended."""
 
     def __init__(self, key, client, handle, sent):
         self.key = key
@@ -140,16 +140,16 @@ class Controller:
             do(entry, wanted)
 
     def cancel(self):
-        """Withdraw the latest goal, also if it has ended."""
+        """Cancel the latest goal, even if it has ended."""
         if self.goals:
             goal = self.goals[-1]
             goal.client.ask(goal.handle.cancel_goal_async)
 
     def _decided(self, key, do):
-        """Do something; whether it passed (None: nobody told), and what ``do`` gave."""
+        """Send a command; return whether it passed (None: unknown), and the result of ``do``."""
         before, passed = self.judge.decided(key), self.judge.passed[key]
         given = do()
-        what = "what becomes of " + key
+        what = "the decision on " + key
         if not self.judge.wait(lambda: self.judge.decided(key) > before, what):
             return None, given
         return self.judge.passed[key] > passed, given
@@ -166,9 +166,11 @@ class Controller:
         passed, future = self._decided(key, lambda: client.call_async(request))
         if passed:
             self.answers[key].append(future)
-        elif self.judge.wait(future.done, "the answer to a call that is blocked"):
+        elif self.judge.wait(future.done, "the answer to a blocked call"):
             if content(future.result()) != content(type_.Response()):
-                self.faults.append("a call of %s that was blocked has a response" % key)
+                self.faults.append(
+                    "a blocked call of %s got a response that is not the default" % key
+                )
 
     def _send(self, entry, _):
         client, type_, key = entry
@@ -182,22 +184,24 @@ class Controller:
         if not self.judge.wait(future.done, "the answer to a goal"):
             return
         if future.result().accepted != passed:
-            self.faults.append("a goal of %s is accepted or rejected against the reports" % key)
+            self.faults.append(
+                "a goal of %s is accepted or rejected, contrary to the reports" % key
+            )
         elif passed:
             self.goals.append(Goal(key, client, future.result(), content(goal)))
 
-    # What must have come of it
+    # Comparison with what the robot sent and received
 
     def compare(self):
         robot, wait = self.robot, self.judge.wait
         for topic, _, keys in HEARD:
             sent = robot.told.get((keys[0], "response"), [])
             wait(lambda t=topic, s=sent: is_rest(self.heard[t], s),
-                 topic + " to carry what the robot sent")  # fmt: skip
+                 "the robot's messages on " + topic)  # fmt: skip
         for topic, passed in self.passed.items():
             arrived = robot.received[topic]
             wait(lambda a=arrived, p=passed: is_rest(list(map(content, a)), p),
-                 topic + " to carry what passed")  # fmt: skip
+                 "the passed messages on " + topic)  # fmt: skip
         for _, type_, key in CALLED:
             futures = self.answers[key]
             if wait(lambda f=futures: all(future.done() for future in f), "the end of all calls"):
@@ -205,7 +209,7 @@ class Controller:
                 answers = [content(future.result()) for future in futures]
                 told = robot.told.get((key, "response"), [])
                 if not in_order([a for a in answers if a != failed], told):
-                    self.faults.append("%s was answered what the robot did not say" % key)
+                    self.faults.append("%s got an answer that the robot did not send" % key)
         self._compare_goals()
 
     def _compare_goals(self):
@@ -216,7 +220,7 @@ class Controller:
             return
         for key, feedback in self.feedback.items():
             if not in_order(feedback, self.robot.told.get((key, "feedback"), [])):
-                self.faults.append("%s has feedback that the robot did not give" % key)
+                self.faults.append("%s got feedback that the robot did not send" % key)
         for goal in self.goals:
             own = bytes(goal.handle.goal_id.uuid)
             told = (own.hex(), goal.key)
@@ -225,7 +229,7 @@ class Controller:
                     self.faults.append("goal %s of %s is not reported as aborted" % told)
                 continue
             other, arrived = self.robot.goals[own]
-            # What the controller did not cancel, but became forbidden, is reported as aborted.
+            # A goal that became forbidden, and was not cancelled by the controller, is aborted.
             if arrived != goal.sent:
                 self.faults.append("goal %s of %s arrived with other data" % told)
             if other.status != goal.end.status:
@@ -238,18 +242,18 @@ class Controller:
 
 
 def is_rest(arrived, sent):
-    """Whether all arrived that was sent, but at the start, when nobody may have known of it."""
+    """Whether all messages arrived except the first ones, sent before all were connected."""
     return sent[len(sent) - len(arrived) :] == arrived and bool(arrived) == bool(sent)
 
 
 def knows_clients(node):
-    """Whether the robot's side knows the supervisor's clients: they would not get its answers."""
+    """Whether the robot has discovered the supervisor's clients, which else get no answers."""
     served = [name for name, _, _ in play_robot.SERVICES]
     for name, _, _ in play_robot.ACTIONS:
         served += [name + "/_action/" + part for part in ("send_goal", "cancel_goal", "get_result")]
     try:
         found = node.get_client_names_and_types_by_node(SUPERVISOR, "/")
-    except RuntimeError:  # that node is not known yet
+    except RuntimeError:  # the node is not discovered yet
         return False
     names = {name for name, _ in found}
     return all(node.resolve_service_name(resolved(name)) in names for name in served)
@@ -285,7 +289,7 @@ def test_only_what_is_allowed_passes():
             and all(client.server_is_ready() for client, _, _ in controller.clients),
             "the supervisor",
         )
-        time.sleep(1.0)  # the other sides of these matches
+        time.sleep(1.0)  # for the other sides of these connections
         node.create_subscription(String, SUPERVISOR + "/state", judge.on_state, latched)
         judge.wait(lambda: judge.number is not None, "the supervisor's state")
         play(robot, controller, judge, float(os.environ.get("ROBOSC_SECONDS", "10")))

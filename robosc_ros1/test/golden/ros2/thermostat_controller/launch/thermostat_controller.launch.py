@@ -195,7 +195,7 @@ PARAMETERS = (
 
 
 def start(context):
-    """The node, with those parameters that were given as arguments."""
+    """Return the node, with the parameters that were given as arguments."""
 
     def argument(name):
         return LaunchConfiguration(name).perform(context)
@@ -204,7 +204,7 @@ def start(context):
     for name, parameter, sort, _ in PARAMETERS:
         text = argument(name)
         if text != "":
-            # A text stays one even where it looks like a number or a switch.
+            # A string remains one even if it looks like a number or a boolean.
             string = sort == "string"
             given[parameter] = ParameterValue(
                 text,
@@ -226,7 +226,7 @@ def start(context):
 
 
 def ros_name(name):
-    """A private name as ROS 2 spells it: ``~stop`` is ``~/stop``."""
+    """Return the ROS 2 form of a private name: ``~/stop`` for ``~stop``."""
     return "~/" + name[1:] if name.startswith("~") and not name.startswith("~/") else name
 
 
@@ -245,7 +245,7 @@ def generate_launch_description():
                 ("config", config, "parameter file"),
             )
         ]
-        # An empty argument leaves the parameter to the file.
+        # With an empty argument, the parameter file decides.
         + [
             DeclareLaunchArgument(name, default_value="", description=meaning)
             for name, _, _, meaning in PARAMETERS
