@@ -36,7 +36,7 @@ from robosc.model.traversal import may_be_undefined, part_of, rewritten
 from robosc.model.types import ArrayType, BooleanType, Type
 from robosc.syntax.nodes import AggregateNode, ArrayNode, BinaryNode, ExprNode
 
-__all__ = ["Aggregates", "Counted", "at_least", "chain"]
+__all__ = ["Aggregates", "at_least", "chain"]
 
 _BOOLEAN = BooleanType()
 

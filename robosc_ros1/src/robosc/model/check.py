@@ -41,7 +41,10 @@ from robosc.model.value_scope import ValueScope
 from robosc.source import Span
 from robosc.syntax.nodes import ConditionNode, ConstantNode, Name, ParameterNode
 
-__all__ = ["Model", "check_case", "check_topics", "check_unused", "select_state_variables"]
+__all__ = [
+    "Model", "all_expressions", "check_case", "check_topics", "check_unused",
+    "select_state_variables",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
 from robosc.model.ros.links import Binder, Payload
 from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
-from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.names import ros_name_fault, snake_case
 from robosc.source import Span
@@ -32,7 +31,7 @@ from robosc.syntax.nodes import (
     VariableNode,
 )
 
-__all__ = ["bind", "check_local_names", "declare", "join"]
+__all__ = ["bind", "check_interfaces", "check_local_names", "check_prefix", "declare", "join"]
 
 NONE = NoneType()
 
@@ -165,13 +164,12 @@ def _carried(instance: Instance, node: TypeNode, report: Report, sent: bool = Fa
     if type_ is not None and not instance.types.type_declarations.is_known(type_):
         return None
     if sent and type_ is not None:
-        return _sendable(instance.types.type_declarations, type_, node.span, report)
+        return _sendable(type_, node.span, report)
     return type_
 
 
-def _sendable(
-    type_declarations: TypeDeclarations, type_: Type, span: Span, report: Report
-) -> Type | None:
+def _sendable(type_: Type, span: Span, report: Report) -> Type | None:
+    """The type of data that is sent; None after reporting an enum in it."""
     if isinstance(type_, EnumType):
         report.add(
             "enum-sent",

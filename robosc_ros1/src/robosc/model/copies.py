@@ -153,7 +153,7 @@ class _Writer:
                     inner = inner.condition(statement.name.text, value)
                     continue
                 for copy in self.declaration(statement, inner):
-                    written.append(with_place(copy, statement, inner))
+                    written.append(with_place(copy, inner))
         return written
 
     # --- nodes of any kind ---

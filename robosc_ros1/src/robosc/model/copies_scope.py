@@ -48,7 +48,7 @@ def filled_in(text: str, scope: Scope) -> str:
     )
 
 
-def with_place(copy: Any, statement: Any, scope: Scope) -> Any:
+def with_place(copy: Any, scope: Scope) -> Any:
     """The copy of a statement with the text of its indexes, if its kind has one."""
     return replace(copy, place=scope.place()) if hasattr(copy, "place") and not copy.place else copy
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from robosc.model.behaviour import BehaviourResolver
 from robosc.model.check import Model, check_case, check_topics, check_unused, select_state_variables
@@ -50,6 +50,8 @@ from robosc.syntax.nodes import (
 )
 
 __all__ = ["FileContents", "FileResolver"]
+
+_Entity = TypeVar("_Entity")
 
 
 @dataclass(frozen=True)
@@ -282,14 +284,13 @@ class FileResolver:
         behaviour = None
         if instance.behaviour is not None:
             behaviour = BehaviourResolver(instance, symbols, report).resolve(instance.behaviour)
-        communications = (c.entity for c in instance.communications.values())
         imported = instance.imported
         return Component(
             instance.name,
-            tuple(c for c in communications if c is not None),
+            _sound(info.entity for info in instance.communications.values()),
             behaviour,
             imported.library.text if imported is not None else None,
-            span=(instance.node if imported is None else imported).name.span,
+            span=instance.declaration.name.span,
         )
 
     def _symbols(self, instance: Instance) -> SymbolTable:
@@ -307,22 +308,16 @@ class FileResolver:
         resolver = StatementResolver(
             SymbolTable(self.component_table), self.types, self._binder, self._report
         )
-        requirements: list[Requirement] = []
-        provides: list[Provide] = []
-        preferences: list[Preference] = []
-        for node in self._scope.node.declarations:
-            match node:
-                case RequirementNode():
-                    requirement = resolver.requirement(node)
-                    if requirement is not None:
-                        requirements.append(requirement)
-                case ProvideNode():
-                    provide = resolver.provide(node)
-                    if provide is not None:
-                        provides.append(provide)
-                case PreferNode():
-                    preference = resolver.preference(node)
-                    if preference is not None:
-                        preferences.append(preference)
+        nodes = self._scope.node.declarations
+        requirements = _sound(
+            resolver.requirement(n) for n in nodes if isinstance(n, RequirementNode)
+        )
+        provides = _sound(resolver.provide(n) for n in nodes if isinstance(n, ProvideNode))
+        preferences = _sound(resolver.preference(n) for n in nodes if isinstance(n, PreferNode))
         check_preferences(preferences, self._report)
-        return tuple(requirements), tuple(provides), tuple(preferences)
+        return requirements, provides, preferences
+
+
+def _sound(found: Iterable[_Entity | None]) -> tuple[_Entity, ...]:
+    """Those without errors."""
+    return tuple(entity for entity in found if entity is not None)

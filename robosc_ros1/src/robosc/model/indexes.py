@@ -10,7 +10,7 @@ from robosc.model.expr import Expr, ValueRef, condition_of
 from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 
-__all__ = ["Lengths", "check_indexes"]
+__all__ = ["check_indexes"]
 
 Lengths = Mapping[tuple[ObjectType, str], tuple[int, str]]
 """Array properties of fixed length: the number of elements, and the field as text."""

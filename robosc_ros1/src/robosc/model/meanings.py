@@ -20,7 +20,7 @@ from robosc.syntax.nodes import (
     ValueNode,
 )
 
-__all__ = ["Meanings", "RosConstant"]
+__all__ = ["Meanings"]
 
 
 class RosConstant(NamedTuple):

@@ -75,7 +75,7 @@ def read(
     return ReadResult(robot, diagnostics, loader.contents, loader.libraries)
 
 
-@dataclass
+@dataclass(frozen=True)
 class ResolvedFile:
     """One file and its diagnostics. ``contents`` is None if nothing of it could be parsed."""
 

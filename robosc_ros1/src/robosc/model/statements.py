@@ -23,7 +23,7 @@ from robosc.model.types import NoneType
 from robosc.source import Span
 from robosc.syntax.nodes import Access, DataObjectNode, PreferNode, ProvideNode, RequirementNode
 
-__all__ = ["StatementResolver", "check_preferences"]
+__all__ = ["StatementResolver", "check_preferences", "fold_text"]
 
 _COMMENT_OR_STRING = re.compile(
     r"""//[^\n]*|/\*.*?\*/|("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')""", re.DOTALL

@@ -14,7 +14,6 @@ from robosc.errors import Note
 from robosc.language.events import COMMUNICATIONS, CommunicationSort, EventKind, Phases
 from robosc.model.entities import Communication, Kind
 from robosc.model.types import Type
-from robosc.source import Span
 from robosc.syntax.nodes import (
     BehaviourNode,
     CommunicationNode,
@@ -106,10 +105,6 @@ class Instance:
     communications: dict[str, CommunicationInfo] = field(default_factory=dict)
     original: Instance | None = None
     library: ComponentTable | None = None
-
-    @property
-    def place(self) -> Span:
-        return self.imported.name.span if self.imported else self.node.name.span
 
     @property
     def declaration(self) -> ComponentNode | ImportNode:

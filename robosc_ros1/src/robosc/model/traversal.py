@@ -31,7 +31,6 @@ from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 from robosc.source import Span
 
 __all__ = [
-    "T",
     "all_names",
     "fold",
     "may_be_undefined",

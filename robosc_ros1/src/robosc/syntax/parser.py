@@ -17,7 +17,7 @@ from robosc.syntax.leaves import make_name
 from robosc.syntax.nodes import FileNode, Name
 from robosc.syntax.reading import Reading
 
-__all__ = ["parse", "read_source"]
+__all__ = ["parse", "read_bytes", "read_source", "source_of"]
 
 _FILES = ("robot", "library")
 _LARGEST = 2**26

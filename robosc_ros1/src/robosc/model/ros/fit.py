@@ -27,9 +27,8 @@ def misfit(type_: Type, field: FieldType, sending: bool) -> tuple[str, str] | No
         return misfit(type_.element, field.element, sending)
     if field.is_array:
         return "field-kind", f"it is an array, {type_} does not fit; write array({type_})"
-    fits = _kind_fits(type_, field, sending)
-    if not fits:
-        return "field-kind", _kind_words(type_, field, sending)
+    if not _kind_fits(type_, field, sending):
+        return "field-kind", _kind_words(type_, field)
     if sending and isinstance(type_, IntegerType) and type_.bounds is not None:
         return too_wide(type_.bounds, field, str(type_))
     return None
@@ -52,7 +51,7 @@ def _kind_fits(type_: Type, field: FieldType, sending: bool) -> bool:
     return False
 
 
-def _kind_words(type_: Type, field: FieldType, sending: bool) -> str:
+def _kind_words(type_: Type, field: FieldType) -> str:
     if isinstance(type_, DoubleType) and field.base in INTEGERS:
         return "a double cannot be sent through it; use integer"
     if isinstance(type_, IntegerType) and field.base in ("float32", "float64"):
