@@ -118,7 +118,7 @@ def _transition_texts(graph: Graph) -> Iterator[str]:
     for t in graph.transitions:
         event = plant.events[t.event]
         values = t.values
-        key: object = id(values)  # 0.0 and -0.0 are equal
+        key: object = id(values)  # 0.0 and -0.0 are equal, but not their texts
         if event.kind.of_component:  # their values are source and target
             step = make_step(plant, event, values, graph.states[t.source], graph.states[t.target])
             key = values = step.values

@@ -58,6 +58,7 @@ def _value(value: Value | None) -> str:
 
 
 def trace_text(trace: Sequence[Step]) -> str:
+    """Return the steps of a trace, separated by commas."""
     return ", ".join(step_text(step) for step in trace)
 
 

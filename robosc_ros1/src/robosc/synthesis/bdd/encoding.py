@@ -93,9 +93,11 @@ class Encoding:
         return self._indexes(self._blocks[source].now, indexes)
 
     def value_after(self, variable: int, index: int) -> Bdd:
+        """Return where a state variable has the value with this index after an event."""
         return self._indexes(self._blocks[variable].after, (index,))
 
     def all_values(self, source: LeafSource) -> Bdd:
+        """Return where the code of a state variable (or parameter) encodes a value."""
         return self.values(source, range(self._blocks[source].size))
 
     def valuations(self, event: int) -> Bdd:
@@ -227,6 +229,7 @@ class Encoding:
         return self.manager.cube(v for source in sources for v in self._blocks[source].now)
 
     def after(self, variables: Iterable[int]) -> Bdd:
+        """Return the cube of the boolean variables after an event."""
         return self.manager.cube(v for variable in variables for v in self._blocks[variable].after)
 
     def pairs(self, variables: Iterable[int]) -> list[tuple[int, int]]:

@@ -137,6 +137,7 @@ class Manager:
         return level[0] if level else self.false
 
     def exists(self, states: Any, cube: Bdd) -> Bdd:
+        """Return a set with the variables of ``cube`` quantified existentially."""
         found: Bdd = states.exists(cube)
         return found
 
@@ -171,6 +172,7 @@ class Manager:
         return found
 
     def size(self, states: Any) -> int:
+        """Return the number of nodes of a diagram."""
         found: int = states.node_count()
         return found
 

@@ -19,6 +19,7 @@ LeafSource: TypeAlias = int | tuple[int, int]
 
 
 def leaves(expr: Expr) -> Iterator[Leaf]:
+    """Yield the leaves of an expression that are no literals."""
     for node in walk(expr):
         if isinstance(node, Leaf):
             yield node

@@ -41,6 +41,7 @@ class Condition:
     factors: tuple[Factor, ...] = ()
 
     def key(self) -> tuple[object, ...]:
+        """Return a key that is equal for equal conditions; factors count by identity."""
         return (
             tuple(
                 (variable, self.allowed[variable].tobytes()) for variable in sorted(self.allowed)

@@ -94,6 +94,11 @@ class ExplicitVerifier:
         return variables
 
     def found(self) -> Findings:
+        """Return what the searches find.
+
+        Raises:
+            StateSpaceError: there are too many states or transitions.
+        """
         self._refuse()
         graph = self._search()
         backward = Backward.of(graph)
