@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from itertools import count
 from typing import TypeAlias
 
@@ -73,7 +74,8 @@ class Fixpoint:
             n for n in range(len(disjuncts)) if any(not disjunct.stays for disjunct in disjuncts[n])
         ]
 
-        def carry(number: int, found: Bdd) -> Bdd:
+        def closed(number: int, found: Bdd) -> Bdd:
+            """Apply one event to its own fixpoint."""
             while True:
                 before = found
                 for disjunct in disjuncts[number]:
@@ -86,24 +88,17 @@ class Fixpoint:
                 if found == before:
                     return found
 
+        chained = partial(self._chained, what, active, closed, related)
         while True:
             before = states
             if iterates is None:
-                states = self._raced(what, states, active, carry, related)
+                states = self._raced(states, chained)
             else:
-                strategy = self._strategies[0]
-                states = self._chained(what, states, active, carry, related, strategy, None)
+                states = chained(states, self._strategies[0], None)
             if states == before:
                 return states
 
-    def _raced(
-        self,
-        what: str,
-        states: Bdd,
-        active: Sequence[int],
-        carry: Callable[[int, Bdd], Bdd],
-        related: Sequence[Sequence[int]],
-    ) -> Bdd:
+    def _raced(self, states: Bdd, chained: Callable[[Bdd, _Strategy, int | None], Bdd]) -> Bdd:
         """Race the strategies; the one that finishes is tried first next time."""
         for attempt in count():
             budget = _FIRST_BUDGET * _MORE**attempt
@@ -111,7 +106,7 @@ class Fixpoint:
             while strategies:
                 strategy = strategies.pop(0)
                 try:
-                    found = self._chained(what, states, active, carry, related, strategy, budget)
+                    found = chained(states, strategy, budget)
                 except _OverBudgetError as over:
                     self.manager.collect()
                     if over.states is not None:
@@ -126,10 +121,10 @@ class Fixpoint:
     def _chained(
         self,
         what: str,
-        states: Bdd,
         active: Iterable[int],
-        carry: Callable[[int, Bdd], Bdd],
+        closed: Callable[[int, Bdd], Bdd],
         related: Sequence[Sequence[int]],
+        states: Bdd,
         strategy: _Strategy,
         budget: int | None,
     ) -> Bdd:
@@ -143,7 +138,7 @@ class Fixpoint:
         while queue:
             turn, _, number = heapq.heappop(queue)
             waiting.discard(number)
-            found = carry(number, states)
+            found = closed(number, states)
             work += _STEP
             if found == states:
                 continue

@@ -135,6 +135,7 @@ class Layout:
         return np.sort(places)
 
     def state(self, place: int) -> PlantState:
+        """Return the state at a place."""
         values = [0] * len(self.plant.variables)
         for number, dim in enumerate(self.dims):
             row = dim.table[self.position(number, place)]
@@ -181,7 +182,7 @@ class Layout:
             if grid.dims:
                 found.grids.append(grid)
             else:
-                found.bits[...] &= _flags(int(grid.memory), self.bits)
+                found.bits[...] &= unpack(grid.memory, self.bits)
         if not found.bits.any() or not all(values.any() for values in found.allowed.values()):
             return None
         return found
@@ -329,10 +330,6 @@ def _packed(sizes: Sequence[int]) -> tuple[int, ...]:
             if filled * size <= BITS:
                 best.setdefault(filled * size, (*chosen, number))
     return best[max(best)]
-
-
-def _flags(mask: int, bits: int) -> Bools:
-    return np.array([mask >> bit & 1 for bit in range(bits)], dtype=np.bool_)
 
 
 def _rectangles(
