@@ -49,7 +49,7 @@ __all__ = ["BehaviourResolver"]
 
 
 class BehaviourResolver:
-    """Resolves the behaviour of one component; ``whole`` is False after an error."""
+    """Resolves the behaviour of one component; ``_is_sound`` is False after an error."""
 
     def __init__(self, instance: Instance, symbols: SymbolTable, report: Report) -> None:
         self._instance = instance
@@ -58,7 +58,7 @@ class BehaviourResolver:
         self._taus = 0
         self._afters = 0
         self._event_spans: dict[int, Span] = {}
-        self.whole = True
+        self._is_sound = True
 
     def resolve(self, node: BehaviourNode) -> Behaviour:
         """The behaviour without the parts that have errors."""
@@ -95,14 +95,14 @@ class BehaviourResolver:
     def _variable(self, node: VariableNode) -> Variable | None:
         type_ = self._instance.variables[node.name.text]
         if type_ is None:
-            self.whole = False
+            self._is_sound = False
             return None
         name = self._instance.name
         if node.initial is None and isinstance(type_, ArrayType | ObjectType):
             return Variable(node.name.text, name, type_, None, False, span=node.name.span)
         initial = self._initial(node, type_)
         if initial is None:
-            self.whole = False
+            self._is_sound = False
             return None
         return Variable(node.name.text, name, type_, initial, False, span=node.name.span)
 
@@ -195,7 +195,7 @@ class BehaviourResolver:
         assignments = self._assignments(node.assignments, incoming)
         goto = self._goto(node.goto)
         if delay is None:
-            self.whole = False
+            self._is_sound = False
             return None
         name = self._instance.name
         happening = ResultTransition(
@@ -219,7 +219,7 @@ class BehaviourResolver:
         assignments = self._assignments(node.assignments, incoming)
         goto = self._goto(node.goto)
         if info is None:
-            self.whole = False
+            self._is_sound = False
             return None
         if not available:
             events = first_of(e.value for e in info.events)
@@ -230,7 +230,7 @@ class BehaviourResolver:
                 f"{info.kind.value} '{info.name}' has no {event.value}",
                 f"{article} {info.kind.value} has: {events}",
             )
-            self.whole = False
+            self._is_sound = False
             return None
         return ResultTransition(event, info.key, guard, assignments, goto, span=node.span)
 
@@ -242,7 +242,7 @@ class BehaviourResolver:
             return None
         guard = self._typer(incoming).check(node, BOOLEAN, "a guard")
         if guard is None:
-            self.whole = False
+            self._is_sound = False
             return None
         return condition_on_data(guard)
 
@@ -253,7 +253,7 @@ class BehaviourResolver:
         own.types.scope.names.use(name, own.states.get(name.text), own.name)
         if name.text in self._instance.states:
             return name.text
-        self.whole = False
+        self._is_sound = False
         scope = self._instance.types.scope
         if not scope.is_unresolved(name.text, "state"):
             self._report.add(
@@ -282,12 +282,12 @@ class BehaviourResolver:
                     "assignments of one transition happen at once",
                     [Note("the first one is here", seen[target])],
                 )
-                self.whole = False
+                self._is_sound = False
             elif target is not None:
                 seen[target] = node.target.span
             assignment = self._assignment(node, target, incoming)
             if assignment is None:
-                self.whole = False
+                self._is_sound = False
             else:
                 found.append(assignment)
         return tuple(found)
@@ -310,12 +310,12 @@ class BehaviourResolver:
 
     def _check_states(self, node: BehaviourNode, behaviour: Behaviour) -> None:
         if self._instance.types.scope.is_damaged(node.span):
-            self.whole = False
+            self._is_sound = False
             return
         initial = [s for s in self._instance.states.values() if s.initial]
         check_initial(self._instance, self._report, initial)
         check_hiding(behaviour, self._event_spans, self._report)
-        if initial and self.whole:
+        if initial and self._is_sound:
             start = [s.name.text for s in initial]
             check_reach(self._instance, behaviour, start, self._report)
 

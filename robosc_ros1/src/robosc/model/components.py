@@ -12,7 +12,7 @@ from robosc.model.durations import DURATION, is_above_zero
 from robosc.model.entities import Communication, Kind
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
-from robosc.model.ros.links import Binder, Payload
+from robosc.model.ros.links import Binder, Payload, is_legal
 from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
 from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.names import ros_name_fault, snake_case
@@ -292,11 +292,7 @@ def _interface(
                 hint or f"declare: interface {links.text} use TYPE from PACKAGE",
             )
         return None, False
-    return found, interface_is_legal(found)
-
-
-def interface_is_legal(node: InterfaceNode) -> bool:
-    return node.type.text[0].isalpha() and node.package.text[0].isalpha()
+    return found, is_legal(found)
 
 
 def _identifier(info: CommunicationInfo, report: Report) -> str | None:

@@ -104,6 +104,7 @@ class TypeTable(KnownTypes):
         return table
 
     def resolve_all(self) -> None:
+        """Resolve all data types of the file, duplicates included, to report the errors in them."""
         for name in self.scope.datatypes:
             self._named(name)
         for node in self.scope.duplicates:

@@ -319,5 +319,5 @@ class FileResolver:
 
 
 def _sound(found: Iterable[_Entity | None]) -> tuple[_Entity, ...]:
-    """Those without errors."""
+    """The entities without those that have errors, for which None stands."""
     return tuple(entity for entity in found if entity is not None)

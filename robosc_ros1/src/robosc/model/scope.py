@@ -70,6 +70,7 @@ class FileScope:
     def of(
         cls, source: Source, node: FileNode, syntax: tuple[Diagnostic, ...], report: Report
     ) -> FileScope:
+        """The scope of a parsed file; ``syntax`` are the diagnostics of the parser."""
         faults = tuple(d.span for d in syntax if d.severity is Severity.ERROR)
         before = (_NAMED_BY.search(source.text, max(0, f.start - 200), f.start) for f in faults)
         scope = cls(source, node, faults, frozenset(match[1] for match in before if match))

@@ -134,6 +134,7 @@ class ComponentTable:
     by_origin: dict[int, list[Instance]] = field(default_factory=dict)
 
     def add(self, instance: Instance) -> None:
+        """Add an instance under its name."""
         self.instances[instance.name] = instance
         self.by_origin.setdefault(id(instance.node), []).append(instance)
 

@@ -28,18 +28,24 @@ class NoneType:
 
 @dataclass(frozen=True, slots=True)
 class BooleanType:
+    """``boolean``."""
+
     def __str__(self) -> str:
         return "boolean"
 
 
 @dataclass(frozen=True, slots=True)
 class StringType:
+    """``string``."""
+
     def __str__(self) -> str:
         return "string"
 
 
 @dataclass(frozen=True, slots=True)
 class DoubleType:
+    """``double``."""
+
     def __str__(self) -> str:
         return "double"
 

@@ -101,6 +101,7 @@ class Header:
     end: int
 
     def quoted(self, reading: Reading) -> str:
+        """The text of the header, at most 60 characters, in quotes for messages."""
         words = " ".join(reading.tokens.texts(self.start, self.end))
         return f"'{words[:60]}'"
 

@@ -97,6 +97,7 @@ class Formatter:
     # --- declarations with blocks ---
 
     def file(self, node: FileNode) -> Doc:
+        """The document of the whole file."""
         head = self.words.beginning(first=True)
         body = self._block(self._spaced(2), node.declarations)
         return [*head, body, *self.words.comments(first=False)]

@@ -211,6 +211,7 @@ class Reading:
         return Fault(at, message, hint=self._hint(at, message))
 
     def bad_number(self, at: int) -> Fault:
+        """The fault of a malformed number."""
         message = f"'{self.text(at)[:40]}' is not a number"
         return Fault(at, message, code="bad-number", hint="numbers look like 42, 4.25 or 1e-3")
 

@@ -39,7 +39,7 @@ from robosc.syntax.nodes import (
     TypeNode,
 )
 
-__all__ = ["Binder", "Payload"]
+__all__ = ["Binder", "Payload", "is_legal"]
 
 
 @dataclass(frozen=True)
@@ -152,9 +152,9 @@ class Binder:
     def check_unlinked(self, interfaces: Iterable[InterfaceNode]) -> None:
         """Report interfaces that no communication links and that no definition has."""
         for interface in interfaces:
-            package, type_ = interface.package.text, interface.type.text
-            if interface in self._looked_up or not (type_[0].isalpha() and package[0].isalpha()):
+            if interface in self._looked_up or not is_legal(interface):
                 continue
+            package, type_ = interface.package.text, interface.type.text
             found = [self._definitions.interface(package, type_, folder) for folder in KINDS]
             missing = [f for f in found if isinstance(f, Missing) and f.reason == "file"]
             if len(missing) == len(found):
@@ -293,6 +293,11 @@ class Binder:
                     nested.detail or f"{nested.package} has no such message",
                 )
         return []
+
+
+def is_legal(node: InterfaceNode) -> bool:
+    """Whether ROS allows the names of an interface's type and package: they begin with a letter."""
+    return node.type.text[0].isalpha() and node.package.text[0].isalpha()
 
 
 def _basic_name(type_: Type) -> str:
