@@ -855,7 +855,7 @@ _ALL = (
         "The state space is too large for a check: whether a controller exists, and what it would"
         " forbid, is not known. The message says what makes it large.",
         "two gauges of type integer(0..100000) that a requirement compares",
-        "Convert large ranges by an enum; `robosc synthesize` takes the time it needs.",
+        "Convert large ranges by an enum; `robosc synthesize` has no time limit.",
     ),
     _plant(
         Severity.WARNING,

@@ -95,7 +95,7 @@ def _synthesize(
     if crowded := _crowded(plant, _MOST_PAIRS):
         if either:
             return _symbolic(plant, progress)
-        raise StateSpaceError(f"{crowded}: narrow their ranges, or convert them by an enum")
+        raise StateSpaceError(f"{crowded}: narrow the ranges, or convert the values by an enum")
     start = time.perf_counter()
     compiler = Compiler(plant)
     rules = [compiler.event(event) for event in plant.events]
@@ -201,7 +201,10 @@ def _crowded(plant: Plant, most: int) -> str | None:
                 taken = prod(values[path] for path in read)
                 if taken * plant.variables[variable].size > most:
                     name, size = plant.variables[variable].name, plant.variables[variable].size
-                    return f"{event.name} brings {taken} values for the {size} of {name}"
+                    return (
+                        f"the dense engine would have to combine {taken} values of {event.name}"
+                        f" with the {size} of {name}"
+                    )
     return None
 
 

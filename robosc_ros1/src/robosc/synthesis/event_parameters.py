@@ -51,8 +51,8 @@ def choices(event: Event, read: Iterable[Expr]) -> Iterator[PartValues]:
     if (number := prod(len(p.values) for p in taken)) > MOST_COMBINATIONS:
         raise StateSpaceError(
             f"the parts of the value of {event.name} that are compared have {number} combinations"
-            f" of outcomes, more than the {MOST_COMBINATIONS} that can be gone through: compare"
-            " fewer of them in one message, or convert them by an enum"
+            f" of outcomes, more than the limit of {MOST_COMBINATIONS}: compare fewer of them in"
+            " one message, or convert them by an enum"
         )
     implied = _implied(event)
     pairs = [(used.index(i), used.index(j)) for i in used for j in implied.get(i, ()) if j in used]

@@ -204,7 +204,7 @@ def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> St
             sampled = sampled or compiled.is_sampled
     assert sampled, "the states do not follow each other"
     raise StateSpaceError(
-        "a message has too many parts that are compared to determine which of them lead to a state:"
+        "too many parts of a message are compared to find the values that lead to a state:"
         " compare fewer of them in one message, or convert them by an enum"
     )
 

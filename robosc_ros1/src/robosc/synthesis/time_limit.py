@@ -33,7 +33,7 @@ def processor_time(seconds: float, progress: Progress | None) -> Iterator[Progre
 
     def stop(signum: int = 0, frame: FrameType | None = None) -> None:
         raise StateSpaceError(
-            f"it takes more than {seconds:g} s; 'robosc synthesize' takes the time it needs"
+            f"it takes more than {seconds:g} s; 'robosc synthesize' has no time limit"
         )
 
     def limited(what: str, done: int, most: int) -> None:

@@ -86,7 +86,7 @@ def _of_variable(
     names = [str(plant.variables[variable].values[place]) for place in places]
     name = plant.variables[variable].name
     if plant.variables[variable].kind is VariableKind.PHASE:
-        return Cause(f"{plant.robot.display_names[name]} stays busy for good")
+        return Cause(f"{plant.robot.display_names[name]} stays busy forever")
     if len(places) > 1:
         reason = f"{name} never gets back to a marked state (it stays in {listing(names, 'or')})"
         return Cause(reason, None, plant.robot.component(name).span)

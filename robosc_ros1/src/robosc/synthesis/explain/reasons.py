@@ -162,7 +162,7 @@ class _Explainer:
             return f"{event.name} never runs in the controlled system"
         if event.kind is EventKind.TAU:
             return "the controlled system reaches no state in which it is possible"
-        return "the controlled system reaches no state in which all components agree to it"
+        return "the controlled system reaches no state in which no component blocks it"
 
     def _trace(self, states: tuple[PlantState, ...], last: Step | None) -> tuple[Step, ...]:
         steps = steps_of(self.stepper, states)

@@ -111,5 +111,5 @@ def _check_counts(
     if plant_states is not None:
         figures.append(("plant states", supervisor.plant_states, plant_states))
     for name, claimed, found in figures:
-        detail = None if claimed == found else f"{claimed} were counted, there are {found}"
+        detail = None if claimed == found else f"the supervisor has {claimed}, the search {found}"
         yield Check(name, claimed == found, detail)
