@@ -251,7 +251,7 @@ class Engine(Intake):
         elif entry.kind == "error" and message.result is not None:
             self._input((entry,), Failure(message.reason))
         elif entry.kind == "error":
-            self._safe_stop("the end of %s cannot be applied: %s" % (entry.name, reason))
+            self._safe_stop("cannot apply the end of %s: %s" % (entry.name, reason))
         if self.settings.on_mismatch == "stop":
             self._safe_stop("mismatch: " + reason)
 

@@ -180,7 +180,7 @@ class Intake:
         dropped = sum(inbox.dropped for inbox in list(self._inboxes.values()))
         if dropped != self.recorder.counters["dropped"]:
             self.recorder.counters["dropped"] = dropped
-            self._log("warning", "dropped", "messages come faster than they can be handled")
+            self._log("warning", "dropped", "messages arrive too fast: some were dropped")
         left = self._clocks.time_left(self._port.now())
         return {
             "clocks": {self._names.get(key, key): time for key, time in left.items()},

@@ -90,17 +90,17 @@ _GENERAL = (
     ),
     Parameter(
         "order", "string", "rotate",
-        "which of several due commands goes first", choices=("rotate", "declared", "random"),
+        "which of several due commands is sent first", choices=("rotate", "declared", "random"),
     ),
     Parameter("seed", "integer", 0, "seed of the random order"),
     Parameter(
         "on_mismatch", "string", "ignore",
-        "what to do on an event that the model excludes",
+        "reaction to an event that the model excludes",
         choices=("ignore", "stop"),
     ),
     Parameter(
         "stop_command", "string", "",
-        "communication that is requested once at a safe stop and at shutdown, allowed or not",
+        "communication that is requested at a safe stop and at shutdown, regardless of its guard",
     ),
     Parameter("exit_on_stop", "boolean", False, "end the node after a safe stop"),
     Parameter(
@@ -109,24 +109,24 @@ _GENERAL = (
     ),
     Parameter(
         "server_lost_after", "number", 5.0,
-        "seconds of wall time without status after which an action's server counts as lost",
+        "wall time without status after which an action server counts as lost, in seconds",
         minimum=0.1,
     ),
-    Parameter("state_rate", "number", 20.0, "limit for the rate of ~state, in Hz", minimum=0.1),
+    Parameter("state_rate", "number", 20.0, "maximal rate of ~state, in Hz", minimum=0.1),
     Parameter("publish_events", "boolean", True, "publish each event on ~events"),
-    Parameter("event_log", "string", "", "file that gets each event as a line of JSON"),
+    Parameter("event_log", "string", "", "file for the event log, one JSON document per line"),
     Parameter(
         "event_log_size", "number", 10.0,
-        "size at which the log file is rotated, in MB", minimum=1e-3,
+        "size at which the event log is rotated, in MB", minimum=1e-3,
     ),
-    Parameter("event_log_files", "integer", 5, "how many rotated log files are kept", minimum=0),
+    Parameter("event_log_files", "integer", 5, "number of rotated log files to keep", minimum=0),
     Parameter(
         "legacy_state_topic", "string", "",
-        "topic that gets the state in the layout of the original tool's /state",
+        "topic for the state in the format of the original tool's /state",
     ),
     Parameter(
         "allowed_publishers", "string", "",
-        "nodes, separated by blanks, that may also publish on topics of commands",
+        "nodes, separated by spaces, that may also publish on command topics",
     ),
 )  # fmt: skip
 
@@ -154,7 +154,7 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
     for communication in communications:
         name = parameter_name(communication.name)
         if communication.sort != "outgoing":
-            meaning = "how often %s is repeated, in Hz; 0: like all others" % communication.name
+            meaning = "how often %s is repeated, in Hz; 0: as given by rate" % communication.name
             result.append(Parameter("rate/" + name, "number", 0.0, meaning, minimum=0.0))
         timeout = _timeout(communication)
         if timeout is not None:

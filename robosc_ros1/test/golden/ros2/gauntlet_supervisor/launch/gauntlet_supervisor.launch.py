@@ -22,13 +22,13 @@ PARAMETERS = (
         "on_mismatch",
         "on_mismatch",
         "string",
-        "what to do on an event that the model excludes (ignore, stop)",
+        "reaction to an event that the model excludes (ignore, stop)",
     ),
     (
         "stop_command",
         "stop_command",
         "string",
-        "communication that is requested once at a safe stop and at shutdown, allowed or not",
+        "communication that is requested at a safe stop and at shutdown, regardless of its guard",
     ),
     ("exit_on_stop", "exit_on_stop", "boolean", "end the node after a safe stop"),
     (
@@ -41,35 +41,35 @@ PARAMETERS = (
         "server_lost_after",
         "server_lost_after",
         "number",
-        "seconds of wall time without status after which an action's server counts as lost (at "
+        "wall time without status after which an action server counts as lost, in seconds (at "
         "least 0.1)",
     ),
-    ("state_rate", "state_rate", "number", "limit for the rate of ~state, in Hz (at least 0.1)"),
+    ("state_rate", "state_rate", "number", "maximal rate of ~state, in Hz (at least 0.1)"),
     ("publish_events", "publish_events", "boolean", "publish each event on ~events"),
-    ("event_log", "event_log", "string", "file that gets each event as a line of JSON"),
+    ("event_log", "event_log", "string", "file for the event log, one JSON document per line"),
     (
         "event_log_size",
         "event_log_size",
         "number",
-        "size at which the log file is rotated, in MB (at least 0.001)",
+        "size at which the event log is rotated, in MB (at least 0.001)",
     ),
     (
         "event_log_files",
         "event_log_files",
         "integer",
-        "how many rotated log files are kept (at least 0)",
+        "number of rotated log files to keep (at least 0)",
     ),
     (
         "legacy_state_topic",
         "legacy_state_topic",
         "string",
-        "topic that gets the state in the layout of the original tool's /state",
+        "topic for the state in the format of the original tool's /state",
     ),
     (
         "allowed_publishers",
         "allowed_publishers",
         "string",
-        "nodes, separated by blanks, that may also publish on topics of commands",
+        "nodes, separated by spaces, that may also publish on command topics",
     ),
     (
         "timeout_reach",
