@@ -151,7 +151,7 @@ class Shadow(Expressions):
                 if tau["goto"] is not None:
                     self._enter(component)
                 return
-        raise Wrong("transition %d of %s: %s is not possible" % (index, component, path))
+        raise Wrong("internal transition %d of %s: %s is impossible" % (index, component, path))
 
     def wait_over(self, component, index, path):
         """Apply a delayed transition of a component."""

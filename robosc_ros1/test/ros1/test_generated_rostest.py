@@ -151,7 +151,7 @@ def test_it_judges_what_was_done_before_it_could_listen(lantern: Workspace) -> N
     finally:
         for path, source in sources.items():
             path.write_text(source, encoding="utf-8")
-    assert "FAULT: event 1: step 1 of Flame" in done.stdout + done.stderr
+    assert "FAULT: event 1: internal transition 1 of Flame" in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("fault", FAULTS)
