@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import gc
 import os
 import signal
@@ -13,7 +12,7 @@ import pytest
 import ros_support
 from hypothesis import HealthCheck, settings
 from kept import Kept
-from ros_support import EXAMPLES, REPOSITORY, Master, Workspace
+from ros_support import EXAMPLES, REPOSITORY, Master, Workspace, built_once
 from view.browser import Browser, headless, missing_browser
 
 # The same examples in every run. How long it takes to draw one tells of the machine, not of robosc.
@@ -22,11 +21,17 @@ settings.register_profile(
 )
 settings.load_profile("robosc")
 
-# Folders whose tests one process runs, since they share a browser, an editor or a ROS graph.
-TOGETHER = {"lsp", "ros2", "view"}
+# One process runs all tests of the folder view, which share a browser, those that plant faults in the
+# guarded workspace or run what is in it, and those that build the extension.
+TOGETHER = ("extension", "view", "guarded_workspace")
 
-# What takes long to build, and is built in each process that runs a test which asks for it.
-BUILT_ONCE = ("generated_workspace", "guarded_workspace")
+# What takes longest begins first, so that no process is left alone with it at the end.
+LONGEST = (
+    "test_ros2_actions.py",  # makes what all tests with ROS 2 need
+    "test_lsp_client.py",
+    "test_gallery_drives.py",
+    "test_generated_rostest.py",
+)
 
 # What takes so long that ./dev test --quick leaves it out: ROS, browsers, editors and terminals. Other
 # slow tests are marked where they stand.
@@ -55,9 +60,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if SLOW.intersection(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.slow)
         item.add_marker(pytest.mark.xdist_group(group_of(item)))
-    # What takes longest begins first, so that no process is left alone with it at the end.
     slow = {group_of(item) for item in items if item.get_closest_marker("slow")}
-    first = [*BUILT_ONCE, *sorted(TOGETHER), *sorted(slow)]
+    first = [*TOGETHER, *LONGEST, *sorted(slow)]
     ranks = {group: rank for rank, group in reversed(list(enumerate(first)))}
     items.sort(key=lambda item: ranks.get(group_of(item), len(first)))
 
@@ -69,9 +73,8 @@ def pytest_collection_finish() -> None:
 
 def group_of(item: pytest.Item) -> str:
     """Return the name of the tests that run in one process with this one."""
-    folder = item.path.parent.name
-    built = [name for name in BUILT_ONCE if name in getattr(item, "fixturenames", ())]
-    return folder if folder in TOGETHER else built[0] if built else item.path.name
+    shared = {item.path.parent.name, *getattr(item, "fixturenames", ())}.intersection(TOGETHER)
+    return next(iter(shared), item.path.name)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
@@ -124,23 +127,13 @@ def make_workspace(ros: None, tmp_path_factory: pytest.TempPathFactory) -> Calla
 
 @pytest.fixture(scope="session")
 def example_workspace(ros: None, tmp_path_factory: pytest.TempPathFactory) -> Workspace:
-    """robosc, examples and what is generated from their models, built for devel space.
-
-    Whichever process needs it first builds it for all.
-    """
-    base = tmp_path_factory.getbasetemp()
-    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "examples"
-    workspace = Workspace(folder)
-    with (folder / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "built").exists():
-            build_examples(workspace)
-            (folder / "built").touch()
-    return workspace
+    """robosc, examples and what is generated from their models, built for devel space."""
+    return Workspace(built_once(tmp_path_factory, "examples", _build_examples))
 
 
-def build_examples(workspace: Workspace) -> None:
+def _build_examples(folder: Path) -> None:
     """Generate by the checkout's robosc as a user would, with ``rosrun``."""
+    workspace = Workspace(folder)
     workspace.add(REPOSITORY, "robosc")
     for example in ("robot_common", "line_follower", "navigation", "two_robots"):
         workspace.add(EXAMPLES / example)

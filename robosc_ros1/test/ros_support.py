@@ -15,8 +15,8 @@ test that does is skipped, saying why, where ROS is not installed::
         workspace.run("rosservice", "list", master=roscore)
 
 ``roscore`` is a master on a free port, one for each test. ``example_workspace`` is built once for all
-processes of a run, so nothing is to be changed in it: robosc itself, the examples and what is
-generated from their models.
+processes of a run (by ``built_once``, as others are), so nothing is to be changed in it: robosc itself,
+the examples and what is generated from their models.
 
 ``rostest`` starts its own master (and takes no ``master=``). ROS logs go to the folder ``log``.
 Nothing of the caller's ROS setup (sourced workspaces, ROS_MASTER_URI) leaks into a workspace.
@@ -25,6 +25,7 @@ Nothing of the caller's ROS setup (sourced workspaces, ROS_MASTER_URI) leaks int
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import io
 import os
 import random
@@ -40,13 +41,14 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
+import pytest
 import ros_links
 
 from robosc.cli import main
 
 __all__ = [
     "EXAMPLES", "REPOSITORY", "SOURCES", "Completed", "Master", "Workspace", "await_condition",
-    "free_port", "master", "missing_ros", "plain_environment", "run_robosc", "stopped",
+    "built_once", "free_port", "master", "missing_ros", "plain_environment", "run_robosc", "stopped",
 ]  # fmt: skip
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -264,6 +266,19 @@ def _end(process: subprocess.Popen[bytes]) -> None:
         process.send_signal(how)
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(seconds)
+
+
+def built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Path], None]) -> Path:
+    """The folder that ``build`` fills; whichever process of tests needs it first builds it for all."""
+    base = factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
+    folder.mkdir(exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "built").exists():
+            build(folder)
+            (folder / "built").touch()
+    return folder
 
 
 class Workspace:

@@ -18,7 +18,6 @@ def test_through_a_client(client: str, file: Path, tmp_path: Path) -> None:
     environment = os.environ | {
         "PYTHONPATH": f"{SOURCES}{os.pathsep}{file.parent}",
         "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
-        "PYTHONDONTWRITEBYTECODE": "1",
     }
     command = [client, "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", str(tmp_path)]
     command += ["--confcutdir", str(file.parent), "-p", "no:cacheprovider"]

@@ -9,21 +9,24 @@ import pytest
 import ros_support
 from emit.golden_packages import GOLDEN, package_of
 from ros1.stage import Puppet, Stage
-from ros_support import EXAMPLES, Master, Workspace, run_robosc
+from ros_support import EXAMPLES, Master, Workspace, built_once, run_robosc
 
 from robosc.emit.writer import write
 
 
 @pytest.fixture(scope="session")
-def generated_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
+def generated_workspace(ros: None, tmp_path_factory: pytest.TempPathFactory) -> Workspace:
     """The packages of the models in ``golden/models`` and their messages, built."""
-    workspace = make_workspace()
+    return Workspace(built_once(tmp_path_factory, "generated", _build_generated))
+
+
+def _build_generated(folder: Path) -> None:
+    workspace = Workspace(folder)
     workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
     workspace.add(EXAMPLES / "robot_common")
     for model in ("lantern", "gauntlet", "thermostat", "probe", "watch", "shared"):
-        write(package_of(model), workspace.folder / "src")
+        write(package_of(model), folder / "src")
     workspace.build()
-    return workspace
 
 
 @pytest.fixture(scope="module")

@@ -6,13 +6,14 @@ import json
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pytest
 from emit.golden_packages import GOLDEN
 from ros2.bed import HERE, REPOSITORY, Bed, Unavailable, test_bed
 from ros2.ros2_support import Graph, Process, free_domain
-from ros_support import run_robosc
+from ros_support import built_once, run_robosc
 
 MODELS = {
     HERE / "models" / "guarded_arm.rscd": "guarded_arm",
@@ -78,7 +79,10 @@ def generate(folder: Path, model: Path, *arguments: str, prefix: str = "") -> No
 @pytest.fixture(scope="session")
 def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
     """Controllers of some robots and a supervisor, generated and built as a user does it."""
-    folder = tmp_path_factory.mktemp("colcon")
+    return Built(bed, built_once(tmp_path_factory, "colcon", partial(_build, bed)))
+
+
+def _build(bed: Bed, folder: Path) -> None:
     (folder / "src").mkdir()
     for model, package in MODELS.items():
         generate(folder, model, "--package", package)
@@ -93,7 +97,6 @@ def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
         name = ("--package", f"guarded_arm_managed_{mode}")
         generate(folder, arm, "--mode", mode, *name, "--config", str(folder / "managed.yaml"))
     bed.run("colcon", "build", folder=folder, timeout=600)
-    return Built(bed, folder)
 
 
 @pytest.fixture

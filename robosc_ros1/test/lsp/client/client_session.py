@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
+from collections.abc import AsyncIterator
+from pathlib import Path
 
 import pytest
+import pytest_lsp
 from lsp_models import LARGE, MODEL, place
-from lsp_session import GOOD, WARNINGS
+from lsp_session import CONFIG, GOOD, WARNINGS, session
 from lsprotocol import types
 from pytest_lsp import LanguageClient
+
+# One server for all of them: to start one takes longer than most of what they ask it.
+pytestmark = pytest.mark.asyncio(loop_scope="module")
 
 STUCK = """\
 robot Stuck {
@@ -26,7 +33,25 @@ robot Stuck {
 """
 
 
-@pytest.mark.asyncio
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("session")
+
+
+_NUMBERS = itertools.count()
+
+
+@pytest.fixture
+def name() -> str:
+    return f"model{next(_NUMBERS)}.rscd"
+
+
+@pytest_lsp.fixture(config=CONFIG, scope="module")
+async def client(lsp_client: LanguageClient, folder: Path) -> AsyncIterator[None]:
+    async for _ in session(lsp_client, folder):
+        yield
+
+
 async def test_diagnostics_follow_the_text(client: LanguageClient, open_model) -> None:
     document = open_model(MODEL)
     (wrong,) = await document.codes({"syntax"})
@@ -38,7 +63,6 @@ async def test_diagnostics_follow_the_text(client: LanguageClient, open_model) -
     assert "did you mean 'far'?" in wrong.message
 
 
-@pytest.mark.asyncio
 async def test_codes_and_keywords_are_explained(client: LanguageClient, open_model) -> None:
     document = open_model(MODEL)
     (wrong,) = await document.codes({"syntax"})
@@ -62,7 +86,6 @@ async def test_codes_and_keywords_are_explained(client: LanguageClient, open_mod
     assert wrong.code_description.href.startswith("file://")
 
 
-@pytest.mark.asyncio
 async def test_synthesis_explains_and_mends(client: LanguageClient, open_model) -> None:
     """What only synthesis knows comes by itself, and its remedy can be carried out."""
     document = open_model(STUCK)
@@ -83,7 +106,6 @@ async def test_synthesis_explains_and_mends(client: LanguageClient, open_model) 
     await document.codes(set())
 
 
-@pytest.mark.asyncio
 async def test_columns_count_as_the_protocol_does(client: LanguageClient, open_model) -> None:
     """🤖 is one character, two units of UTF-16."""
     text = "robot Wide { /* 🤖 */ component Motor { incoming message go with type: none } }\n"
@@ -98,7 +120,6 @@ async def test_columns_count_as_the_protocol_does(client: LanguageClient, open_m
     assert "Motor" in hover.contents.value
 
 
-@pytest.mark.asyncio
 @pytest.mark.parametrize("old, new", [("\n", "\r\n"), ("    ", "\t"), ("\n", "\r")])
 async def test_other_ends_of_lines_and_tabs(
     client: LanguageClient, open_model, old: str, new: str
@@ -116,7 +137,6 @@ async def test_other_ends_of_lines_and_tabs(
     assert (edit.range, edit.new_text) == (wrong.range, "far")
 
 
-@pytest.mark.asyncio
 async def test_synthesis_of_a_large_model_keeps_nobody_waiting(
     client: LanguageClient, open_model
 ) -> None:
@@ -133,7 +153,6 @@ async def test_synthesis_of_a_large_model_keeps_nobody_waiting(
     await large.codes({"never-allowed"})
 
 
-@pytest.mark.asyncio
 async def test_requests_that_are_cancelled(client: LanguageClient, open_model) -> None:
     document = open_model(GOOD)
     requests = [
@@ -151,7 +170,6 @@ async def test_requests_that_are_cancelled(client: LanguageClient, open_model) -
     await document.codes(WARNINGS)
 
 
-@pytest.mark.asyncio
 async def test_guards_and_requirements_are_told(client: LanguageClient, open_model) -> None:
     document = open_model(GOOD)
     await document.codes(WARNINGS)
@@ -164,7 +182,6 @@ async def test_guards_and_requirements_are_told(client: LanguageClient, open_mod
     assert "Synthesis allows it where" in text and "Why: " in text
 
 
-@pytest.mark.asyncio
 async def test_formatting(client: LanguageClient, open_model) -> None:
     document = open_model(GOOD.replace("    component Wheel", "component     Wheel"))
     options = types.FormattingOptions(4, True)
@@ -179,7 +196,6 @@ async def test_formatting(client: LanguageClient, open_model) -> None:
     assert refused is None
 
 
-@pytest.mark.asyncio
 async def test_tokens(client: LanguageClient, open_model) -> None:
     document = open_model(GOOD)
     found = await client.text_document_semantic_tokens_full_async(
@@ -189,7 +205,6 @@ async def test_tokens(client: LanguageClient, open_model) -> None:
     assert min(found.data) >= 0
 
 
-@pytest.mark.asyncio
 async def test_keys_in_a_long_text(client: LanguageClient, open_model) -> None:
     """Single keys are enough, and a request waits until the text is read with all of them."""
     document = open_model(GOOD + "// " + "." * 40_000 + "\n")
@@ -212,7 +227,6 @@ async def test_keys_in_a_long_text(client: LanguageClient, open_model) -> None:
     await asyncio.wait_for(pending, 30)
 
 
-@pytest.mark.asyncio
 async def test_every_declaration_is_in_the_outline(client: LanguageClient, open_model) -> None:
     text = """\
 robot R {
@@ -234,7 +248,6 @@ robot R {
     ]  # fmt: skip
 
 
-@pytest.mark.asyncio
 async def test_names_of_the_workspace(client: LanguageClient, open_model) -> None:
     open_model(GOOD)
     found = await client.workspace_symbol_async(types.WorkspaceSymbolParams("arm"))

@@ -17,17 +17,36 @@ GOOD = MODEL.replace("    never Wheel.moving => Hand.closing\n", "")
 WARNINGS = {"stale-data", "restricted-command"}
 
 
-@pytest_lsp.fixture(
-    config=ClientServerConfig(server_command=[sys.executable, "-m", "robosc", "lsp", "--stdio"])
-)
-async def client(lsp_client: LanguageClient, tmp_path: Path) -> AsyncIterator[None]:
+CONFIG = ClientServerConfig(server_command=[sys.executable, "-m", "robosc", "lsp", "--stdio"])
+
+
+async def session(client: LanguageClient, folder: Path) -> AsyncIterator[None]:
+    """A session of a client in a folder, in which a library lies."""
     capabilities = client_capabilities("visual-studio-code")
-    params = types.InitializeParams(capabilities=capabilities, root_uri=tmp_path.as_uri())
-    lsp_client.feature(types.CLIENT_REGISTER_CAPABILITY)(lambda params: None)
-    await lsp_client.initialize_session(params)
-    (tmp_path / "arms.rscd").write_text(LIBRARY)
+    params = types.InitializeParams(capabilities=capabilities, root_uri=folder.as_uri())
+    client.feature(types.CLIENT_REGISTER_CAPABILITY)(lambda params: None)
+    await client.initialize_session(params)
+    (folder / "arms.rscd").write_text(LIBRARY)
     yield
-    await lsp_client.shutdown_session()
+    await client.shutdown_session()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Where the models of the session lie; a module whose tests share a session has its own."""
+    return tmp_path
+
+
+@pytest.fixture
+def name() -> str:
+    """That of the first model of a test; where they share a session, each has another."""
+    return "model.rscd"
+
+
+@pytest_lsp.fixture(config=CONFIG)
+async def client(lsp_client: LanguageClient, folder: Path) -> AsyncIterator[None]:
+    async for _ in session(lsp_client, folder):
+        yield
 
 
 def _typed(line: str, units: int, text: str) -> str:
@@ -42,6 +61,7 @@ class Document:
         self.id = types.TextDocumentIdentifier(self.uri)
         self.text = text
         self.version = 1
+        self.is_open = True
         item = types.TextDocumentItem(self.uri, "rscd", 1, text)
         client.text_document_did_open(types.DidOpenTextDocumentParams(item))
 
@@ -69,6 +89,9 @@ class Document:
         )
 
     def close(self) -> None:
+        if not self.is_open:
+            return
+        self.is_open = False
         self.client.text_document_did_close(types.DidCloseTextDocumentParams(self.id))
 
     def at(self, words: str, inside: int = 0) -> types.Position:
@@ -86,8 +109,14 @@ class Document:
 
 
 @pytest.fixture
-def open_model(client: LanguageClient, tmp_path: Path):
-    def opened(text: str, name: str = "model.rscd") -> Document:
-        return Document(client, tmp_path / name, text)
+def open_model(client: LanguageClient, folder: Path, name: str):
+    """Opens documents, which are closed when the test ends."""
+    documents = []
 
-    return opened
+    def opened(text: str, file: str = name) -> Document:
+        documents.append(Document(client, folder / file, text))
+        return documents[-1]
+
+    yield opened
+    for document in documents:
+        document.close()
