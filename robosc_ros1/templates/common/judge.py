@@ -24,7 +24,7 @@ TIMEOUT = 60.0
 """Seconds after which waiting for a message or an event fails."""
 HISTORY = 2000
 """The number of latest states that are kept, for comparison with reports."""
-REASONS = ("phase", "synchronisation", "requirement", "synthesis")
+REASONS = ("phase", "synchronisation", "range", "requirement", "synthesis")
 
 
 class Judge:
@@ -231,13 +231,16 @@ class Judge:
         """Yield what is wrong with the reasons for which a request is blocked."""
         requirements = {"%(text)s (%(place)s)" % reason for reason in told["requirement"]}
         violated = set(state.violated(key))
-        elsewhere = bool(told["phase"] or told["synchronisation"])
+        elsewhere = bool(told["phase"] or told["synchronisation"] or told["range"])
         if bool(told["phase"]) != state.busy.get(key, False):
             yield "the phase"
         blocking = state.blocking("request", key)
         texts = {"blocked by %s in %s" % (name, state.states[name]) for name in blocking}
         if texts != {reason["text"] for reason in told["synchronisation"]}:
             yield "the synchronisation of components"
+        is_first = not told["phase"] and not texts
+        if bool(told["range"]) != (is_first and state.leaves_range("request", key)):
+            yield "the range of a variable"
         if not requirements <= violated:
             yield "a requirement that is not violated"
         # Guards are not defined where the request is not possible anyway.

@@ -322,20 +322,23 @@ class Shadow(Expressions):
         return tree is None or self.evaluate(tree)
 
     def synchronises(self, kind, key):
-        """Whether all components enable a command."""
-        return not any(self.blocking(kind, key))
+        """Whether all components enable a command and no variable would leave its range."""
+        return not any(self.blocking(kind, key)) and not self.leaves_range(kind, key)
 
     def blocking(self, kind, key):
         """Yield the components that block a command."""
         for component in self.mentions.get((kind, key), ()):
-            taken = self.transitions(component, kind, key, None)
+            if kind == "request" and not self.transitions(component, kind, key, None):
+                yield component
+
+    def leaves_range(self, kind, key):
+        """Whether a command would take a variable out of its range."""
+        for component in self.mentions.get((kind, key), ()):
             try:
-                self._follow(component, taken, None, {}, {})
+                self._follow(component, self.transitions(component, kind, key, None), None, {}, {})
             except Wrong:
-                yield component  # a variable would leave its range
-            else:
-                if kind == "request" and not taken:
-                    yield component
+                return True
+        return False
 
     def _check_cancel(self, key):
         if not self.violated(key):

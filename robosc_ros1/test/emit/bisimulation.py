@@ -153,7 +153,7 @@ class _State:
         reasons = blocked_by(self.controller, command)
         if command.kind == "cancel":
             return [bool(reasons)]
-        impossible = [r for r in reasons if r["kind"] in ("phase", "synchronisation")]
+        impossible = [r for r in reasons if r["kind"] in ("phase", "synchronisation", "range")]
         return impossible or reasons
 
     def shown(self) -> str:

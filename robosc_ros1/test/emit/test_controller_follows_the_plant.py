@@ -34,8 +34,11 @@ from robosc.model.types import (
     Value,
 )
 from robosc.runtime.engine import Engine
+from robosc.runtime.model import Command
 from robosc.runtime.settings import Settings
+from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Mismatch
+from robosc.simulate.reasons import reasons
 
 
 class Twin:
@@ -121,6 +124,7 @@ def check_event(
         in_phase = event.phase is None or state[event.phase.variable] in event.phase.sources
         synchronisation = command.synchronisation is None or twin.call(command.synchronisation)
         assert (in_phase and synchronisation) == (not isinstance(expected, Verdict)), event
+        check_reasons(twin, event, state, command)
         if isinstance(expected, Verdict):
             return None
         check_guard(twin, event, state, command.guard)
@@ -140,6 +144,15 @@ def check_event(
 def check_guard(twin: Twin, event: Event, state: PlantState, method: str) -> None:
     guard = next(g for g in twin.supervisor.guards if g.event == event)
     assert twin.call(method) == holds(twin.plant, guard.expr, state), event
+
+
+def check_reasons(twin: Twin, event: Event, state: PlantState, command: Command) -> None:
+    """The controller tells as the simulator does why the plant cannot do it."""
+    guard = next(g for g in twin.supervisor.guards if g.event == event)
+    played = [(r.kind, r.text) for r in reasons(twin.supervisor, guard, state)]
+    told = [(r["kind"], r["text"]) for r in blocked_by(twin.controller, command)]
+    impossible = ("phase", "synchronisation", "range")
+    assert [r for r in told if r[0] in impossible] == [r for r in played if r[0] in impossible]
 
 
 def check_tau(twin: Twin, event: Event, state: PlantState, expected: Any) -> PlantState | None:

@@ -161,29 +161,28 @@ class Reactions:
         return " and ".join(conditions)
 
     def partners(self, event: Event, name: str, names: PythonNames) -> tuple[PartnerView, ...]:
-        """The components of that condition, each with its part of it; several have a method each,
-        one alone has that of the whole."""
-        parts = list(self._synchronisation(event))
-        if len(parts) == 1:
+        """The components of that condition, each with whether it can take part, the ranges of its
+        variables apart; several have a method each, one alone has that of the whole."""
+        parts = list(self._synchronisation(event, ranges=False))
+        if len(parts) == 1 and parts == list(self._synchronisation(event)):
             return (PartnerView(parts[0][0], parts[0][1], ""),)
         return tuple(
             PartnerView(component, unparenthesised(text), names.take(f"partner_{number}_in_{name}"))
             for number, (component, text) in enumerate(parts, 1)
         )
 
-    def _synchronisation(self, event: Event) -> Iterator[tuple[str, str]]:
+    def _synchronisation(self, event: Event, ranges: bool = True) -> Iterator[tuple[str, str]]:
         for automaton in event.automata:
             location = self.plant.variables[automaton.variable]
             ways = []
             free = True
             for edges in alike(automaton.edges):
-                ranges = list(self._ranges(edges[0]))
+                inside = " and ".join(self._ranges(edges[0])) if ranges else ""
                 where = self._edge_condition(location, edges, automaton)
-                free = free and not ranges
+                free = free and not inside
                 if automaton.blocking:
-                    ways.append(" and ".join(part for part in (where, *ranges) if part))
-                elif ranges:
-                    inside = " and ".join(ranges)
+                    ways.append(" and ".join(part for part in (where, inside) if part))
+                elif inside:
                     text = f"(not ({where}) or {inside})" if where else inside
                     yield automaton.component, text
             if not automaton.blocking or (free and self._always(automaton, location)):

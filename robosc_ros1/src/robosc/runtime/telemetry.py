@@ -23,12 +23,12 @@ from .recorder import Entry
 from .values import jsonable
 
 __all__ = [
-    "Outlet", "Reporter", "blocked_by", "dump", "event_document", "state_document", "violated",
+    "UNEXPLAINED", "Outlet", "Reporter", "blocked_by", "dump", "event_document", "state_document", "violated",
 ]  # fmt: skip
 
 OK, WARN, ERROR = 0, 1, 2  # the levels of diagnostic_msgs/DiagnosticStatus, REP 107
 _LATEST = 10
-_UNEXPLAINED = (
+UNEXPLAINED = (
     "it could lead to a state from which a requirement is violated, a variable leaves its range"
     " or no marked state can be reached, whatever the controller does"
 )
@@ -88,8 +88,8 @@ def event_document(entry: Entry) -> Dict[str, Any]:
 def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]:
     """Return why a command is not enabled now; empty if it is.
 
-    Each reason has a ``kind``: "phase", "synchronisation", "requirement" (with its ``place``),
-    or "synthesis" where the requirements alone would allow it.
+    Each reason has a ``kind``: "phase", "synchronisation", "range", "requirement" (with its
+    ``place``), or "synthesis" where the requirements alone would allow it.
     """
     reasons = []
     if command.busy is not None and getattr(controller, command.busy) is (command.kind != "cancel"):
@@ -98,10 +98,11 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
     if command.synchronisation is not None and not command.synchronisation(controller):
         states = controller.components()
         blocking = [name for name, is_ready in command.partners if not is_ready(controller)]
-        # The whole condition decides, even if no single component blocks the command.
-        for name in dict.fromkeys(blocking or [name for name, _ in command.partners]):
+        for name in dict.fromkeys(blocking):
             text = "blocked by %s in %s" % (name, states[name])
             reasons.append({"kind": "synchronisation", "text": text})
+        if not reasons:
+            reasons.append({"kind": "range", "text": "a variable would leave its range"})
     if command.guard(controller):
         return reasons
     failed = violated(controller, command)
@@ -117,7 +118,7 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
             )
         failed = []  # violated requirements allow a cancel
     if not failed and not reasons:
-        text = command.reason or _UNEXPLAINED
+        text = command.reason or UNEXPLAINED
         failed.append({"kind": "synthesis", "text": text})
     return reasons + failed
 

@@ -10,15 +10,11 @@ from robosc.ir.automaton import Event, LocalAutomaton, PlantState
 from robosc.ir.formulas import negation
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.entities import EventKind
+from robosc.runtime.telemetry import UNEXPLAINED
 from robosc.simulate.machine import Reason
 from robosc.supervisor import Guard, Supervisor
 
 __all__ = ["reasons"]
-
-_UNEXPLAINED = (
-    "it could lead to a state from which a requirement is violated, a variable leaves its range"
-    " or no marked state can be reached, whatever the controller does"
-)
 
 
 def reasons(supervisor: Supervisor, guard: Guard, state: PlantState) -> tuple[Reason, ...]:
@@ -88,4 +84,4 @@ def _violated(supervisor: Supervisor, event: Event, state: PlantState) -> Iterat
 
 def _explained(supervisor: Supervisor, event: Event) -> str:
     found = [e.reason for e in supervisor.explanations if e.event == event]
-    return listing(found) if found else _UNEXPLAINED
+    return listing(found) if found else UNEXPLAINED
