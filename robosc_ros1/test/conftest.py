@@ -134,7 +134,7 @@ def example_workspace(ros: None, tmp_path_factory: pytest.TempPathFactory) -> Wo
 def _build_examples(folder: Path) -> None:
     """Generate by the checkout's robosc as a user would, with ``rosrun``."""
     workspace = Workspace(folder)
-    workspace.add(REPOSITORY, "robosc")
+    workspace.add_robosc()
     for example in ("robot_common", "line_follower", "navigation", "two_robots"):
         workspace.add(EXAMPLES / example)
     workspace.build()

@@ -117,15 +117,19 @@ def processor_clock() -> Iterator[Callable[[], float]]:
 
 
 def await_condition(condition, what: str, seconds: float = 60.0):  # type: ignore[no-untyped-def]
-    """Wait until ``condition()`` is true; what it returned, or an AssertionError if never."""
-    end = time.monotonic() + seconds
+    """Wait until ``condition()`` is true; what it returned, or an AssertionError if never.
+
+    The longer it has waited the seldomer it looks, since to look costs the others processor time.
+    """
+    start = time.monotonic()
     while True:
         found = condition()
         if found:
             return found
-        if time.monotonic() > end:
+        waited = time.monotonic() - start
+        if waited > seconds:
             raise AssertionError(f"waited {seconds:g} s in vain for {what}")
-        time.sleep(0.02)
+        time.sleep(min(0.2, max(0.02, waited / 10)))
 
 
 @contextlib.contextmanager
@@ -291,9 +295,20 @@ class Workspace:
         self._sourced: dict[Path, dict[str, str]] = {}
         self._started = 0
 
-    def add(self, package: Path, name: str | None = None) -> None:
+    def add(self, package: Path) -> None:
         """Link a package into ``src``."""
-        (self.folder / "src" / (name or package.name)).symlink_to(package.resolve())
+        (self.folder / "src" / package.name).symlink_to(package.resolve())
+
+    def add_robosc(self) -> None:
+        """Link this checkout into ``src``, without what only tests have put there.
+
+        ``rosrun`` looks for executables in all folders of a package.
+        """
+        checkout = self.folder / "src" / "robosc"
+        checkout.mkdir()
+        for path in REPOSITORY.iterdir():
+            if path.name not in (".cache", ".git"):
+                (checkout / path.name).symlink_to(path)
 
     def build(self, *arguments: str) -> str:
         """catkin_make with arguments (``install``, ``run_tests`` …); its output."""

@@ -22,7 +22,7 @@ VERBS = sorted(p.name for p in SCRIPTS.iterdir())
 def installed(make_workspace: Callable[[], Workspace]) -> Workspace:
     """The repository alone, in devel and install space."""
     workspace = make_workspace()
-    workspace.add(REPOSITORY, "robosc")
+    workspace.add_robosc()
     workspace.build("install")
     return workspace
 

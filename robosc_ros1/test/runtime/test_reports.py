@@ -96,7 +96,7 @@ def test_the_whole_condition_of_synchronisation_decides() -> None:
     command = controller.COMMANDS[3]._replace(synchronisation=lambda state: False)
     controller.COMMANDS = (*controller.COMMANDS[:3], command, *controller.COMMANDS[4:])
     document = state_of(Engine(controller, PlayedPort()))
-    assert ("synchronisation", "blocked by Arm in idle") in reasons(document, "request", "reach")
+    assert ("range", "a variable would leave its range") in reasons(document, "request", "reach")
 
 
 def test_what_synthesis_forbids_has_its_reason() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Protocol
@@ -18,7 +18,7 @@ from robosc.synthesis.documents import synthesize_document
 
 Document = dict[str, Any]
 
-__all__ = ["SUBJECTS", "Engine", "Reference", "Subject", "robot_of", "steps"]
+__all__ = ["SUBJECTS", "Engine", "Reference", "Subject", "oracle_of", "robot_of", "steps"]
 
 
 class Subject(Protocol):
@@ -39,6 +39,12 @@ def robot_of(text: str) -> Robot:
             return pipeline.load(path).robot
         except ModelError as error:
             raise AssertionError(f"{text}\n{render_all(error.diagnostics)}") from error
+
+
+@lru_cache(maxsize=128)
+def oracle_of(text: str) -> Oracle:
+    """The oracle of a model; its states are found once, however many engines are compared with it."""
+    return Oracle(robot_of(text))
 
 
 class Reference:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import random
+from functools import lru_cache
 from typing import Any
 
 import pytest
@@ -52,10 +53,14 @@ def classified(supervisor: Supervisor, oracle: Oracle, state: OracleState) -> Pl
     return tuple(v.values.index(found[v.kind, v.name]) for v in supervisor.plant.variables)
 
 
+@lru_cache(maxsize=2)
+def oracle_of(text: str) -> Oracle:
+    return Oracle(robot_of(text), {TYPES[name]: values for name, values in SAMPLES.items()})
+
+
 def differences(text: str, engine: str) -> list[Any]:
-    robot = robot_of(text)
-    oracle = Oracle(robot, {TYPES[name]: values for name, values in SAMPLES.items()})
-    supervisor = pipeline.synthesize(robot, engine)
+    oracle = oracle_of(text)
+    supervisor = pipeline.synthesize(oracle.robot, engine)
     states, _ = oracle.controlled
     if supervisor.empty or oracle.empty:
         return [] if supervisor.empty == oracle.empty else ["one is empty"]

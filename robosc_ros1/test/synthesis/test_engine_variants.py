@@ -11,8 +11,7 @@ import random
 import pytest
 from random_models import random_model
 from synthesis.explored import explore_document
-from synthesis.oracle import Oracle
-from synthesis.subject import robot_of
+from synthesis.subject import oracle_of
 
 from robosc.ir.lower import lower
 from robosc.synthesis import compute, explore, synthesize
@@ -41,9 +40,8 @@ def test_variant(variant: str, first: int, monkeypatch: pytest.MonkeyPatch) -> N
     for module, name, value in VARIANTS[variant]:
         monkeypatch.setattr(module, name, value)
     for seed in range(first, first + 12):
-        robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
-        oracle = Oracle(robot)
-        found = synthesize(lower(robot), "dense")
+        oracle = oracle_of(random_model(random.Random(seed), 1 + seed % 2))
+        found = synthesize(lower(oracle.robot), "dense")
         states, steps = oracle.controlled
         assert found.plant_states == len(oracle.plant[0]), seed
         assert found.controlled_states == len(states), seed

@@ -13,8 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from random_models import models, random_model
 from synthesis.differential import ENGINES, differences
-from synthesis.oracle import Oracle
-from synthesis.subject import robot_of
+from synthesis.subject import oracle_of
 
 from robosc.synthesis.bdd.manager import available, install_hint
 
@@ -35,8 +34,8 @@ engines = pytest.mark.parametrize(
 
 
 def check(text: str, engine: str, seed: int | None = None) -> None:
-    robot = robot_of(text)
-    found = differences(robot, Oracle(robot), engine)
+    oracle = oracle_of(text)
+    found = differences(oracle.robot, oracle, engine)
     assert not found, "\n".join([f"seed {seed}, engine {engine}", text, *found[:20]])
 
 
@@ -63,7 +62,7 @@ def test_random_robots_are_of_all_sorts() -> None:
     """The comparison means something: supervisors that are empty, restricting, and trivial."""
     seen = set()
     for seed in range(80):
-        oracle = Oracle(robot_of(random_model(random.Random(seed), 1 + seed % 3)))
+        oracle = oracle_of(random_model(random.Random(seed), 1 + seed % 3))
         seen.add("empty" if oracle.empty else "not empty")
         if not oracle.empty:
             seen |= {oracle.status(event) for event in oracle.events if event.controllable}

@@ -11,7 +11,7 @@ from random_models import random_model
 from synthesis.differential import ENGINES, differences
 from synthesis.oracle import Oracle
 from synthesis.plants import plant_of
-from synthesis.subject import robot_of
+from synthesis.subject import oracle_of, robot_of
 
 from robosc.ir.formulas import to_dsl
 from robosc.synthesis import guards, synthesize
@@ -46,8 +46,8 @@ SMALL = {
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("family", SMALL)
 def test_engines_agree_with_the_oracle(family: str, engine: str) -> None:
-    robot = robot_of(getattr(steep_families, family)(*SMALL[family]))
-    assert differences(robot, Oracle(robot), engine) == []
+    oracle = oracle_of(getattr(steep_families, family)(*SMALL[family]))
+    assert differences(oracle.robot, oracle, engine) == []
 
 
 @pytest.mark.parametrize("engine", ["dense", "bdd"])
@@ -86,8 +86,8 @@ UNTUNED = {
 def test_engines_agree_with_the_oracle_on_families_that_none_was_tuned_for(
     family: str, engine: str
 ) -> None:
-    robot = robot_of(getattr(robot_families, family)(*UNTUNED[family]))
-    assert differences(robot, Oracle(robot), engine) == []
+    oracle = oracle_of(getattr(robot_families, family)(*UNTUNED[family]))
+    assert differences(oracle.robot, oracle, engine) == []
 
 
 @pytest.mark.parametrize(("engine", "n"), [("dense", 5), ("bdd", 12)])
@@ -133,8 +133,8 @@ def test_guards_made_without_tables_are_exact(
         monkeypatch.setattr(module, "LARGEST_TABLE", 0)
     monkeypatch.setattr(guards, "_LONG", long)
     for seed in range(300, 316):
-        robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
-        assert differences(robot, Oracle(robot), engine) == [], seed
+        oracle = oracle_of(random_model(random.Random(seed), 1 + seed % 2))
+        assert differences(oracle.robot, oracle, engine) == [], seed
 
 
 @pytest.mark.slow

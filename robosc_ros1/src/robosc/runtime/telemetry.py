@@ -23,7 +23,8 @@ from .recorder import Entry
 from .values import jsonable
 
 __all__ = [
-    "UNEXPLAINED", "Outlet", "Reporter", "blocked_by", "dump", "event_document", "state_document", "violated",
+    "UNEXPLAINED", "Outlet", "Reporter", "blocked_by", "dump", "event_document",
+    "state_document", "violated",
 ]  # fmt: skip
 
 OK, WARN, ERROR = 0, 1, 2  # the levels of diagnostic_msgs/DiagnosticStatus, REP 107
