@@ -267,7 +267,7 @@ FAULTS = {
         "controller.py",
         ' and self.motor == "stopped"\n',
         " and False\n",
-        "a requirement that is met",
+        "a requirement that is not violated",
     ),
     "data": (
         "relay.py",
@@ -275,7 +275,7 @@ FAULTS = {
         "            message = read(raw, type_)\n"
         "            raw.bytes = b'?' * len(raw.bytes)\n"
         "            engine.offer(controller, patterns, message, passed_on(raw))",
-        "carries other messages",
+        "received other messages than were sent",
     ),
 }
 
