@@ -178,7 +178,7 @@ class Cases:
 
     def of_event(self, shadow, kind, key, content):
         """Return the cases of an event, of the transitions taken on it, and of the rules that
-        convert its value.
+        convert its value, also in guards.
 
         A transition of the whole automaton should be taken in each state; its guard is covered
         once.
@@ -200,9 +200,13 @@ class Cases:
                 if decision is not None and _matters(shadow, component, transition, content):
                     cases = decision.cases(shadow, content)
                     found |= {("transition", *name, *case) for case in cases}
+                    found |= set(self._of_conversions(shadow, decision.tree, content))
                 if transition in taken:
                     found.add(("transition", *name[:-1], state))
-                    found |= set(self._changes(shadow, name, transition, content))
+                    # The controller has a branch for each combination of transitions.
+                    others = (n for n, t in enumerate(transitions) if t in taken and n != number)
+                    own = (*name, "with", *others) if len(taken) > 1 else name
+                    found |= set(self._changes(shadow, own, transition, content))
                     if self._stops_a_clock(shadow, component, transition, (kind, key, content)):
                         found.add(("transition", *name[:-1], state, "stops the clock"))
         return found

@@ -9,7 +9,7 @@ transition.
 """
 
 import contextlib
-from collections import deque
+from collections import Counter, deque
 
 from cases import Cases
 from contents import part_of
@@ -27,7 +27,7 @@ DRAWS = 3
 EXPANSIONS = 4
 """The most states that are expanded to find one step."""
 HORIZON = 2000
-"""The most states that are searched to find one step."""
+"""The most expanded states that are searched to find one step."""
 RETURN = 200
 """The most states that are searched for a path back."""
 RIVALS = 20
@@ -44,8 +44,10 @@ class _Node:
     """A state of the search graph; its edges are (step, node, cases covered there and on the
     way)."""
 
-    def __init__(self, shadow, cases, coming):
+    def __init__(self, shadow, kind, cases, coming):
         self.shadow = shadow
+        self.kind = kind
+        """The states of the components, and the phases."""
         self.cases = cases
         self.coming = coming
         """The cases of the enabled requests, which the controller will send."""
@@ -95,6 +97,7 @@ class Guide:
         self._internal = [c for c in plant["components"] if c["taus"]]
         self._nodes = {}
         self._expansions = 0
+        self._expanded = Counter()
         self._tries = {}
         self._given_up = set()
         self._attempts = ATTEMPTS
@@ -149,7 +152,7 @@ class Guide:
         if found is None:
             here = self._node(shadow)
             while here.turns < self._turns:
-                here.expand(list(self._edges(here)))
+                self._expand(here)
             found = self._search(shadow, self._turns)
         if found is None:
             self._draw_more()
@@ -184,12 +187,21 @@ class Guide:
         start = self._node(shadow)
         known = {id(start)}
         queue = deque([(start, None)])
+        frontier = []
         found = []
-        while queue and len(known) < HORIZON and len(found) < RIVALS:
-            node, first = queue.popleft()
-            if node.turns < turns and self._expansions < EXPANSIONS:
+        looked_at = 0
+        while len(found) < RIVALS:
+            if queue and looked_at < HORIZON:
+                node, first = queue.popleft()
+                looked_at += node.turns > 0
+                if node.turns < turns:
+                    frontier.append((node, first))
+            elif frontier and self._expansions < EXPANSIONS:
+                node, first = self._least_known(frontier)
+                self._expand(node)
                 self._expansions += 1
-                node.expand(list(self._edges(node)))
+            else:
+                break
             node.unseen -= self.seen
             if node.unseen:
                 step, target, cases = max(node.edges, key=node.worth)
@@ -203,6 +215,16 @@ class Guide:
         # Steps that may not lead back are taken only if there is nothing else near.
         return found[0] if found else None
 
+    def _least_known(self, frontier):
+        """Remove and return the nearest node of the kind that was expanded least, with the first
+        step to it: otherwise the values of numeric variables would use up all expansions."""
+        place = min(range(len(frontier)), key=lambda n: self._expanded[frontier[n][0].kind])
+        return frontier.pop(place)
+
+    def _expand(self, node):
+        self._expanded[node.kind] += 1
+        node.expand(list(self._edges(node)))
+
     def _node(self, shadow):
         state = tuple(shadow.states.values())
         data = tuple(shadow.variables[key] for key in self._kept)
@@ -212,7 +234,7 @@ class Guide:
         )
         if key not in self._nodes:
             cases = self.cases.of_state(shadow), self.cases.of_enabled(shadow)
-            self._nodes[key] = _Node(shadow.copy(), *cases)
+            self._nodes[key] = _Node(shadow.copy(), (state, phases), *cases)
         return self._nodes[key]
 
     def _compared(self, shadow):

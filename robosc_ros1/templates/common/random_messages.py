@@ -161,15 +161,30 @@ class Values:
                 return self._around(element, value, sign, is_equal)
             return element_of(), element_of()
 
-        place, *way = self._next_place(places)
-        usual, other = elements(*way)
         length = 2 * max(abs(place) for place, *_ in places) + self._random.choice([1, 2, 4])
         length = length if most is None else min(length, most)
+        if make is None and element[0] in ("integer", "double") and self._random.random() < 0.3:
+            return self._pieces(element, name, places, length)
+        place, *way = self._next_place(places)
+        usual, other = elements(*way)
         array = [usual if make is None else copy.deepcopy(usual) for _ in range(length)]
         if self._random.random() < 0.5:
             another, *way = self._next_place(places)
             array[another % length] = elements(*way)[1]
         array[place % length] = other
+        return array
+
+    def _pieces(self, element, name, places, length):
+        """Return numbers that change at some of the places, so that conditions on several sections
+        are true and false in all combinations."""
+        cuts = {place % length for place, *_ in places if self._random.random() < 0.3}
+        array = []
+        for index in range(length):
+            if index == 0 or index in cuts:
+                _, value, is_equal = self._random.choice(places)
+                number = self._around(element, value, self._random.choice([-1, 1]), is_equal)[1]
+                number = number if self._random.random() < 0.8 else self._basic(element, name)
+            array.append(number)
         return array
 
     def _next_place(self, places):
@@ -185,6 +200,8 @@ class Values:
     def _around(self, type_, value, sign, is_equal):
         """Return a number on one side of ``value``, and one on the other side, or ``value``
         itself."""
+        if value != value:
+            return [1.0, value]
         step = sign if type_[0] == "integer" else 0.05 * sign * max(1.0, abs(value))
         numbers = [value - step, value if is_equal else value + step]
         if type_[0] == "integer":
@@ -231,13 +248,7 @@ def cards(type_, pool):
 def literals_by_field():
     """Return the literals that a field is compared with, directly or after an assignment to a
     variable, by communication and name of the field."""
-    conditions = [part["condition"] for part in PLANT["requirements"] + PLANT["provides"]]
-    transitions = [t for c in PLANT["components"] for t in c["transitions"] + c["afters"]]
-    conditions += [t["guard"] for t in transitions]
-    compared = {}  # variable -> literals
-    for atom in (atom for condition in conditions if condition for atom in atoms_of(condition)):
-        for variable in variables_of(atom):
-            compared.setdefault(variable, []).extend(literals(atom))
+    compared = literals_by_variable()
     found = {}
     for component in PLANT["components"]:
         for transition in component["transitions"]:
@@ -247,6 +258,18 @@ def literals_by_field():
             for variable, tree in transition["assign"]:
                 for atom in atoms_of(tree):
                     _note(found, of, atom, compared.get(component["name"] + "." + variable, []))
+    return found
+
+
+def literals_by_variable():
+    """Return the literals that a variable is compared with."""
+    conditions = [part["condition"] for part in PLANT["requirements"] + PLANT["provides"]]
+    transitions = [t for c in PLANT["components"] for t in c["transitions"] + c["afters"]]
+    conditions += [t["guard"] for t in transitions]
+    found = {}
+    for atom in (atom for condition in conditions if condition for atom in atoms_of(condition)):
+        for variable in variables_of(atom):
+            found.setdefault(variable, []).extend(literals(atom))
     return found
 
 
@@ -330,19 +353,26 @@ def places_of(key):
     and the ends of slices) and those next to them; each with a number that the element is compared
     with, and whether it should equal it.
     """
-    transitions = [t for c in PLANT["components"] for t in c["transitions"]]
-    read = [t for t in transitions if t["communication"] == key]
-    trees = [t["guard"] for t in read] + [tree for t in read for _, tree in t["assign"]]
-    trees += [condition for enum in PLANT["enums"].values() for condition, _ in enum["rules"]]
-    trees += trees_of([p["data"] for p in PLANT["provides"]])
+    compared = literals_by_variable()
+    read = []  # expressions, each with what else it is compared with
+    for component in PLANT["components"]:
+        for transition in component["transitions"]:
+            if transition["communication"] == key:
+                read.append((transition["guard"], []))
+                for variable, tree in transition["assign"]:
+                    read.append((tree, compared.get(component["name"] + "." + variable, [])))
+    read += [(rule, []) for enum in PLANT["enums"].values() for rule, _ in enum["rules"]]
+    read += [(tree, []) for tree in trees_of([p["data"] for p in PLANT["provides"]])]
     found = set()
-    for atom in (atom for tree in trees if tree for atom in atoms_of(tree)):
-        places = set(_places_in(atom))
-        numbers = {v for v in _without_places(atom) if not isinstance(v, str)} - set(_NOT_FINITE)
-        for number in numbers or {1}:
-            found |= {(place + n, number, False) for place in places for n in (-1, 0, 1)}
-            found |= {(place, number, True) for place in places}
-    return sorted(found)
+    for tree, others in read:
+        for atom in atoms_of(tree) if tree else ():
+            places = set(_places_in(atom))
+            numbers = set(_without_places(atom)) - set(_NOT_FINITE) | set(others)
+            numbers = {v for v in numbers if not isinstance(v, str)}
+            for number in numbers or {1}:
+                found |= {(place + n, number, False) for place in places for n in (-1, 0, 1)}
+                found |= {(place, number, True) for place in places}
+    return sorted(found, key=str)
 
 
 def _places_in(tree):

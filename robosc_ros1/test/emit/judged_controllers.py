@@ -178,8 +178,8 @@ class Robot(PlayedPort):
         type_, field = self.plant[key][kind], self.plant[key][kind + "_field"]
         numbers = importlib.import_module("random_messages").literals(self.plant_data)
         numbers = {n for n in numbers if isinstance(n, int | float) and not isinstance(n, bool)}
-        for path in _numbers_in(type_, (field,) if field else ()):
-            for number in sorted(numbers):
+        for path, sort in _numbers_in(type_, (field,) if field else ()):
+            for number in sorted({float(n) if sort == "double" else n for n in numbers}):
                 message = self.blank(type_, field)
                 *outer, name = path
                 setattr(functools.reduce(getattr, outer, message), name, number)
@@ -235,10 +235,11 @@ class Robot(PlayedPort):
         engine.report(key, token, kind, Failure("", message) if kind == "error" else message)
 
 
-def _numbers_in(type_: Any, path: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """The paths of the numbers in messages of a type, those in arrays and conversions apart."""
+def _numbers_in(type_: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
+    """The paths of the numbers in messages of a type, with their sort; those in arrays and
+    conversions apart."""
     if type_[0] in ("integer", "double"):
-        yield path
+        yield path, type_[0]
     for name, inner in type_[1] if type_[0] == "object" else ():
         yield from _numbers_in(inner, (*path, name))
 
