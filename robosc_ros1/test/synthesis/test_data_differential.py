@@ -87,8 +87,8 @@ def differences(text: str, engine: str) -> list[Any]:
     return found
 
 
-CASES = [(seed, "") for seed in range(20)]
-CASES += [(seed, "parameter") for seed in range(8)]
+CASES = [(seed, "") for seed in range(12)]
+CASES += [(seed, "parameter") for seed in range(6)]
 CASES += [(seed, extra) for extra in ("failure", "enum") for seed in range(4)]
 """Seeds of random models, and what they have besides."""
 

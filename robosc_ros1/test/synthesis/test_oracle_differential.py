@@ -54,7 +54,7 @@ def test_random_robots_shrinking(engine: str, text: str) -> None:
 def test_random_robots_by_seed(engine: str, pytestconfig: pytest.Config) -> None:
     count = pytestconfig.getoption("--models", default=None)
     first = pytestconfig.getoption("--first-model", default=0)
-    for seed in range(first, first + (60 if count is None else count)):
+    for seed in range(first, first + (45 if count is None else count)):
         check(random_model(random.Random(seed), 1 + seed % 3), engine, seed)
 
 
