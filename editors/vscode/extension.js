@@ -6,6 +6,8 @@ const { commands, window, workspace } = require("vscode");
 const { CloseAction, ErrorAction, LanguageClient } = require("vscode-languageclient/node");
 
 let client;
+let child; // its server
+let latest = 0; // the number of the latest restart
 
 function settings(resource) {
   return workspace.getConfiguration("robosc", resource);
@@ -21,14 +23,15 @@ function launch() {
   const [program, ...first] = settings().get("command", ["robosc"]);
   const said = { text: "", end: Promise.resolve() };
   const server = async () => {
-    const child = spawn(program, [...first, "lsp"]);
-    said.end = new Promise((resolve) => child.once("close", resolve));
-    child.stderr.on("data", (part) => {
+    const spawned = spawn(program, [...first, "lsp"]);
+    child = spawned;
+    said.end = new Promise((resolve) => spawned.once("close", resolve));
+    spawned.stderr.on("data", (part) => {
       said.text = `${said.text}${part}`.slice(-500);
     });
     return new Promise((resolve, reject) => {
-      child.once("spawn", () => resolve(child));
-      child.once("error", reject);
+      spawned.once("spawn", () => resolve(spawned));
+      spawned.once("error", reject);
     });
   };
   return { server, said };
@@ -51,7 +54,7 @@ async function start() {
       error: () => ({ action: ErrorAction.Continue, handled: !runs }),
       closed: () => {
         usual ??= starting.createDefaultErrorHandler();
-        return runs ? usual.closed() : { action: CloseAction.DoNotRestart, handled: true };
+        return runs && client === starting ? usual.closed() : { action: CloseAction.DoNotRestart, handled: true };
       },
     },
   });
@@ -63,6 +66,9 @@ async function start() {
       throw new Error("it ended at once");
     }
   } catch (error) {
+    if (client !== starting) {
+      return; // stopped before it ran
+    }
     // A pipe that is broken is noticed before the reason is read.
     await Promise.race([said.end, new Promise((resolve) => setTimeout(resolve, 2000))]);
     const reason = said.text.trim() || error.message || error;
@@ -79,8 +85,22 @@ async function start() {
 async function stop() {
   const running = client;
   client = undefined;
-  if (running && running.needsStop()) {
+  if (running && running.isRunning()) {
     await running.stop();
+  } else if (running && running.needsStop()) {
+    // A client that is only starting refuses to stop; start() gives the start under way.
+    child?.kill();
+    await running.start().catch(() => {});
+  }
+}
+
+// Also while a server is starting, as when settings arrive late.
+async function restart() {
+  latest += 1;
+  const number = latest;
+  await stop();
+  if (number === latest) {
+    await start();
   }
 }
 
@@ -134,18 +154,14 @@ async function activate(context) {
     commands.registerCommand("robosc.generate", generate),
     commands.registerCommand("robosc.simulate", () => run("simulate", () => [])),
     commands.registerCommand("robosc.view", () => run("view", () => [])),
-    commands.registerCommand("robosc.restart", async () => {
-      await stop();
-      await start();
-    }),
+    commands.registerCommand("robosc.restart", restart),
     workspace.onDidChangeConfiguration(async (event) => {
       if (event.affectsConfiguration("robosc.command")) {
-        await stop();
-        await start();
+        await restart();
       }
     }),
   );
-  await start();
+  await restart();
 }
 
 module.exports = { activate, deactivate: stop };

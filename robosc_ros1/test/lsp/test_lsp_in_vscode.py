@@ -133,3 +133,16 @@ def test_a_server_that_does_not_start_says_why(code: Code, robosc_program: Path)
     code.palette("RoboSC: Restart Language Server")
     code.problems("Warnings: 2")
     code.palette("Notifications: Clear All Notifications")
+
+
+def test_a_restart_while_a_server_is_starting(code: Code, robosc_program: Path) -> None:
+    text = robosc_program.read_text()
+    begun = robosc_program.with_name("begun")
+    robosc_program.write_text(f"#!/bin/sh\ntouch {begun}\nexec sleep 600\n")
+    try:
+        code.palette("RoboSC: Restart Language Server")
+        await_condition(begun.exists, "the server that answers nothing")
+    finally:
+        robosc_program.write_text(text)
+    code.palette("RoboSC: Restart Language Server")
+    code.problems("Warnings: 2")
