@@ -234,12 +234,12 @@ class Judge:
         elsewhere = bool(told["phase"] or told["synchronisation"] or told["range"])
         if bool(told["phase"]) != state.busy.get(key, False):
             yield "the phase"
-        blocking = state.blocking("request", key)
+        obstacles = set(state.obstacles("request", key))
+        blocking = obstacles - {None}
         texts = {"blocked by %s in %s" % (name, state.states[name]) for name in blocking}
         if texts != {reason["text"] for reason in told["synchronisation"]}:
             yield "the synchronisation of components"
-        is_first = not told["phase"] and not texts
-        if bool(told["range"]) != (is_first and state.leaves_range("request", key)):
+        if bool(told["range"]) != (not told["phase"] and obstacles == {None}):
             yield "the range of a variable"
         if not requirements <= violated:
             yield "a requirement that is not violated"

@@ -323,22 +323,20 @@ class Shadow(Expressions):
 
     def synchronises(self, kind, key):
         """Whether all components enable a command and no variable would leave its range."""
-        return not any(self.blocking(kind, key)) and not self.leaves_range(kind, key)
+        return not any(True for _ in self.obstacles(kind, key))
 
-    def blocking(self, kind, key):
-        """Yield the components that block a command."""
+    def obstacles(self, kind, key):
+        """Yield the components that block a command, and None for one that would assign a value
+        outside the range of a variable."""
         for component in self.mentions.get((kind, key), ()):
-            if kind == "request" and not self.transitions(component, kind, key, None):
+            taken = self.transitions(component, kind, key, None)
+            if kind == "request" and not taken:
                 yield component
-
-    def leaves_range(self, kind, key):
-        """Whether a command would take a variable out of its range."""
-        for component in self.mentions.get((kind, key), ()):
+                continue
             try:
-                self._follow(component, self.transitions(component, kind, key, None), None, {}, {})
+                self._follow(component, taken, None, {}, {})
             except Wrong:
-                return True
-        return False
+                yield None
 
     def _check_cancel(self, key):
         if not self.violated(key):

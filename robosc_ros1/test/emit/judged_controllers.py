@@ -19,6 +19,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from emit.generated_code import controller_source, supervisor_of
 from runtime.lamp_robot import PlayedPort
 
 from robosc.emit.common import plant_module
@@ -37,6 +38,7 @@ __all__ = [
     "engine_of",
     "guide_of",
     "judged",
+    "judging_model",
     "judging_modules",
     "message_of",
     "play",
@@ -330,3 +332,13 @@ def play(engine: Engine, robot: Robot, judge: Any, rounds: int, act: Callable[..
             judge.wait(has_lapsed, text)
         if judge.faults:
             return
+
+
+@contextlib.contextmanager
+def judging_model(folder: Path, model: str) -> Iterator[tuple[Any, str]]:
+    """The judge of a model, and its controller, in which the judge finds no fault."""
+    supervisor = supervisor_of(model)
+    with judging_modules(folder, supervisor) as judge:
+        source = controller_source(supervisor)
+        assert judged(judge, source).faults == []
+        yield judge, source
