@@ -86,6 +86,8 @@ class Guide:
     def __init__(self, plant, draw, topics):
         self.cases = Cases(plant)
         self.seen = set()
+        self.news = 0
+        """The number of cases that were covered, without those that were given up before."""
         self._plant = plant
         self._draw = draw
         self._draws = 0
@@ -100,6 +102,8 @@ class Guide:
         self._expanded = Counter()
         self._tries = {}
         self._given_up = set()
+        self._in_vain = set()
+        """The cases that were ever given up."""
         self._attempts = ATTEMPTS
 
     def unseen(self, shadow):
@@ -137,6 +141,7 @@ class Guide:
                 self._see(self.cases.of_step(shadow, component, transition))
 
     def _see(self, cases):
+        self.news += len(cases - self.seen - self._in_vain)
         self.seen |= cases
         self._given_up -= cases
 
@@ -162,6 +167,7 @@ class Guide:
         self._tries[case] = self._tries.get(case, 0) + (MISSED if is_last else 1)
         if self._tries[case] > self._attempts:
             self._given_up.add(case)
+            self._in_vain.add(case)
             self.seen.add(case)
         return step
 

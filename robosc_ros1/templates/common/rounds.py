@@ -19,6 +19,10 @@ HOLD = 0.2
 """Seconds that a server waits for the guide before it answers at random."""
 PERIOD = 0.06
 """Seconds after which the controller repeats commands in this test."""
+PATIENCE = 0.7
+"""The fraction of the test's time for which it goes on without a new case."""
+LIMIT = 4
+"""The test ends after so many times its time, even if it still covers new cases."""
 
 
 class Advice:
@@ -80,6 +84,23 @@ class RequestMatcher:
         told = self._judge.asked[key]
         is_new = self._judge.shadow.busy[key] and self._claimed.get(key) != len(told)
         return is_new and carries(request, told[-1][0] or {} if told else {})
+
+
+def play_rounds(judge, seconds, play, least=0, now=time.monotonic):
+    """Call ``play`` for each round: for some seconds, and on while the rounds cover new cases.
+
+    It ends at a fault; ``least`` is the least number of rounds, however slow the machine is.
+    """
+    start = latest = now()
+    rounds = news = 0
+    while not judge.faults:
+        if judge.guide.news > news:
+            news, latest = judge.guide.news, now()
+        end = min(max(start + seconds, latest + PATIENCE * seconds), start + LIMIT * seconds)
+        if rounds >= least and now() >= end:
+            return
+        rounds += 1
+        play()
 
 
 def play_round(robot, judge):

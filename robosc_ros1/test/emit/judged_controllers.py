@@ -266,7 +266,8 @@ def judged(
     rounds: int = 150,
     spoilt: Callable[[Any], Any] = lambda data: data,
 ) -> Any:
-    """The judge of a controller that has run for a while, or until a fault was found.
+    """The judge of a controller that has run for so many rounds, and on as the test of a package
+    does, or until a fault was found.
 
     What the controller sends arrives ``spoilt``.
     """
@@ -304,7 +305,9 @@ def engine_of(kind: Callable[..., Engine], source: str, robot: Robot) -> Any:
 
 
 def play(engine: Engine, robot: Robot, judge: Any, rounds: int, act: Callable[..., None]) -> None:
-    """Have the robot ``act`` for some rounds, or until a fault was found."""
+    """Have the robot ``act`` for so many rounds, and on while they cover new cases, or until a
+    fault was found: as in the test of a package, with a clock that counts rounds."""
+    number = 0
 
     def tell() -> None:
         for entry in engine.recorder.take():
@@ -318,8 +321,11 @@ def play(engine: Engine, robot: Robot, judge: Any, rounds: int, act: Callable[..
     tell()
     for topic in robot.received.values():
         topic.clear()  # nobody compares what was sent before the judge began
-    for number in range(rounds):
-        step = judge.next_step() if (number + 1) % 4 else None
+
+    def play_one() -> None:
+        nonlocal number
+        number += 1
+        step = judge.next_step() if number % 4 else None
         is_waiting = step is not None and step[0] == "wait"
         has_lapsed, text = judge.lapse(step[1]) if is_waiting else (lambda: True, "")
         for _ in range(MOMENTS):
@@ -330,8 +336,8 @@ def play(engine: Engine, robot: Robot, judge: Any, rounds: int, act: Callable[..
                 break
         else:
             judge.wait(has_lapsed, text)
-        if judge.faults:
-            return
+
+    importlib.import_module("rounds").play_rounds(judge, rounds, play_one, now=lambda: number)
 
 
 @contextlib.contextmanager

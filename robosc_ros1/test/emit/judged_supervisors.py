@@ -68,7 +68,7 @@ class Both(Robot):
 
 
 def judged_supervisor(judging: Any, source: str, seed: int = 1, rounds: int = 150) -> Any:
-    """The judge of a supervisor that has run for a while, or until a fault was found."""
+    """The judge of a supervisor that has run as the controller of ``judged``."""
     both = Both(judging, seed)
     guarding = importlib.import_module("guard_judge")
     judge = both.judge = guarding.GuardJudge(both, [], guide_of(judging, both))

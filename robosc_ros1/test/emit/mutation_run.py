@@ -114,7 +114,7 @@ def main() -> None:
     parser.add_argument(
         "models", nargs="*", type=Path, help="their files; all of examples/, if none is named"
     )
-    parser.add_argument("--rounds", type=int, default=150, help="as in a test of ten seconds")
+    parser.add_argument("--rounds", type=int, default=150, help="as in ten seconds of a test")
     parser.add_argument("--every", type=int, default=1, help="take one of so many mutants")
     parser.add_argument(
         "--seconds", type=float, default=20.0, help="of processor, for a comparison"

@@ -197,7 +197,7 @@ def test_it_follows_the_controller_from_its_first_event(tmp_path: Path) -> None:
     part = 'and self.distance_sensor == "sensing"'
     assert part in source
     with judging_modules(tmp_path, supervisor) as judging:
-        faults = judged(judging, source.replace(part, ""), rounds=1).faults
+        faults = judged(judging, source.replace(part, ""), rounds=0).faults
     assert [text for text in faults if "ObstacleGrabber.grab requested against" in text], faults
 
 

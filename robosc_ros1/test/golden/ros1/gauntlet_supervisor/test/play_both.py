@@ -10,7 +10,6 @@ unchanged.
 import random
 import sys
 import threading
-import time
 import unittest
 
 import actionlib
@@ -22,6 +21,7 @@ from guard_judge import GuardJudge, RandomCommands, content, in_order, play_roun
 from guide import Guide
 from plant_data import PLANT
 from play_robot import PUBLICATIONS, SUBSCRIPTIONS, RosValues, resolved
+from rounds import play_rounds
 from run_report import print_coverage
 from std_msgs.msg import String
 import gauntlet_interfaces.msg
@@ -232,7 +232,9 @@ class PlayBoth(unittest.TestCase):
         rospy.Subscriber(rospy.get_param("~controller") + "/blocked", String, judge.on_blocked)
         robot.serve()
         if play_robot.follow(robot, judge) and self.await_names(controller, judge):
-            play(robot, controller, judge, rospy.get_param("~seconds", 10.0))
+            seconds = rospy.get_param("~seconds", 10.0)
+            least = play_robot.ROUNDS
+            play_rounds(judge, seconds, lambda: play_round_of_both(robot, controller, judge), least)
         if not judge.faults:
             controller.compare()
         print_coverage(judge)
@@ -257,14 +259,6 @@ class PlayBoth(unittest.TestCase):
             and all(c.wait_for_server(rospy.Duration(0.1)) for c, _, _ in controller.clients),
             "the supervisor",
         )
-
-
-def play(robot, controller, judge, seconds):
-    end = time.monotonic() + seconds
-    rounds = 0
-    while (time.monotonic() < end or rounds < play_robot.ROUNDS) and not judge.faults:
-        rounds += 1
-        play_round_of_both(robot, controller, judge)
 
 
 if __name__ == "__main__":

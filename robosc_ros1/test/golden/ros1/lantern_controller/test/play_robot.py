@@ -32,7 +32,7 @@ from guide import SAMPLES, Guide
 from judge import Judge
 from plant_data import PLANT
 from random_messages import Values
-from rounds import Advice, RequestMatcher, by_name, play_round
+from rounds import Advice, RequestMatcher, by_name, play_round, play_rounds
 from run_report import print_coverage
 from std_msgs.msg import String
 
@@ -244,7 +244,8 @@ class PlayRobot(unittest.TestCase):
         judge = Judge(robot, PUBLICATIONS, guide, rospy.is_shutdown, log)
         if follow(robot, judge):
             robot.serve(judge)
-            play(robot, judge, rospy.get_param("~seconds", 10.0))
+            seconds = rospy.get_param("~seconds", 10.0)
+            play_rounds(judge, seconds, lambda: play_round(robot, judge), ROUNDS)
         if not judge.faults:
             judge.compare_messages()
         with contextlib.suppress(OSError):
@@ -269,15 +270,6 @@ def follow(robot, judge):
     )
     rospy.Subscriber(controller + "/state", String, judge.on_state)
     return connected and judge.wait(lambda: judge.number is not None, "the controller's state")
-
-
-def play(robot, judge, seconds):
-    """Simulate the robot for some seconds, and at least ``ROUNDS`` rounds."""
-    end = time.monotonic() + seconds
-    rounds = 0
-    while (time.monotonic() < end or rounds < ROUNDS) and not judge.faults:
-        rounds += 1
-        play_round(robot, judge)
 
 
 if __name__ == "__main__":

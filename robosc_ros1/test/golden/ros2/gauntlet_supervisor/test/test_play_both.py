@@ -36,6 +36,7 @@ from guard_judge import (  # noqa: E402
 from guide import Guide  # noqa: E402
 from plant_data import PLANT  # noqa: E402
 from play_robot import PUBLICATIONS, SUBSCRIPTIONS, RosValues, resolved  # noqa: E402
+from rounds import play_rounds  # noqa: E402
 from run_report import print_coverage  # noqa: E402
 from gauntlet_supervisor.ros_parameters import qos_profile  # noqa: E402
 
@@ -292,7 +293,8 @@ def test_only_what_is_allowed_passes():
         time.sleep(1.0)  # for the other sides of these connections
         node.create_subscription(String, SUPERVISOR + "/state", judge.on_state, latched)
         judge.wait(lambda: judge.number is not None, "the supervisor's state")
-        play(robot, controller, judge, float(os.environ.get("ROBOSC_SECONDS", "10")))
+        seconds = float(os.environ.get("ROBOSC_SECONDS", "10"))
+        play_rounds(judge, seconds, lambda: play_round_of_both(robot, controller, judge))
         if not judge.faults:
             controller.compare()
     finally:
@@ -307,9 +309,3 @@ def test_only_what_is_allowed_passes():
     assert (judge.faults + controller.faults)[:10] == []
     assert judge.events or not robot.publishers
     assert code == 0
-
-
-def play(robot, controller, judge, seconds):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end and not judge.faults:
-        play_round_of_both(robot, controller, judge)

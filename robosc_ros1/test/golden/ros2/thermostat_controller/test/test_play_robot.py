@@ -34,7 +34,7 @@ from guide import SAMPLES, Guide  # noqa: E402
 from judge import Judge  # noqa: E402
 from plant_data import PLANT  # noqa: E402
 from random_messages import PLANT_COMMUNICATIONS, Values  # noqa: E402
-from rounds import Advice, RequestMatcher, by_name, play_round  # noqa: E402
+from rounds import Advice, RequestMatcher, by_name, play_round, play_rounds  # noqa: E402
 from run_report import print_coverage  # noqa: E402
 from thermostat_controller.ros_messages import (  # noqa: E402
     array_kind,
@@ -293,7 +293,10 @@ def test_every_command_is_allowed():
         node.create_subscription(String, CONTROLLER + "/state", judge.on_state, latched)
         judge.wait(lambda: judge.number is not None, "the controller's state")
         robot.serve(node, judge)
-        play(robot, judge, float(os.environ.get("ROBOSC_SECONDS", "10")))
+        seconds = float(os.environ.get("ROBOSC_SECONDS", "10"))
+        play_rounds(judge, seconds, lambda: play_round(robot, judge))
+        if not judge.faults:
+            judge.compare_messages()
     finally:
         controller.terminate()
         code = controller.wait(60.0)
@@ -316,11 +319,3 @@ def spin(executor):
             return
         except Exception:
             traceback.print_exc()
-
-
-def play(robot, judge, seconds):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end and not judge.faults:
-        play_round(robot, judge)
-    if not judge.faults:
-        judge.compare_messages()
