@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,6 +11,7 @@ from typing import Any
 
 import pytest
 from emit.generated_code import controller_source
+from emit.golden_packages import package_of
 from emit.judged_controllers import Robot, guide_of, judged, judging_model, judging_modules
 from ros_support import EXAMPLES
 
@@ -115,3 +117,17 @@ def test_a_case_that_was_given_up_and_comes_back_is_not_new(switch: tuple[Any, s
             other.see_event(shadow, "response", key, content)
     assert other.news > 0
     assert guide.news == 0
+
+
+@pytest.mark.parametrize("mode", ["controller", "supervisor"])
+@pytest.mark.parametrize("seconds", [0.0, 10.0, 600.0])
+def test_rostest_waits_for_the_longest_test(
+    switch: tuple[Any, str], mode: str, seconds: float
+) -> None:
+    """And for an answer that does not come, and for what has to start."""
+    package = package_of("gauntlet", mode=mode)
+    text = package.files[f"test/gauntlet_{mode}.test"].content
+    found = re.search(r'time-limit="\$\(eval (.*?)\)"', text)
+    assert found is not None
+    longest = importlib.import_module("rounds").LIMIT * seconds
+    assert eval(found[1], {"arg": {"seconds": seconds}.__getitem__}) > longest + 120
