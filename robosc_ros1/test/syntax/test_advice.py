@@ -82,11 +82,42 @@ def hint_of(line: str) -> str | None:
     return diagnostics[0].hint
 
 
-@pytest.mark.parametrize("written", ["type: double, timeout: 3 s", "type: double timeout: 3 s"])
-def test_a_timeout_behind_the_type(written: str) -> None:
-    text = f"robot R {{ component C {{ outgoing message m with {written} }} }}"
-    _, (found, *_) = load(Source("m.rscd", text))
-    assert found.hint == "'timeout:' comes before the types: with timeout: 1 s, type: T"
+MESSAGE = "in this order: with identifier: …, timeout: …, type: …"
+SERVICE = "in this order: with identifier: …, timeout: …, request: …, response: …"
+COMMAND = "the controller sends it: only what it receives or requests has a timeout"
+
+
+@pytest.mark.parametrize(
+    ("declaration", "hint"),
+    [
+        ("outgoing message m with type: double, timeout: 3 s", MESSAGE),
+        ("outgoing message m with type: double timeout: 3 s", MESSAGE),
+        ("outgoing message m with type: double, timeout 3 s", MESSAGE),
+        ("outgoing message m with type: double, identifier: '/m'", MESSAGE),
+        ("outgoing message m with timeout: 3 s, identifier: '/m', type: double", MESSAGE),
+        ("outgoing message m with identifier: '/a', identifier: '/m', type: double", MESSAGE),
+        ("outgoing message m with request: double", MESSAGE),
+        ("incoming message m with type: none, identifier: '/m'",
+         "in this order: with identifier: …, type: …"),
+        ("service m with response: none, request: none", SERVICE),
+        ("service m with request: none, response: none, timeout: 3 s", SERVICE),
+        ("service m with request: none, response: none, feedback: none", SERVICE),
+        ("service m with type: p/T, timeout: 3 s", MESSAGE),
+        ("action m with request: none, feedback: none, response: none", f"{SERVICE}, feedback: …"),
+        ("incoming message m with type: none, timeout: 3 s", COMMAND),
+        ("incoming message m with type: none timeout: 3 s", COMMAND),
+        ("outgoing message m with identifier: '/m' type: double", "a ',' is missing before it"),
+        ("outgoing message m identifier: '/m', type: double", "'with' is missing before it"),
+        # What comes before is another communication.
+        ("service a with request: none, response: none links l service m timeout: 1 s",
+         "'with' is missing before it"),
+    ],
+)  # fmt: skip
+def test_attributes_in_a_wrong_order(declaration: str, hint: str) -> None:
+    interface = "interface l use Trigger from std_srvs"
+    text = f"robot R {{ component C {{ {declaration} }} {interface} }}"
+    _, found = load(Source("m.rscd", text))
+    assert [diagnostic.hint for diagnostic in found if diagnostic.code == "syntax"] == [hint]
 
 
 @pytest.mark.parametrize("named", ["", 'identifier: "/go", '])
@@ -96,5 +127,4 @@ def test_a_timeout_of_a_command(named: str, kind: str) -> None:
     first = "incoming message a with type: none "
     message = f"{kind} message m with {named}{again}timeout: 3 s, type: none"
     _, (found, *_) = load(Source("m.rscd", f"robot R {{ component C {{ {first}{message} }} }}"))
-    advice = "the controller sends it: only what it receives or requests has a timeout"
-    assert found.hint == (advice if kind == "incoming" else None)
+    assert found.hint == (COMMAND if kind == "incoming" else MESSAGE)

@@ -76,14 +76,9 @@ def _component_block() -> Block:
         "'behaviour'",
     )
     words += tuple(f"'{word}'" for word in values)
-    order = "'timeout:' comes before the types: with timeout: 1 s, type: T"
-    advice = (
-        ("',' identifier ':'", "'identifier:' comes right after 'with'"),
-        *((place, order) for place in ("',' timeout ':'", "timeout ':'")),
-    )
     meant = (("message", "write 'incoming message' or 'outgoing message'"),)
     return Block(
-        Items(words, rules, advice=advice, meant=meant),
+        Items(words, rules, meant=meant),
         child=Child(behaviour_block, _adopt(BehaviourNode)),
     )
 

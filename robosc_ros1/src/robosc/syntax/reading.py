@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 from pyparsing import ParseBaseException, ParserElement, ParseSyntaxException
 
 from robosc.errors import Diagnostic, Note, Severity
+from robosc.language.attributes import ATTRIBUTES, Value, attributes_of
 from robosc.language.functions import FUNCTIONS
 from robosc.language.keywords import UNITS
 from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
@@ -38,6 +39,8 @@ _ADVICE = {
     "in": "write the values in braces: x in { a, b }",
     "between": "write a <= x and x <= b",
 }
+_LABELS = frozenset(attribute.name for attribute in ATTRIBUTES)
+_BEFORE_ATTRIBUTES = {"with", "{", "}"}.union(*(a.communications for a in ATTRIBUTES))
 _NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
 _DECLARED_ELSEWHERE = {
     **dict.fromkeys(("let", "define", "def", "macro"), _NAMING),
@@ -274,29 +277,43 @@ class Reading:
             return "write 'constant NAME: type = …'"
         if "'component'" in message and found in _DECLARED_ELSEWHERE:
             return _DECLARED_ELSEWHERE[found]
-        if found == "timeout" and self._is_of_incoming_message(at):
-            return "the controller sends it: only what it receives or requests has a timeout"
         if found == "not" and self.text(at + 1) == "in":
             return "write !(x in { a, b })"
         if found in _ADVICE:
             return _ADVICE[found]
         if at and (function := self.text(at - 1)) in FUNCTIONS and found != "(":
             return f"write {function}(…)"
-        if f"'{found}:'" in message:
+        unnamed = message.startswith("expected 'with' and '")
+        if f"'{found}:'" in message or (unnamed and found in _LABELS):
             if self.kind(at + 1) != ":":
                 return f"write '{found}:' with its colon"
-            missing = "'with'" if message.startswith("expected 'with'") else "a ','"
+            missing = "'with'" if unnamed else "a ','"
             return f"{missing} is missing before it"
+        if order := self._order_of_attributes(at + (found == ",")):
+            return order
         cutoff = 0.6 if len(found) > 3 else 0.7
         words = _QUOTED.findall(message) if len(found) < 30 else []
         near = get_close_matches(found, words, 1, cutoff)
         return f"did you mean '{near[0]}'?" if near and near[0] != found else None
 
-    def _is_of_incoming_message(self, at: int) -> bool:
-        """Whether an attribute belongs to the declaration of an incoming message."""
-        while at and self.text(at) != "with":
-            at -= 1
-        return at > 2 and self.text(at - 3) == "incoming"
+    def _order_of_attributes(self, at: int) -> str | None:
+        """The hint for an attribute that its communication cannot have here; None for another
+        token."""
+        name = self.text(at)
+        if name not in _LABELS:
+            return None
+        start = at
+        while start > 3 and self.text(start) not in _BEFORE_ATTRIBUTES:
+            start -= 1
+        before = start - (3 if self.text(start - 2) == "message" else 2)
+        if self.text(start) != "with" or not (attributes := attributes_of(self.text(before))):
+            return None
+        if name == "timeout" and all(name != attribute.name for attribute in attributes):
+            return "the controller sends it: only what it receives or requests has a timeout"
+        names = [a.name for a in attributes if a.value is not Value.TYPE]
+        is_ros_type = "type" in self.tokens.texts(start, at)
+        names += ["type"] if is_ros_type else [a.name for a in attributes if a.value is Value.TYPE]
+        return "in this order: with " + ", ".join(f"{name}: …" for name in names)
 
     def skipped(self, start: int, end: int) -> None:
         """Add the words of a skipped declaration to ``broken``.
