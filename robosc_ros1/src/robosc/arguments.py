@@ -156,7 +156,9 @@ def simulate(parser: argparse.ArgumentParser) -> None:
         help="let the controller execute on a virtual clock; only the robot's events are typed",
     )
     _parameters(parser)
-    parser.add_argument("--script", metavar="FILE", help="run the lines of a file, and end")
+    parser.add_argument(
+        "--script", metavar="FILE", help="run the lines of a file (-: standard input), and end"
+    )
     parser.add_argument(
         "--junit",
         metavar="FILE",
@@ -171,7 +173,9 @@ def simulate(parser: argparse.ArgumentParser) -> None:
 
 def replay(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", metavar="MODEL", help="the .rscd file of a controller's node")
-    parser.add_argument("log", metavar="LOG", help="the event log that the node has written")
+    parser.add_argument(
+        "log", metavar="LOG", help="the event log that the node has written; - for a pipe"
+    )
     _json(parser)
     _common(parser)
 

@@ -6,12 +6,21 @@ lines and columns.
 
 from __future__ import annotations
 
+import sys
 from bisect import bisect_right
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from typing import BinaryIO
 
-__all__ = ["Source", "Span", "common_ends"]
+__all__ = ["Source", "Span", "common_ends", "opened"]
+
+
+def opened(path: str) -> AbstractContextManager[BinaryIO]:
+    """Open a file that the user has named; ``-`` is standard input."""
+    return nullcontext(sys.stdin.buffer) if path == "-" else Path(path).open("rb")
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from typing import Any, BinaryIO
 
 from robosc.errors import UsageError
 from robosc.language.events import EventKind
+from robosc.source import opened
 
 __all__ = ["LogEntry", "read_log"]
 
@@ -39,7 +40,7 @@ class LogEntry:
 
 
 def read_log(log: str) -> Iterator[LogEntry]:
-    """All events of a log and its older parts, oldest first.
+    """All events of a log (``-``: standard input) and its older parts, oldest first.
 
     A line that is no JSON, after others that are, was cut off when its node was killed, and is left
     out; if others of that run follow, their numbers show that it is missing.
@@ -48,13 +49,13 @@ def read_log(log: str) -> Iterator[LogEntry]:
         UsageError: a file cannot be read, or is no event log.
     """
     found = False
-    for path in _files(Path(log)):
+    for path in _files(log):
         try:
-            with path.open("rb") as file:
+            with opened(path) as file:
                 for number, line in enumerate(_lines(file), 1):
                     document = _document(line)
                     if line.strip() and (document is not None or not found):
-                        yield _entry(str(path), number, document)
+                        yield _entry(path, number, document)
                         found = True
         except (OSError, ValueError) as error:
             raise UsageError(f"cannot read {path}: {_reason(error)}") from error
@@ -84,19 +85,21 @@ def _reason(error: OSError | ValueError) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
-def _files(log: Path) -> list[Path]:
+def _files(log: str) -> list[str]:
     """The log after its older parts, oldest first."""
-    pattern = re.compile(re.escape(log.name) + r"\.(\d+)")
+    if log == "-":
+        return [log]
+    pattern = re.compile(re.escape(Path(log).name) + r"\.(\d+)")
     try:
         older = [
-            (int(match[1]), path)
-            for path in log.parent.iterdir()
+            (int(match[1]), str(path))
+            for path in Path(log).parent.iterdir()
             if (match := pattern.fullmatch(path.name))
         ]
     except OSError:
         older = []
     # While nothing has happened since the last rotation, there are only older parts.
-    newest = [] if older and not log.exists() else [log]
+    newest = [] if older and not Path(log).exists() else [log]
     return [path for _, path in sorted(older, reverse=True)] + newest
 
 

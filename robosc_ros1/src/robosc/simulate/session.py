@@ -21,6 +21,7 @@ from robosc.simulate.faults import InvalidLine, LineFault, Refused
 from robosc.simulate.literals import Raw, literal_text, parse_raw
 from robosc.simulate.machine import Choice, Happening, Machine, brought, find_events, label
 from robosc.simulate.trace_steps import fired_by
+from robosc.source import opened
 
 __all__ = ["WORDS", "Done", "MakeMachine", "Session", "code_of", "read_lines"]
 
@@ -334,9 +335,11 @@ class Session:
 
 
 def read_lines(path: str) -> list[str]:
-    """The lines of a script. Raises InvalidLine if there is no such text."""
+    """The lines of a script (``-``: standard input). Raises InvalidLine if there is no such
+    text."""
     try:
-        return Path(path).expanduser().read_text(encoding="utf-8-sig").splitlines()
+        with opened(str(Path(path).expanduser())) as file:
+            return file.read().decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise InvalidLine(f"{path} is not UTF-8 text") from None
     except (OSError, ValueError, RuntimeError) as error:

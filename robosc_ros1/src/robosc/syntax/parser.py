@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from contextlib import nullcontext
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Any, Literal, cast
 
 from robosc.errors import Diagnostic, Severity, UsageError, at_most, sort_diagnostics
 from robosc.language.tokens import MAX_FAULTS, is_word, tokenize
-from robosc.source import Source, Span
+from robosc.source import Source, Span, opened
 from robosc.syntax.blocks import Block, Header, late_brace
 from robosc.syntax.grammar import library_block, robot_block
 from robosc.syntax.leaves import make_name
@@ -40,7 +37,7 @@ def read_bytes(path: str) -> bytes:
         UsageError: it cannot be read, or is too large to be a model.
     """
     try:
-        with nullcontext(sys.stdin.buffer) if path == "-" else Path(path).open("rb") as file:
+        with opened(path) as file:
             data = file.read(_LARGEST + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
