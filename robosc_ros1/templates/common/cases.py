@@ -101,7 +101,8 @@ class Cases:
         for component in self._plant["components"]:
             for transition in component["taus"] + component["afters"]:
                 name = _step(component["name"], transition)
-                place = "%s %s %d" % (name[1], name[0], name[2])
+                sort = "after" if name[0] == "after" else "internal transition"
+                place = "%s %d of %s" % (sort, name[2], name[1])
                 yield place, name
                 yield from _parts(place, name, self._guards.get(id(transition)))
 

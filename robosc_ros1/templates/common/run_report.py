@@ -22,11 +22,15 @@ def coverage(judge):
     for component in PLANT["components"]:
         name = component["name"]
         for index in sorted({tau["index"] for tau in component["taus"]}):
-            yield "event", "%s step %d" % (name, index), judge.events.get(("tau", name, index), 0)
+            yield (
+                "event",
+                "internal transition %d of %s" % (index, name),
+                judge.events.get(("tau", name, index), 0),
+            )
         for index in sorted({after["index"] for after in component["afters"]}):
             yield (
                 "event",
-                "%s after %d" % (name, index),
+                "after %d of %s" % (index, name),
                 judge.events.get(("after", name, index), 0),
             )
     for component in PLANT["components"]:

@@ -69,6 +69,34 @@ def test_the_guide_tells_what_was_not_reached(judging: Any, source: str) -> None
     assert any(line.startswith(text) for line in unseen)
 
 
+def test_transitions_have_the_same_names_in_tables_and_faults(tmp_path: Path) -> None:
+    supervisor = supervisor_of("""
+        robot Other {
+            component Flame {
+                outgoing message wind with type: boolean
+                behaviour {
+                    initial marked state sparking {
+                        on response from wind goto burning
+                        after 2 s goto burning
+                    }
+                    state burning { transition goto sparking }
+                }
+            }
+        }
+    """)
+    names = ["internal transition 1 of Flame", "after 1 of Flame"]
+    with judging_modules(tmp_path, supervisor) as judging:
+        judge = judged(judging, controller_source(supervisor), rounds=5)
+        rows = [name for _, name, _ in importlib.import_module("run_report").coverage(judge)]
+        assert [name for name in rows if name.endswith(" of Flame")] == names
+        wanted = [text for text, _ in judge.guide.cases.wanted(judge.shadow)]
+        assert [text for text in wanted if text.endswith(" of Flame")] == names
+        wrong = importlib.import_module("shadow").Wrong
+        for take, name in zip((judge.shadow.step, judge.shadow.wait_over), names, strict=True):
+            with pytest.raises(wrong, match=f"^{name}"):
+                take("Flame", 1, "burning->burning")
+
+
 def faster(data: dict[str, Any]) -> dict[str, Any]:
     return {**data, "linear": {"x": 7.5}} if "linear" in data else data
 

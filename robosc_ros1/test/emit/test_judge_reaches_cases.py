@@ -72,7 +72,7 @@ def test_a_transition_that_waits_is_wanted_for_its_own_sake(watched: tuple[Any, 
     judging, source = watched
     judge = judged(judging, source)
     wanted = [text for text, _ in judge.guide.cases.wanted(judge.shadow)]
-    assert "Motor after 1" in wanted
+    assert "after 1 of Motor" in wanted
     assert not [text for text in judge.guide.unseen(judge.shadow) if "after" in text]
 
 

@@ -16,7 +16,7 @@ ROWS = {
     "lantern_controller": (
         "event +brightness response",
         "event +kindle request",
-        "event +Flame step 1",
+        "event +internal transition 1 of Flame",
         "state +Flame.burning",
         "allows +requirement kindle needs Sky.light = dark",
         "forbids +requirement Sky.light = dark disables snuff",

@@ -200,6 +200,6 @@ def _diagrams(robot: Robot) -> list[DiagramView]:
                 lines.append(f"{state.name} --> {target} : after {waits}")
             for tau in (*behaviour.taus, *state.taus):
                 target = tau.goto or state.name
-                lines.append(f"{state.name} --> {target} : step {tau.index}")
+                lines.append(f"{state.name} --> {target} : internal transition {tau.index}")
         views.append(DiagramView(component.name, tuple(dict.fromkeys(lines))))
     return views
