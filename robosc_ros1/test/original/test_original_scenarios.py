@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -55,6 +55,16 @@ def test_scenarios_are_generated_with_the_original_s_options(
     assert (package / "package.xml").is_file()
     (config,) = (package / "config").iterdir()
     assert 'legacy_state_topic: "/state"' in config.read_text(encoding="utf-8")
+    assert list(long_lines(package)) == []
+
+
+def long_lines(package: Path) -> Iterator[str]:
+    """Lines that could be broken, which those of tables and hashes could not, nor paths."""
+    for path in package.rglob("*"):
+        if path.is_file() and path.name != "generated.sha256":
+            for line in path.read_text(encoding="utf-8").splitlines():
+                if len(line) > 100 and not line.startswith("|") and "$(find" not in line:
+                    yield f"{path.name}: {line}"
 
 
 def test_the_supervisor_starts_the_controller_of_the_options(

@@ -13,7 +13,7 @@ import tokenize
 from itertools import pairwise
 from textwrap import wrap
 
-__all__ = ["WIDTH", "break_long_lines", "unparenthesised"]
+__all__ = ["WIDTH", "break_long_lines", "broken_string", "quoted", "unparenthesised"]
 
 WIDTH = 100
 _INDENT = "    "
@@ -39,11 +39,16 @@ def break_long_lines(source: str) -> str:
     if all(len(line) <= WIDTH for line in source.split("\n")):
         return source
     within = _within_strings(source)
-    return "\n".join(
-        broken
-        for number, line in enumerate(source.split("\n"), 1)
-        for broken in ([line] if len(line) <= WIDTH or number in within else _statement(line))
-    )
+    lines: list[str] = []
+    for number, line in enumerate(source.split("\n"), 1):
+        if len(line) <= WIDTH or within.get(number) is False:
+            lines.append(line)
+        elif number in within:
+            indent = line[: len(line) - len(line.lstrip())]
+            lines += wrap(line, WIDTH, subsequent_indent=indent)
+        else:
+            lines += _statement(line)
+    return "\n".join(lines)
 
 
 def unparenthesised(text: str) -> str:
@@ -55,15 +60,15 @@ def unparenthesised(text: str) -> str:
     return text
 
 
-def _within_strings(source: str) -> frozenset[int]:
-    """The numbers of the lines that strings of several lines take."""
+def _within_strings(source: str) -> dict[int, bool]:
+    """The numbers of the lines of strings of several lines, and whether it is a docstring."""
     tokens = tokenize.generate_tokens(io.StringIO(source).readline)
-    return frozenset(
-        line
+    return {
+        line: token.line.lstrip().startswith('"""')
         for token in tokens
         if token.type == tokenize.STRING and token.start[0] != token.end[0]
         for line in range(token.start[0], token.end[0] + 1)
-    )
+    }
 
 
 def _statement(line: str) -> list[str]:
@@ -102,7 +107,7 @@ def _expression(text: str, indent: str) -> list[str]:
     if len(indent + text) <= WIDTH:
         return [indent + text]
     if match := _TEXT.fullmatch(text):
-        return _literals(match["head"], match["text"], match["tail"], indent)
+        return broken_string(match["head"], match["text"], match["tail"], indent)
     pieces = _pieces(text)
     if len(pieces) > 1:
         return [line for piece in pieces for line in _expression(piece, indent)]
@@ -119,7 +124,7 @@ def _expression(text: str, indent: str) -> list[str]:
     return [indent + text[: start + 1], *inside, indent + text[end:]]
 
 
-def _literals(head: str, text: str, tail: str, indent: str) -> list[str]:
+def broken_string(head: str, text: str, tail: str, indent: str) -> list[str]:
     """A long string as several that stand one below the other."""
     inner = indent + _INDENT if head else indent
     formatted = text.startswith("f")
@@ -127,13 +132,13 @@ def _literals(head: str, text: str, tail: str, indent: str) -> list[str]:
         r"(?:\{[^}]*\}|\S)*\s*" if formatted else r"\S*\s*",
         text[2:-1] if formatted else ast.literal_eval(text),
     )
-    quoted = _formatted if formatted else _quoted
+    spelled = _formatted if formatted else quoted
     lines = [""]
     for word in words:
-        if lines[-1] and len(inner + quoted(lines[-1] + word)) > WIDTH:
+        if lines[-1] and len(inner + spelled(lines[-1] + word)) > WIDTH:
             lines.append("")
         lines[-1] += word
-    parts = [inner + quoted(line) for line in lines]
+    parts = [inner + spelled(line) for line in lines]
     if head:
         return [f"{indent}{head}(", *parts, f"{indent}){tail}"]
     return [*parts[:-1], parts[-1] + tail]
@@ -143,9 +148,10 @@ def _formatted(text: str) -> str:
     return f'f"{text}"'
 
 
-def _quoted(text: str) -> str:
-    quoted = repr(text)
-    return f'"{quoted[1:-1]}"' if quoted[0] == "'" and '"' not in quoted else quoted
+def quoted(text: str) -> str:
+    """The text as a string of Python, in double quotation marks where that needs no escapes."""
+    written = repr(text)
+    return f'"{written[1:-1]}"' if written[0] == "'" and '"' not in written else written
 
 
 def _pieces(text: str) -> list[str]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from robosc.emit.line_breaks import break_long_lines
+from robosc.emit.line_breaks import break_long_lines as break_python
+from robosc.emit.text_breaks import break_comments, break_markdown, break_xml
 from robosc.names import rostest_name
 from robosc.resources import templates_folder
 
@@ -41,11 +42,21 @@ def render(template: str, context: Any) -> str:
     """The template (its path below the templates' folder) filled from a frozen dataclass.
 
     The fields of the context are the names that the template sees; one that is missing is an error.
-    Long lines of Python are broken.
+    Its long lines are broken as its language allows.
     """
     fields = {f.name: getattr(context, f.name) for f in dataclasses.fields(context)}
     text: str = _environment().get_template(template).render(fields)
-    return break_long_lines(text) if template.endswith(".py.jinja") else text
+    return _broken(template)(text)
+
+
+def _broken(template: str) -> Callable[[str], str]:
+    """The function that breaks the long lines of what a template gives."""
+    name = template.rpartition("/")[2].removesuffix(".jinja")
+    if name.endswith(".py") or name == "script":
+        return break_python
+    if name.endswith(".md"):
+        return break_markdown
+    return break_xml if name.endswith((".xml", "launch", "rostest")) else break_comments
 
 
 def verbatim(name: str) -> str:

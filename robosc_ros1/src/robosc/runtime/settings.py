@@ -100,7 +100,7 @@ _GENERAL = (
     ),
     Parameter(
         "stop_command", "string", "",
-        "communication that is requested at a safe stop and at shutdown, regardless of its guard",
+        "communication to request at a safe stop and at shutdown, regardless of its guard",
     ),
     Parameter("exit_on_stop", "boolean", False, "end the node after a safe stop"),
     Parameter(
@@ -109,7 +109,7 @@ _GENERAL = (
     ),
     Parameter(
         "server_lost_after", "number", 5.0,
-        "wall time without status after which an action server counts as lost, in seconds",
+        "wall time without status until an action server is lost, in seconds",
         minimum=0.1,
     ),
     Parameter("state_rate", "number", 20.0, "maximal rate of ~state, in Hz", minimum=0.1),

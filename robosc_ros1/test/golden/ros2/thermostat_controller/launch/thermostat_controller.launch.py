@@ -55,7 +55,7 @@ PARAMETERS = (
         "stop_command",
         "stop_command",
         "string",
-        "communication that is requested at a safe stop and at shutdown, regardless of its guard",
+        "communication to request at a safe stop and at shutdown, regardless of its guard",
     ),
     ("exit_on_stop", "exit_on_stop", "boolean", "end the node after a safe stop"),
     (
@@ -68,8 +68,7 @@ PARAMETERS = (
         "server_lost_after",
         "server_lost_after",
         "number",
-        "wall time without status after which an action server counts as lost, in seconds (at "
-        "least 0.1)",
+        "wall time without status until an action server is lost, in seconds (at least 0.1)",
     ),
     ("state_rate", "state_rate", "number", "maximal rate of ~state, in Hz (at least 0.1)"),
     ("publish_events", "publish_events", "boolean", "publish each event on ~events"),

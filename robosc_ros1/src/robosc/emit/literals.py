@@ -1,0 +1,51 @@
+"""Data as Python source, as formatters lay it out: what fits on a line, else an entry on each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from robosc.emit.line_breaks import WIDTH, broken_string, quoted
+
+__all__ = ["assignment"]
+
+_INDENT = "    "
+
+
+def assignment(name: str, value: Any) -> str:
+    """The statement that gives a name a value of dicts, lists, tuples and primitive values."""
+    return "\n".join(_lines(f"{name} = ", value, "", "")) + "\n"
+
+
+def _lines(head: str, value: Any, tail: str, indent: str) -> Iterator[str]:
+    text = _on_one_line(value)
+    if len(indent + head + text + tail) <= WIDTH or not value:
+        yield indent + head + text + tail
+    elif isinstance(value, str):
+        parts = broken_string("", text, "", indent + _INDENT)
+        yield from (f"{indent}{head}(", *parts, f"{indent}){tail}")
+    elif isinstance(value, dict):
+        yield f"{indent}{head}{{"
+        for key, entry in value.items():
+            yield from _lines(f"{_on_one_line(key)}: ", entry, ",", indent + _INDENT)
+        yield f"{indent}}}{tail}"
+    elif isinstance(value, list | tuple):
+        start, end = "[]" if isinstance(value, list) else "()"
+        yield indent + head + start
+        for entry in value:
+            yield from _lines("", entry, ",", indent + _INDENT)
+        yield indent + end + tail
+    else:
+        yield indent + head + text + tail
+
+
+def _on_one_line(value: Any) -> str:
+    if isinstance(value, str):
+        return quoted(value)
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{_on_one_line(k)}: {_on_one_line(v)}' for k, v in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_on_one_line, value))}]"
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_on_one_line, value))}{',' * (len(value) == 1)})"
+    return repr(value)
