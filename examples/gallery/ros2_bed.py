@@ -11,7 +11,6 @@ from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 
-import reaper
 from ros2.bed import Bed, build_interfaces
 
 __all__ = ["GalleryBed"]
@@ -38,7 +37,7 @@ class GalleryBed(Bed):
         ):
             more = [str(prefix / below) for prefix in PREFIXES]
             env[variable] = os.pathsep.join([*more, env[variable]])
-        return env | {name: value for name, value in os.environ.items() if name == reaper.MARK}
+        return env
 
     def complete(self, with_own: bool) -> None:
         """Make the prefixes that are not there or no longer what they should be.

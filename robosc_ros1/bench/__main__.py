@@ -8,6 +8,7 @@ it.
 from __future__ import annotations
 
 import importlib
+import signal
 import sys
 from pathlib import Path
 
@@ -28,6 +29,10 @@ def main(arguments: list[str]) -> int:
     if unknown:
         print(f"no such benchmark: {', '.join(unknown)}; there are {', '.join(names)}")
         return 2
+    # Nodes and a roscore are in sessions of their own, and would outlive a benchmark that is ended;
+    # one that is not killed outright also removes its files.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    importlib.import_module("reaper").watch()
     missed = []
     for name in arguments or names:
         print(f"== {name}", flush=True)

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import reaper
+
 __all__ = ["Bed", "Unavailable", "build_interfaces", "test_bed"]
 
 HERE = Path(__file__).resolve().parent
@@ -62,7 +64,7 @@ class Bed:
 
     @cached_property
     def environment(self) -> dict[str, str]:
-        """What every process of the bed needs, inherited from nothing but the locale and HOME.
+        """What every process of the bed needs, inherited from nothing but the mark of a run.
 
         The wheels' start-up hook would restart each Python to set LD_LIBRARY_PATH; it is set here.
         """
@@ -81,6 +83,7 @@ class Bed:
             "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "PYTHONDONTWRITEBYTECODE": "1",
+            **{name: value for name, value in os.environ.items() if name == reaper.MARK},
         }
 
     def run(self, *command: str | Path, folder: Path, timeout: float = 120.0) -> str:

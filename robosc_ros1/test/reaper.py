@@ -1,4 +1,5 @@
-"""Ends what a run of the gallery leaves behind when it is killed: nodes, a roscore, simulators.
+"""Ends what a run of the gallery or of benchmarks leaves behind when it is killed: nodes, a
+roscore, simulators.
 
 They are in sessions of their own and would stay. So a process waits at the other end of a pipe that
 closes with the run, however it ends, and then ends all that has the run's mark in its environment.
@@ -18,7 +19,7 @@ from pathlib import Path
 
 __all__ = ["MARK", "watch"]
 
-MARK = "ROBOSC_GALLERY_RUN"
+MARK = "ROBOSC_RUN"
 """The environment variable that marks a run's processes."""
 GRACE = 10.0
 """Seconds that they have to end by themselves."""
