@@ -50,7 +50,7 @@ class Cases:
                     if transition["guard"] is not None:
                         self._guards[id(transition)] = Decision(transition["guard"])
         self._places = {
-            id(tree): Places(tree)
+            id(tree): Places(tree, _with_other_numbers(tree))
             for component in plant["components"]
             for transition in component["transitions"]
             for _, tree in transition["assign"]

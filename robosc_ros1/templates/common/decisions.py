@@ -40,17 +40,20 @@ class Decision:
 
 
 class Places:
-    """The constant array indexes in an expression, and the comparisons of array elements."""
+    """The constant array indexes in an expression, and the comparisons of array elements.
 
-    def __init__(self, tree):
+    ``others`` are more variants of the expression.
+    """
+
+    def __init__(self, tree, others=()):
         self._tree = tree
-        self._variants = list(_shifted(tree))
+        self._variants = [*_shifted(tree), *others]
         self._is_of_message = not reads_state(tree)
         self._known = {}
 
     def deciding(self, shadow, message):
-        """Return the numbers of the variants with another value: an index one less or more, or a
-        comparison that treats equal numbers differently."""
+        """Return the indexes of the variants with another value: an index one less or more, or a
+        comparison that treats equal numbers differently, or one of the others."""
         if not self._variants:
             return ()
         if not self._is_of_message:

@@ -329,6 +329,8 @@ def test_it_knows_which_components_block(tmp_path: Path) -> None:
         ("gallery/ball/ball.rscd", "not (self.detector_x < 0.22", "not (self.detector_x <= 0.22"),
         # The length of a vector: its fields are seldom equal.
         ("gallery/follow_person/follow_person.rscd", "distance > 0.8", "distance >= 0.8"),
+        # A number in an assignment: most messages with this bit have the first one as well.
+        ("kobuki/kobuki.rscd", 'has_bits(value["bumper"], 4)', 'has_bits(value["bumper"], 5)'),
     ],
 )
 def test_it_comes_to_what_is_seldom_told(
