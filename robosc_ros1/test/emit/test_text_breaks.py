@@ -52,8 +52,7 @@ def test_comments_of_settings_are_filled() -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        # Short lines stay where they are, and so do tables.
-        ("one\ntwo", "one\ntwo"),
+        ("one\ntwo\n\n- three\n- four", "one two\n\n- three\n- four"),
         (f"| {WORDS}{WORDS} |", f"| {WORDS}{WORDS} |"),
         (f"{WORDS}{WORDS}more\nend", f"{WORDS}many words many words\n{'many words ' * 5}more end"),
         (

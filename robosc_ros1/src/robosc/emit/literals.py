@@ -7,7 +7,7 @@ from typing import Any
 
 from robosc.emit.line_breaks import WIDTH, broken_string, quoted
 
-__all__ = ["assignment"]
+__all__ = ["assignment", "literal"]
 
 _INDENT = "    "
 
@@ -18,7 +18,7 @@ def assignment(name: str, value: Any) -> str:
 
 
 def _lines(head: str, value: Any, tail: str, indent: str) -> Iterator[str]:
-    text = _on_one_line(value)
+    text = literal(value)
     if len(indent + head + text + tail) <= WIDTH or not value:
         yield indent + head + text + tail
     elif isinstance(value, str):
@@ -27,7 +27,7 @@ def _lines(head: str, value: Any, tail: str, indent: str) -> Iterator[str]:
     elif isinstance(value, dict):
         yield f"{indent}{head}{{"
         for key, entry in value.items():
-            yield from _lines(f"{_on_one_line(key)}: ", entry, ",", indent + _INDENT)
+            yield from _lines(f"{literal(key)}: ", entry, ",", indent + _INDENT)
         yield f"{indent}}}{tail}"
     elif isinstance(value, list | tuple):
         start, end = "[]" if isinstance(value, list) else "()"
@@ -39,13 +39,14 @@ def _lines(head: str, value: Any, tail: str, indent: str) -> Iterator[str]:
         yield indent + head + text + tail
 
 
-def _on_one_line(value: Any) -> str:
+def literal(value: Any) -> str:
+    """The value on one line."""
     if isinstance(value, str):
         return quoted(value)
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{_on_one_line(k)}: {_on_one_line(v)}' for k, v in value.items())}}}"
+        return f"{{{', '.join(f'{literal(k)}: {literal(v)}' for k, v in value.items())}}}"
     if isinstance(value, list):
-        return f"[{', '.join(map(_on_one_line, value))}]"
+        return f"[{', '.join(map(literal, value))}]"
     if isinstance(value, tuple):
-        return f"({', '.join(map(_on_one_line, value))}{',' * (len(value) == 1)})"
+        return f"({', '.join(map(literal, value))}{',' * (len(value) == 1)})"
     return repr(value)

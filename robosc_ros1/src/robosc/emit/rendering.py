@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
@@ -15,6 +16,9 @@ from robosc.names import rostest_name
 from robosc.resources import templates_folder
 
 __all__ = ["render", "verbatim"]
+
+_EMPTY = re.compile(r"(?<==)( ?)\(\n *\)")
+"""A tuple none of whose rows a template has written."""
 
 
 @cache
@@ -53,7 +57,7 @@ def _broken(template: str) -> Callable[[str], str]:
     """The function that breaks the long lines of what a template gives."""
     name = template.rpartition("/")[2].removesuffix(".jinja")
     if name.endswith(".py") or name == "script":
-        return break_python
+        return lambda text: break_python(_EMPTY.sub(r"\1()", text))
     if name.endswith(".md"):
         return break_markdown
     return break_xml if name.endswith((".xml", "launch", "rostest")) else break_comments

@@ -16,6 +16,7 @@ from robosc.emit.common import (
 )
 from robosc.emit.config import DEFAULTS, Config
 from robosc.emit.controller import ControllerContext, controller_context
+from robosc.emit.literals import literal
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, own_test_files, runtime_files
 from robosc.emit.readme import ParameterView, ReadmeContext, parameter_views, readme_context
@@ -121,7 +122,7 @@ def package_context(
         ),
         parameters=parameters,
         watched=tuple(p.argument for p in parameters if p.name in timeouts),
-        defaults=repr({n: v for n, v in config.parameters.items() if not n.startswith("qos/")}),
+        defaults=literal({n: v for n, v in config.parameters.items() if not n.startswith("qos/")}),
     )
 
 

@@ -20,6 +20,7 @@ from robosc.emit.common import (
 )
 from robosc.emit.config import DEFAULTS, Config, declared_communications, shared_topics
 from robosc.emit.controller import ControllerContext, controller_context
+from robosc.emit.literals import literal
 from robosc.emit.naming import file_of
 from robosc.emit.package import File, Package, frozen_files, own_test_files, runtime_files
 from robosc.emit.readme import ParameterView, parameter_views, readme_context
@@ -122,7 +123,7 @@ def package_context(
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
         parameters=_parameters(robot, config),
-        defaults=repr(dict(config.parameters)),
+        defaults=literal(dict(config.parameters)),
         lifecycle=config.lifecycle,
     )
 

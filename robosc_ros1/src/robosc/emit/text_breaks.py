@@ -56,7 +56,7 @@ def _markup(line: str) -> list[str]:
 
 
 def break_markdown(text: str) -> str:
-    """The text with each paragraph and item filled anew that has a line longer than :data:`WIDTH`.
+    """The text with all paragraphs and items filled anew.
 
     Commands in blocks of code get a backslash; tables stay as they are.
     """
@@ -81,8 +81,8 @@ def break_markdown(text: str) -> str:
 
 
 def _paragraph(block: list[str]) -> list[str]:
-    if all(len(line) <= WIDTH for line in block):
-        return block
+    if not block:
+        return []
     match = _ITEM.match(block[0])
     assert match is not None
     text = " ".join([block[0][match.end() :], *map(str.strip, block[1:])])

@@ -40,18 +40,18 @@ from std_msgs.msg import String
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
-    ("/scan", gauntlet_interfaces.msg.Scan, ('Eye.scan',)),
-    ("/spots", gauntlet_interfaces.msg.Scan, ('Eye.spots',)),
-    ("up", std_msgs.msg.Empty, ('Count.up',)),
-    ("count/down", std_msgs.msg.Int16, ('Count.down',)),
-    ("/left/slip", std_msgs.msg.Bool, ('Left.slip',)),
-    ("/right/slip", std_msgs.msg.Bool, ('Right.slip',)),
+    ("/scan", gauntlet_interfaces.msg.Scan, ("Eye.scan",)),
+    ("/spots", gauntlet_interfaces.msg.Scan, ("Eye.spots",)),
+    ("up", std_msgs.msg.Empty, ("Count.up",)),
+    ("count/down", std_msgs.msg.Int16, ("Count.down",)),
+    ("/left/slip", std_msgs.msg.Bool, ("Left.slip",)),
+    ("/right/slip", std_msgs.msg.Bool, ("Right.slip",)),
 )
 PUBLICATIONS = (
-    ("/say", std_msgs.msg.String, ('Speaker.say', 'Speaker.shout')),
-    ("/count", std_msgs.msg.Int32, ('Speaker.count',)),
-    ("/left/turn", std_msgs.msg.Float32, ('Left.turn',)),
-    ("/right/turn", std_msgs.msg.Float32, ('Right.turn',)),
+    ("/say", std_msgs.msg.String, ("Speaker.say", "Speaker.shout")),
+    ("/count", std_msgs.msg.Int32, ("Speaker.count",)),
+    ("/left/turn", std_msgs.msg.Float32, ("Left.turn",)),
+    ("/right/turn", std_msgs.msg.Float32, ("Right.turn",)),
 )
 # (name, type, communication)
 SERVICES = (

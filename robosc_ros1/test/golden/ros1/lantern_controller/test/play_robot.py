@@ -38,17 +38,15 @@ from std_msgs.msg import String
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
-    ("/brightness", std_msgs.msg.Int16, ('Sky.brightness',)),
+    ("/brightness", std_msgs.msg.Int16, ("Sky.brightness",)),
 )
 PUBLICATIONS = (
-    ("kindle", std_msgs.msg.Empty, ('Flame.kindle',)),
-    ("~snuff", std_msgs.msg.Bool, ('Flame.snuff',)),
+    ("kindle", std_msgs.msg.Empty, ("Flame.kindle",)),
+    ("~snuff", std_msgs.msg.Bool, ("Flame.snuff",)),
 )
 # (name, type, communication)
-SERVICES = (
-)
-ACTIONS = (
-)
+SERVICES = ()
+ACTIONS = ()
 
 ROUNDS = 50
 """The least number of rounds, however slow the machine is."""

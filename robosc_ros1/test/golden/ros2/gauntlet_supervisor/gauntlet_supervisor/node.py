@@ -29,12 +29,12 @@ from .ros_watch import Watch
 
 # (topic of the robot, topic of the controller, message type, communications)
 INPUTS = (
-    ("/scan", "/supervised/scan", gauntlet_interfaces.msg.Scan, ('Eye.scan',)),
-    ("/spots", "/supervised/spots", gauntlet_interfaces.msg.Scan, ('Eye.spots',)),
-    ("up", "supervised/up", std_msgs.msg.Empty, ('Count.up',)),
-    ("count/down", "supervised/count/down", std_msgs.msg.Int16, ('Count.down',)),
-    ("/left/slip", "/supervised/left/slip", std_msgs.msg.Bool, ('Left.slip',)),
-    ("/right/slip", "/supervised/right/slip", std_msgs.msg.Bool, ('Right.slip',)),
+    ("/scan", "/supervised/scan", gauntlet_interfaces.msg.Scan, ("Eye.scan",)),
+    ("/spots", "/supervised/spots", gauntlet_interfaces.msg.Scan, ("Eye.spots",)),
+    ("up", "supervised/up", std_msgs.msg.Empty, ("Count.up",)),
+    ("count/down", "supervised/count/down", std_msgs.msg.Int16, ("Count.down",)),
+    ("/left/slip", "/supervised/left/slip", std_msgs.msg.Bool, ("Left.slip",)),
+    ("/right/slip", "/supervised/right/slip", std_msgs.msg.Bool, ("Right.slip",)),
 )
 # (topic of the controller, topic of the robot, message type, commands); each command with the data
 # of all its messages, or the path and values of a field, or neither: all other messages

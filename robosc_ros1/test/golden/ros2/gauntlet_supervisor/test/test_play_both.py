@@ -44,18 +44,18 @@ SUPERVISOR = "gauntlet_supervisor"
 
 # The names on which the controller receives messages and sends commands.
 HEARD = (
-    ("/supervised/scan", gauntlet_interfaces.msg.Scan, ('Eye.scan',)),
-    ("/supervised/spots", gauntlet_interfaces.msg.Scan, ('Eye.spots',)),
-    ("supervised/up", std_msgs.msg.Empty, ('Count.up',)),
-    ("supervised/count/down", std_msgs.msg.Int16, ('Count.down',)),
-    ("/supervised/left/slip", std_msgs.msg.Bool, ('Left.slip',)),
-    ("/supervised/right/slip", std_msgs.msg.Bool, ('Right.slip',)),
+    ("/supervised/scan", gauntlet_interfaces.msg.Scan, ("Eye.scan",)),
+    ("/supervised/spots", gauntlet_interfaces.msg.Scan, ("Eye.spots",)),
+    ("supervised/up", std_msgs.msg.Empty, ("Count.up",)),
+    ("supervised/count/down", std_msgs.msg.Int16, ("Count.down",)),
+    ("/supervised/left/slip", std_msgs.msg.Bool, ("Left.slip",)),
+    ("/supervised/right/slip", std_msgs.msg.Bool, ("Right.slip",)),
 )
 COMMANDS = (
-    ("/supervised/say", "/say", std_msgs.msg.String, ('Speaker.say', 'Speaker.shout')),
-    ("/supervised/count", "/count", std_msgs.msg.Int32, ('Speaker.count',)),
-    ("/supervised/left/turn", "/left/turn", std_msgs.msg.Float32, ('Left.turn',)),
-    ("/supervised/right/turn", "/right/turn", std_msgs.msg.Float32, ('Right.turn',)),
+    ("/supervised/say", "/say", std_msgs.msg.String, ("Speaker.say", "Speaker.shout")),
+    ("/supervised/count", "/count", std_msgs.msg.Int32, ("Speaker.count",)),
+    ("/supervised/left/turn", "/left/turn", std_msgs.msg.Float32, ("Left.turn",)),
+    ("/supervised/right/turn", "/right/turn", std_msgs.msg.Float32, ("Right.turn",)),
 )
 CALLED = (
     ("supervised/set_level", gauntlet_interfaces.srv.SetLevel, "Lamp.set_level"),

@@ -152,13 +152,11 @@ def start(context):
     given = {}
     for name, parameter, sort, _ in PARAMETERS:
         text = argument(name)
-        if text != "":
-            # A string remains one even if it looks like a number or a boolean.
-            string = sort == "string"
-            given[parameter] = ParameterValue(
-                text,
-                value_type=str,
-            ) if string else yaml.safe_load(text)
+        if text != "" and sort == "string":
+            # It remains one even if it looks like a number or a boolean.
+            given[parameter] = ParameterValue(text, value_type=str)
+        elif text != "":
+            given[parameter] = yaml.safe_load(text)
     pairs = (pair.split("=", 1) for pair in argument("remap").split())
     return [
         Node(

@@ -53,17 +53,15 @@ SILENCE = 0.3
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
-    ("/brightness", std_msgs.msg.Int16, ('Sky.brightness',)),
+    ("/brightness", std_msgs.msg.Int16, ("Sky.brightness",)),
 )
 PUBLICATIONS = (
-    ("kindle", std_msgs.msg.Empty, ('Flame.kindle',)),
-    ("~/snuff", std_msgs.msg.Bool, ('Flame.snuff',)),
+    ("kindle", std_msgs.msg.Empty, ("Flame.kindle",)),
+    ("~/snuff", std_msgs.msg.Bool, ("Flame.snuff",)),
 )
 # (name, type, communication)
-SERVICES = (
-)
-ACTIONS = (
-)
+SERVICES = ()
+ACTIONS = ()
 
 
 def resolved(name):

@@ -53,19 +53,17 @@ SILENCE = 0.3
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
-    ("/reading", std_msgs.msg.Float32, ('Sensor.reading',)),
-    ("/outside", std_msgs.msg.Float32, ('Sensor.outside',)),
+    ("/reading", std_msgs.msg.Float32, ("Sensor.reading",)),
+    ("/outside", std_msgs.msg.Float32, ("Sensor.outside",)),
 )
 PUBLICATIONS = (
-    ("/heat", std_msgs.msg.Float32, ('Heater.heat',)),
-    ("/rest", std_msgs.msg.Empty, ('Heater.rest',)),
-    ("/say", std_msgs.msg.String, ('Heater.say',)),
+    ("/heat", std_msgs.msg.Float32, ("Heater.heat",)),
+    ("/rest", std_msgs.msg.Empty, ("Heater.rest",)),
+    ("/say", std_msgs.msg.String, ("Heater.say",)),
 )
 # (name, type, communication)
-SERVICES = (
-)
-ACTIONS = (
-)
+SERVICES = ()
+ACTIONS = ()
 
 
 def resolved(name):

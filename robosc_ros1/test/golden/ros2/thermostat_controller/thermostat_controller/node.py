@@ -22,19 +22,17 @@ from .ros_watch import Watch
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
-    ("/reading", std_msgs.msg.Float32, ('Sensor.reading',)),
-    ("/outside", std_msgs.msg.Float32, ('Sensor.outside',)),
+    ("/reading", std_msgs.msg.Float32, ("Sensor.reading",)),
+    ("/outside", std_msgs.msg.Float32, ("Sensor.outside",)),
 )
 PUBLICATIONS = (
-    ("/heat", std_msgs.msg.Float32, ('Heater.heat',)),
-    ("/rest", std_msgs.msg.Empty, ('Heater.rest',)),
-    ("/say", std_msgs.msg.String, ('Heater.say',)),
+    ("/heat", std_msgs.msg.Float32, ("Heater.heat",)),
+    ("/rest", std_msgs.msg.Empty, ("Heater.rest",)),
+    ("/say", std_msgs.msg.String, ("Heater.say",)),
 )
 # (name, type, communication)
-SERVICES = (
-)
-ACTIONS = (
-)
+SERVICES = ()
+ACTIONS = ()
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}
 

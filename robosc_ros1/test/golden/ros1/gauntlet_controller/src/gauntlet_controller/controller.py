@@ -38,7 +38,7 @@ class GauntletController(Controller):
     """The state of Gauntlet, and the effects of events."""
 
     def __init__(self):
-        self.undefined = {}
+        self.undefined = {}  # how often expressions were undefined, by place
 
         # Eye (gauntlet.rscd:3)
         self.eye = "looking"  # state: looking

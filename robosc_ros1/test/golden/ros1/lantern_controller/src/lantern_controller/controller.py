@@ -22,7 +22,7 @@ class LanternController(Controller):
     """The state of Lantern, and the effects of events."""
 
     def __init__(self):
-        self.undefined = {}
+        self.undefined = {}  # how often expressions were undefined, by place
 
         # Sky (lantern.rscd:3)
         self.sky = "watching"  # state: watching

@@ -18,17 +18,15 @@ from .ros_watch import Watch
 
 # (topic, message type, communications)
 SUBSCRIPTIONS = (
-    ("/brightness", std_msgs.msg.Int16, ('Sky.brightness',)),
+    ("/brightness", std_msgs.msg.Int16, ("Sky.brightness",)),
 )
 PUBLICATIONS = (
-    ("kindle", std_msgs.msg.Empty, ('Flame.kindle',)),
-    ("~snuff", std_msgs.msg.Bool, ('Flame.snuff',)),
+    ("kindle", std_msgs.msg.Empty, ("Flame.kindle",)),
+    ("~snuff", std_msgs.msg.Bool, ("Flame.snuff",)),
 )
 # (name, type, communication)
-SERVICES = (
-)
-ACTIONS = (
-)
+SERVICES = ()
+ACTIONS = ()
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}
 

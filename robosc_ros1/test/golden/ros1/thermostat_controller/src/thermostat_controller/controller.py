@@ -23,7 +23,7 @@ class ThermostatController(Controller):
     """The state of Thermostat, and the effects of events."""
 
     def __init__(self):
-        self.undefined = {}
+        self.undefined = {}  # how often expressions were undefined, by place
 
         # parameters of the node
         self.wanted = 20.5  # wanted: double
@@ -322,8 +322,7 @@ class ThermostatController(Controller):
             requirements=(3,),
         ),
     )
-    TAUS = (
-    )
+    TAUS = ()
     AFTERS = (
         After(
             component="Heater",

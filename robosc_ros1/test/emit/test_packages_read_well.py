@@ -1,0 +1,34 @@
+"""Generated files are as somebody would have written them."""
+
+from __future__ import annotations
+
+import io
+import re
+import tokenize
+
+import pytest
+from emit.golden_packages import PACKAGES, package_of
+
+
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_no_tuple_is_empty_over_two_lines(model: str, target: str, mode: str) -> None:
+    for path, file in package_of(model, target, mode).files.items():
+        assert not re.search(r"= ?\(\n *\)", file.content), path
+
+
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_strings_are_in_double_quotation_marks(model: str, target: str, mode: str) -> None:
+    for path, file in package_of(model, target, mode).files.items():
+        if path.endswith(".py"):
+            tokens = tokenize.generate_tokens(io.StringIO(file.content).readline)
+            strings = [token.string for token in tokens if token.type == tokenize.STRING]
+            assert [s for s in strings if s[0] == "'" and '"' not in s] == [], path
+
+
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_the_page_has_no_gap_and_tells_of_what_there_is(model: str, target: str, mode: str) -> None:
+    page = package_of(model, target, mode).files["README.md"].content
+    assert "\n\n\n" not in page
+    for word in ("goal_timeout", "goal is rejected"):
+        assert word not in page or "| sends goals to the action |" in page
+    assert "service call" not in page or "| calls the service |" in page
