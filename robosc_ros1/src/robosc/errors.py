@@ -25,6 +25,7 @@ __all__ = [
     "StateSpaceError",
     "UsageError",
     "at_most",
+    "counted",
     "has_errors",
     "listing",
     "render",
@@ -102,6 +103,11 @@ class StateSpaceError(RoboscError):
 
 OUT_OF_MEMORY = "this takes more memory than there is, or than 'ulimit -v' allows"
 """What is said where Python could not get the memory that it asked for."""
+
+
+def counted(number: int, noun: str, ending: str = "s") -> str:
+    """``1 state``, ``2 states``."""
+    return f"{number:,} {noun}{ending * (number != 1)}"
 
 
 def listing(phrases: Iterable[str], last: str = "and") -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robosc.errors import Diagnostic, sort_diagnostics
+from robosc.errors import Diagnostic, counted, sort_diagnostics
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.formulas import to_dsl
 from robosc.supervisor import Explanation, Supervisor
@@ -78,8 +78,9 @@ def _supervisor_lines(result: Supervisor) -> Iterator[str]:
 
 def sizes(result: Supervisor) -> str:
     return (
-        f"{result.plant.robot.name}: {result.controlled_states:,} of {result.plant_states:,} states"
-        f" under control, {result.controlled_transitions:,} transitions"
+        f"{result.plant.robot.name}: {result.controlled_states:,} of"
+        f" {counted(result.plant_states, 'state')}"
+        f" under control, {counted(result.controlled_transitions, 'transition')}"
         f" ({result.engine} engine, {result.seconds:.2f} s)"
     )
 
@@ -130,7 +131,8 @@ def _next_commands(result: Generated) -> Iterator[str]:
 
 def verify_text(found: VerifyReport) -> str:
     """Each property with ``yes`` or ``no`` and, where it fails, how."""
-    lines = [f"{found.robot}: {found.states:,} states, {found.transitions:,} transitions"]
+    size = f"{counted(found.states, 'state')}, {counted(found.transitions, 'transition')}"
+    lines = [f"{found.robot}: {size}"]
     if found.method == "symbolic":
         lines.append("too many states to visit one by one: verified with sets of states")
     for check in found.checks:
@@ -155,7 +157,8 @@ def graph_text(system: Graph) -> str:
         taken = make_step(plant, event, t.values, system.states[t.source], system.states[t.target])
         sign = "!" if event.controllable else " "
         steps[t.source].append(f"    {sign} {step_text(taken)} -> {t.target}")
-    size = f"{len(system.states):,} states, {len(system.transitions):,} transitions"
+    transitions = counted(len(system.transitions), "transition")
+    size = f"{counted(len(system.states), 'state')}, {transitions}"
     lines = [f"{plant.robot.name}: {size}"]
     for number, state in enumerate(system.states):
         values = ", ".join(_variable_texts(plant, state))

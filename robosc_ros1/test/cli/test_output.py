@@ -174,6 +174,16 @@ def test_explore_text(robosc: Robosc, folder: Path) -> None:
 
 
 @pytest.mark.slow
+def test_one_of_a_thing_has_no_plural(robosc: Robosc, folder: Path) -> None:
+    behaviour = "outgoing message m with type: none behaviour { initial marked state on {} }"
+    model = f"robot One {{ component C {{ {behaviour} }} }}"
+    (folder / "one.rscd").write_text(model, encoding="utf-8")
+    for verb in ("explore", "verify"):
+        assert robosc(verb, "one.rscd").stdout.startswith("One: 1 state, 1 transition\n")
+    start = "One: 1 of 1 state under control, 1 transition ("
+    assert robosc("synthesize", "one.rscd").stdout.startswith(start)
+
+
 def test_output_is_the_same_each_time(robosc: Robosc, folder: Path) -> None:
     first = robosc("explore", "--json", "large.rscd", PYTHONHASHSEED="1").stdout
     assert first == robosc("explore", "--json", "large.rscd", PYTHONHASHSEED="2").stdout

@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 from model_text import faults
 
+from robosc.model.resolve import load
+from robosc.source import Source
+
 STALE = [("stale-data", "Eye.free")]
 
 
@@ -88,6 +91,25 @@ def test_each_message_is_told_once_with_all_commands() -> None:
         "component Arm { incoming message halt with type: none } requirement halt needs !Eye.free"
     )
     assert told(more=more) == STALE
+
+
+@pytest.mark.parametrize(("others", "end"), [("b", ", and so does b"), ("b c", ", and so do b, c")])
+def test_the_other_commands_are_told_in_one_sentence(others: str, end: str) -> None:
+    commands = ["a", *others.split()]
+    text = f"""robot R {{
+        component Eye {{
+            outgoing message scan with type: boolean
+            behaviour {{
+                variable free: boolean
+                initial marked state on {{ on response from scan do free := value }}
+            }}
+        }}
+        component Base {{ {" ".join(f"incoming message {c} with type: none" for c in commands)} }}
+        requirement {{ {", ".join(commands)} }} needs Eye.free
+    }}"""
+    _, diagnostics = load(Source("m.rscd", text))
+    (found,) = (d for d in diagnostics if d.code == "stale-data")
+    assert found.message.endswith(f"if scan falls silent{end}")
 
 
 def test_copies_are_told_once() -> None:

@@ -77,6 +77,8 @@ def test_a_run_follows_its_model(robosc: Robosc, tmp_path: Path, log: list[str])
     done = robosc("replay", str(MODEL), write(tmp_path / "events.log", log))
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == f"LineFollower: 1 run, {len(log)} events: follows the model\n"
+    done = robosc("replay", str(MODEL), write(tmp_path / "begun.log", log[:1]))
+    assert done.stdout == "LineFollower: 1 run, 1 event: follows the model\n"
 
 
 def test_a_log_and_a_script_from_a_pipe(tmp_path: Path, log: list[str]) -> None:

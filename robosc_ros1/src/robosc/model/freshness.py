@@ -91,9 +91,10 @@ def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, str]
     """The message, and the hint with the two edits that mend it for one of the commands."""
     (first, ref), *_ = commands.items()
     others = ", ".join(list(commands)[1:])
+    do = "do" if len(commands) > 2 else "does"
     return (
         f"{first} keeps using the last value of {ref.component}.{ref.variable}"
-        f" if {message} falls silent" + (f", and so do {others}" if others else ""),
+        f" if {message} falls silent" + (f", and so {do} {others}" if others else ""),
         f"give {message} a 'timeout: 500 ms,' and add"
         f" 'requirement {first} needs {message}.fresh'" + (f", or for {others}" if others else ""),
     )

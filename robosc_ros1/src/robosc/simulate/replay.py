@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
-from robosc.errors import UsageError
+from robosc.errors import UsageError, counted
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.language.events import EventKind
 from robosc.model.compatibility import describe
@@ -325,12 +325,13 @@ def replay_text(found: Replayed) -> str:
         for d in found.departures
     ]
     lines += found.missing
-    runs = "1 run" if found.runs == 1 else f"{found.runs} runs"
     verdict = "leaves the model" if found.departures else "follows the model"
     if found.missing and not found.departures:
         verdict += " as far as the log is complete"
-    reported = f", {found.mismatches} mismatches reported" if found.mismatches else ""
-    lines.append(f"{found.robot}: {runs}, {found.events:,} events{reported}: {verdict}")
+    mismatches = counted(found.mismatches, "mismatch", "es")
+    reported = f", {mismatches} reported" if found.mismatches else ""
+    size = f"{counted(found.runs, 'run')}, {counted(found.events, 'event')}"
+    lines.append(f"{found.robot}: {size}{reported}: {verdict}")
     return "\n".join(lines) + "\n"
 
 

@@ -11,7 +11,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from robosc.errors import listing
+from robosc.errors import counted, listing
 from robosc.ir.automaton import Event
 from robosc.model.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.simulate.conditions import condition
@@ -213,7 +213,9 @@ class Session:
         for taken in range(count):
             step = self.machine.draw(rng)
             if step is None:
-                return self._did(happenings, f"after {taken} steps nothing can happen any more")
+                return self._did(
+                    happenings, f"after {counted(taken, 'step')} nothing can happen any more"
+                )
             happenings += self._wait_for(step) if isinstance(step, float) else self._fire(*step)
         return self._did(happenings, f"seed {seed}")
 
@@ -311,7 +313,7 @@ class Session:
             Path(rest).expanduser().write_text(self.script(), encoding="utf-8")
         except (OSError, ValueError, RuntimeError) as error:
             raise InvalidLine(f"cannot write {rest}: {_reason(error)}") from None
-        return Done(text=f"{len(self.history)} steps are in {rest}")
+        return Done(text=f"{rest} has {counted(len(self.history), 'step')}")
 
     def _play(self, rest: str) -> Done:
         if not rest:
