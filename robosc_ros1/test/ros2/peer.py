@@ -103,6 +103,10 @@ class Peer:
                 raise TimeoutError(f"{name} does not answer")
         self.node.destroy_client(client)
 
+    def see_end(self, node: str) -> None:
+        """Wait until a node that has ended is no longer known: what is sent to it meanwhile is lost."""
+        self.until(lambda: node not in self.node.get_node_names(), f"{node} is still known")
+
     # Topics
 
     def subscribe(self, name: str, type: str, qos: dict[str, Any]) -> None:

@@ -156,6 +156,8 @@ def test_a_supervisor_that_is_started_again_guards_the_same_controller(
     robot.expect("goal", name="reach")
     first.end()  # which cancels what it let pass
     robot.expect("cancel", name="reach")
+    for peer in (robot, other):
+        peer.order("see_end", node=NODE)
     controller(NODE)
     arm(robot, "resting")
     allow_reaching(robot, other)
