@@ -113,6 +113,11 @@ class Code:
             self.palette("View: Revert and Close Editor")
             self.sees("!document.querySelector('.tab.active')")
 
+    @property
+    def is_saved(self) -> bool:
+        """Whether the file that is shown is as it is on disk."""
+        return bool(self.browser.run("return document.querySelector('.tab.active:not(.dirty)')"))
+
     def sees(self, script: str, *arguments: object) -> object:
         """Wait until an expression is true in the page; what is seen instead is kept as a picture."""
         try:

@@ -40,7 +40,7 @@ def check(text: str) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=150)
+@settings(max_examples=90)
 @given(model_text())
 def test_random_models_keep_their_meaning_and_comments(text: str) -> None:
     check(text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import random
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -13,6 +14,10 @@ from lsp_models import LARGE, MODEL, place
 from lsp_session import CONFIG, GOOD, WARNINGS, session
 from lsprotocol import types
 from pytest_lsp import LanguageClient
+
+from robosc.codes import CODES
+from robosc.lsp import wire
+from robosc.lsp.analysis import Desk
 
 # One server for all of them: to start one takes longer than most of what they ask it.
 pytestmark = pytest.mark.asyncio(loop_scope="module")
@@ -254,3 +259,94 @@ async def test_names_of_the_workspace(client: LanguageClient, open_model) -> Non
     assert [(s.name, s.location.uri.rsplit("/", 1)[1]) for s in found] == [
         ("Arms", "arms.rscd"), ("Arm", "arms.rscd"),
     ]  # fmt: skip
+
+
+async def test_definitions(client: LanguageClient, open_model, name: str) -> None:
+    document = open_model(GOOD)
+
+    async def target(words: str, inside: int = 0) -> tuple[str, int]:
+        found = await client.text_document_definition_async(
+            types.DefinitionParams(document.id, document.at(words, inside))
+        )
+        return Path(found.uri).name, found.range.start.line + 1
+
+    assert await target("closing and") == ("arms.rscd", 6)
+    assert await target("grip }") == ("arms.rscd", 3)
+    assert await target("Hand from") == ("arms.rscd", 2)
+    assert await target("far and") == (name, GOOD[: GOOD.index("-> far")].count("\n") + 1)
+
+
+async def test_rename_goes_through_all_files(
+    client: LanguageClient, open_model, name: str
+) -> None:
+    document = open_model(GOOD)
+    edit = await client.text_document_rename_async(
+        types.RenameParams(document.id, document.at("closing and"), "state")
+    )
+    assert sorted(Path(uri).name for uri in edit.changes) == ["arms.rscd", name]
+    with pytest.raises(Exception, match="clash"):
+        await client.text_document_rename_async(
+            types.RenameParams(document.id, document.at("far and"), "near")
+        )
+
+
+@pytest.mark.parametrize("name", ["a b.rscd", "50%20.rscd", "a;b#c?d é🤖.rscd"])
+async def test_any_name_of_a_file(client: LanguageClient, open_model, name: str) -> None:
+    """The client gets its own URI back, to the letter."""
+    document = open_model(GOOD, name)
+    await document.codes(WARNINGS)
+    edit = await client.text_document_rename_async(
+        types.RenameParams(document.id, document.at("Wheel"), "Roller")
+    )
+    assert list(edit.changes) == [document.uri]
+
+
+async def test_documents_that_are_no_files(client: LanguageClient) -> None:
+    uri = "untitled:Untitled-1"
+    item = types.TextDocumentItem(uri, "rscd", 1, "robot R { component Arm }")
+    client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+    while not client.diagnostics.get(uri):
+        await asyncio.wait_for(
+            client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS), 30
+        )
+    identifier = types.TextDocumentIdentifier(uri)
+    hover = await client.text_document_hover_async(
+        types.HoverParams(identifier, types.Position(0, 6))
+    )
+    assert "R" in hover.contents.value
+    client.text_document_did_close(types.DidCloseTextDocumentParams(identifier))
+
+
+def _places(found: list[types.Diagnostic]) -> list[tuple[str, int, int]]:
+    """What is told without synthesis, and where."""
+    starts = [(d.code, d.range.start) for d in found if not CODES[d.code].needs_plant]
+    return sorted((code, start.line, start.character) for code, start in starts)
+
+
+async def test_a_long_text_is_told_as_a_fresh_reading_finds_it(
+    client: LanguageClient, open_model, folder: Path, name: str
+) -> None:
+    """Whatever was typed while it was read, and what completion was asked for meanwhile."""
+    before = "// " + "." * 40_000 + "\n"
+    document = open_model(before + GOOD)
+    chance = random.Random(17)
+    for number in range(1, 61):
+        text = document.text
+        at = chance.randrange(len(before), len(text))
+        typed = chance.choice(["x", " ", "}", "{", "\n", "state ", ""])
+        document.write(text[:at] + typed + text[at + chance.randrange(3) :])
+        if number % 4 == 0:
+            await client.text_document_completion_async(
+                types.CompletionParams(document.id, types.Position(1 + number % 30, 4))
+            )
+        if number % 3:
+            continue
+        await client.text_document_document_symbol_async(types.DocumentSymbolParams(document.id))
+        desk = Desk()
+        desk.put(str(folder / name), document.text)
+        fresh = desk.analysis(str(folder / name))
+        assert fresh is not None
+        expected = wire.diagnostics_for(fresh.source, fresh.diagnostics, "utf-16", None)
+        assert _places(client.diagnostics[document.uri]) == _places(expected)
+        if number % 15 == 0:
+            document.write(before + GOOD)
