@@ -258,7 +258,10 @@ FAULTS = {
         "_runtime/supervisor_engine.py",
         "        if command.possible and command.authorised():\n",
         # What the robot cannot do now stays blocked: else the supervisor ends at the first of it.
-        "        if command.possible and (not command.synchronisation or command.synchronisation()):\n"
+        # A cancel stays blocked, too: else the first thing to complain of may be that no requirement
+        # wants it.
+        "        fits = not command.synchronisation or command.synchronisation()\n"
+        "        if kind == 'request' and command.possible and fits:\n"
         "            return []\n"
         "        if command.possible and command.authorised():\n",
         "against: requirement",
