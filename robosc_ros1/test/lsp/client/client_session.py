@@ -276,9 +276,7 @@ async def test_definitions(client: LanguageClient, open_model, name: str) -> Non
     assert await target("far and") == (name, GOOD[: GOOD.index("-> far")].count("\n") + 1)
 
 
-async def test_rename_goes_through_all_files(
-    client: LanguageClient, open_model, name: str
-) -> None:
+async def test_rename_goes_through_all_files(client: LanguageClient, open_model, name: str) -> None:
     document = open_model(GOOD)
     edit = await client.text_document_rename_async(
         types.RenameParams(document.id, document.at("closing and"), "state")
