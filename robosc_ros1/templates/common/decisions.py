@@ -6,6 +6,7 @@ The criterion is modified condition/decision coverage (Chilenski and Miller, 199
 values.
 """
 
+from expressions import variables_of
 from operations import Undefined
 
 KNOWN = 500
@@ -156,3 +157,30 @@ def nearness(atom, shadow, message):
     distance = left - right
     near = 1 if isinstance(distance, int) else max(0.0501, 0.01 * abs(right))
     return (distance > 0) - (distance < 0), abs(distance) <= near
+
+
+
+def abstraction(plant):
+    """Return the abstraction of data in the search: the variables of which the value matters, by
+    name, and the atomic conditions on other variables.
+
+    A value matters if it is combined with a message, or assigned to another variable that is
+    compared.
+    """
+    judged = [part["condition"] for part in plant["requirements"] + plant["provides"]]
+    guards, assigned = [], []
+    for component in plant["components"]:
+        judged += [tau["guard"] for tau in component["taus"]]
+        for transition in component["transitions"] + component["afters"]:
+            guards.append(transition["guard"])
+            for variable, tree in transition["assign"]:
+                assigned.append((component["name"] + "." + variable, tree))
+    kept, compared = set(variables_of(guards)), set(variables_of(judged))
+    while True:
+        known = kept | compared
+        more = {name for key, tree in assigned if key in known for name in variables_of(tree)}
+        if more <= kept:
+            break
+        kept |= more
+    atoms = [atom for tree in judged if tree is not None for atom in atoms_of(tree)]
+    return sorted(kept), [atom for atom in atoms if set(variables_of(atom)) - kept]

@@ -13,8 +13,8 @@ from collections import Counter, deque
 
 from cases import Cases
 from contents import part_of
-from decisions import atoms_of, holds_in, nearness
-from expressions import reads_value, variables_of
+from decisions import abstraction, holds_in, nearness
+from expressions import reads_value
 from operations import Undefined
 from shadow import Wrong
 
@@ -94,10 +94,11 @@ class Guide:
         self._samples = {}
         self._draw_more()
         self._topics = topics
-        self._kept, self._atoms = _abstraction(plant)
+        self._kept, self._atoms = abstraction(plant)
         self._results_of_errors = _results_of_errors(plant)
         self._internal = [c for c in plant["components"] if c["taus"]]
         self._nodes = {}
+        self._alike = {}  # the nodes of each kind
         self._expansions = 0
         self._expanded = Counter()
         self._tries = {}
@@ -160,6 +161,9 @@ class Guide:
                 self._expand(here)
             found = self._search(shadow, self._turns)
         if found is None:
+            self._expansions = 0
+            found = self._search(shadow, self._turns, lambda node: self._alike[node.kind])
+        if found is None:
             self._draw_more()
             self._retry()
             return None
@@ -187,12 +191,16 @@ class Guide:
                 self._samples.setdefault(sort, []).extend(messages)
         self._turns = self._draws * SAMPLES // TRIED
 
-    def _search(self, shadow, turns):
+    def _search(self, shadow, turns, alike=lambda node: [node]):
         """Return the first step of a shortest path, the case that it leads to, and whether it is
-        the last step; None: there is none, with each state expanded ``turns`` times."""
+        the last step; None: there is none, with each state expanded ``turns`` times.
+
+        A path may continue from any of the nodes that are ``alike``. Where numbers differ at each
+        visit, the nodes near the present one are new, and lead nowhere yet.
+        """
         start = self._node(shadow)
-        known = {id(start)}
-        queue = deque([(start, None)])
+        queue = deque((node, None) for node in alike(start))
+        known = {id(node) for node, _ in queue}
         frontier = []
         found = []
         looked_at = 0
@@ -216,8 +224,9 @@ class Guide:
                     return found[-1]
             for target, step in node.ways:
                 if id(target) not in known:
-                    known.add(id(target))
-                    queue.append((target, first or step))
+                    near = alike(target)
+                    known.update(map(id, near))
+                    queue.extend((node, first or step) for node in near)
         # Steps that may not lead back are taken only if there is nothing else near.
         return found[0] if found else None
 
@@ -240,7 +249,8 @@ class Guide:
         )
         if key not in self._nodes:
             cases = self.cases.of_state(shadow), self.cases.of_enabled(shadow)
-            self._nodes[key] = _Node(shadow.copy(), (state, phases), *cases)
+            node = self._nodes[key] = _Node(shadow.copy(), (state, phases), *cases)
+            self._alike.setdefault(node.kind, []).append(node)
         return self._nodes[key]
 
     def _compared(self, shadow):
@@ -366,29 +376,3 @@ def _results_of_errors(plant):
         for t in transitions
         if t["event"] == "error" and reads_value([t["guard"], *(tree for _, tree in t["assign"])])
     }
-
-
-def _abstraction(plant):
-    """Return the abstraction of data in the search: the variables of which the value matters, by
-    name, and the atomic conditions on other variables.
-
-    A value matters if it is combined with a message, or assigned to another variable that is
-    compared.
-    """
-    judged = [part["condition"] for part in plant["requirements"] + plant["provides"]]
-    guards, assigned = [], []
-    for component in plant["components"]:
-        judged += [tau["guard"] for tau in component["taus"]]
-        for transition in component["transitions"] + component["afters"]:
-            guards.append(transition["guard"])
-            for variable, tree in transition["assign"]:
-                assigned.append((component["name"] + "." + variable, tree))
-    kept, compared = set(variables_of(guards)), set(variables_of(judged))
-    while True:
-        known = kept | compared
-        more = {name for key, tree in assigned if key in known for name in variables_of(tree)}
-        if more <= kept:
-            break
-        kept |= more
-    atoms = [atom for tree in judged if tree is not None for atom in atoms_of(tree)]
-    return sorted(kept), [atom for atom in atoms if set(variables_of(atom)) - kept]

@@ -118,7 +118,8 @@ def dark(data: dict[str, Any]) -> dict[str, Any]:
 def test_what_arrives_must_be_what_the_events_say(
     judging: Any, source: str, spoilt: Callable[[Any], Any], complaint: str
 ) -> None:
-    assert judged(judging, source, spoilt=spoilt).faults == [complaint]
+    # With this seed the light is not switched in turns, which would fit one request later, too.
+    assert judged(judging, source, seed=2, spoilt=spoilt).faults == [complaint]
 
 
 def test_requests_may_arrive_some_time_before_their_events(

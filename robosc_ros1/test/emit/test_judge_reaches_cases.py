@@ -348,3 +348,14 @@ def test_what_was_given_up_is_tried_again_when_there_is_nothing_else(tmp_path: P
     with judging_modules(tmp_path, supervisor) as judging:
         judge = judged_supervisor(judging, controller_source(supervisor), seed=2)
         assert [t for t in judge.guide.unseen(judge.shadow) if "did not lead there" in t] == []
+
+
+def test_it_comes_to_cases_that_are_not_near_where_numbers_differ_at_each_visit(
+    tmp_path: Path,
+) -> None:
+    supervisor = pipeline.synthesize(pipeline.load(EXAMPLES / "gallery/maze/maze.rscd").robot)
+    source = controller_source(supervisor)
+    right = "least_of(section(value.ranges, -105, -75)) > 0.7"
+    assert right in source
+    with judging_modules(tmp_path, supervisor) as judging:
+        assert judged_supervisor(judging, source.replace(right, right.replace(">", ">="))).faults
