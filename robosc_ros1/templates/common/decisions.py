@@ -159,7 +159,6 @@ def nearness(atom, shadow, message):
     return (distance > 0) - (distance < 0), abs(distance) <= near
 
 
-
 def abstraction(plant):
     """Return the abstraction of data in the search: the variables of which the value matters, by
     name, and the atomic conditions on other variables.
