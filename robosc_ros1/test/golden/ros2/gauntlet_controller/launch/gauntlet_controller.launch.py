@@ -292,12 +292,8 @@ PARAMETERS = (
 )
 
 
-def start(context):
-    """Return the node, with the parameters that were given as arguments."""
-
-    def argument(name):
-        return LaunchConfiguration(name).perform(context)
-
+def given_parameters(argument):
+    """Return the parameters whose arguments are not empty, with their values."""
     given = {}
     for name, parameter, sort, _ in PARAMETERS:
         text = argument(name)
@@ -306,24 +302,36 @@ def start(context):
             given[parameter] = ParameterValue(text, value_type=str)
         elif text != "":
             given[parameter] = yaml.safe_load(text)
+    return given
+
+
+def main_node(argument, given):
+    """Return the node of this package with these parameters."""
     pairs = (pair.split("=", 1) for pair in argument("remap").split())
-    return [
-        Node(
-            package="gauntlet_controller",
-            executable="gauntlet_controller",
-            name=argument("name"),
-            namespace=argument("ns"),
-            output=argument("output"),
-            respawn=argument("respawn").lower() == "true",
-            parameters=[argument("config"), given],
-            remappings=[(ros_name(name), ros_name(other)) for name, other in pairs],
-        )
-    ]
+    return Node(
+        package="gauntlet_controller",
+        executable="gauntlet_controller",
+        name=argument("name"),
+        namespace=argument("ns"),
+        output=argument("output"),
+        respawn=argument("respawn").lower() == "true",
+        parameters=[argument("config"), given],
+        remappings=[(ros_name(name), ros_name(other)) for name, other in pairs],
+    )
 
 
 def ros_name(name):
     """Return the ROS 2 form of a private name: ``~/stop`` for ``~stop``."""
     return "~/" + name[1:] if name.startswith("~") and not name.startswith("~/") else name
+
+
+def start(context):
+    """Return the node, with the parameters that were given as arguments."""
+
+    def argument(name):
+        return LaunchConfiguration(name).perform(context)
+
+    return [main_node(argument, given_parameters(argument))]
 
 
 def generate_launch_description():

@@ -15,6 +15,26 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+# Names that the controller uses, and their names between controller and supervisor.
+REMAPPINGS = (
+    ("/scan", "/supervised/scan"),
+    ("/spots", "/supervised/spots"),
+    ("up", "supervised/up"),
+    ("count/down", "supervised/count/down"),
+    ("/left/slip", "/supervised/left/slip"),
+    ("/right/slip", "/supervised/right/slip"),
+    ("/say", "/supervised/say"),
+    ("/count", "/supervised/count"),
+    ("/left/turn", "/supervised/left/turn"),
+    ("/right/turn", "/supervised/right/turn"),
+    ("set_level", "supervised/set_level"),
+    ("/arm/reach/_action/send_goal", "/supervised/arm/reach/_action/send_goal"),
+    ("/arm/reach/_action/cancel_goal", "/supervised/arm/reach/_action/cancel_goal"),
+    ("/arm/reach/_action/get_result", "/supervised/arm/reach/_action/get_result"),
+    ("/arm/reach/_action/feedback", "/supervised/arm/reach/_action/feedback"),
+    ("/arm/reach/_action/status", "/supervised/arm/reach/_action/status"),
+)
+
 # (argument, parameter, type, meaning)
 PARAMETERS = (
     ("use_sim_time", "use_sim_time", "boolean", "follow /clock instead of the machine's clock"),
@@ -240,33 +260,9 @@ PARAMETERS = (
     ),
 )
 
-# Names that the controller uses, and their names between controller and supervisor.
-REMAPPINGS = (
-    ("/scan", "/supervised/scan"),
-    ("/spots", "/supervised/spots"),
-    ("up", "supervised/up"),
-    ("count/down", "supervised/count/down"),
-    ("/left/slip", "/supervised/left/slip"),
-    ("/right/slip", "/supervised/right/slip"),
-    ("/say", "/supervised/say"),
-    ("/count", "/supervised/count"),
-    ("/left/turn", "/supervised/left/turn"),
-    ("/right/turn", "/supervised/right/turn"),
-    ("set_level", "supervised/set_level"),
-    ("/arm/reach/_action/send_goal", "/supervised/arm/reach/_action/send_goal"),
-    ("/arm/reach/_action/cancel_goal", "/supervised/arm/reach/_action/cancel_goal"),
-    ("/arm/reach/_action/get_result", "/supervised/arm/reach/_action/get_result"),
-    ("/arm/reach/_action/feedback", "/supervised/arm/reach/_action/feedback"),
-    ("/arm/reach/_action/status", "/supervised/arm/reach/_action/status"),
-)
 
-
-def start(context):
-    """Return the nodes; the supervisor gets the parameters that were given as arguments."""
-
-    def argument(name):
-        return LaunchConfiguration(name).perform(context)
-
+def given_parameters(argument):
+    """Return the parameters whose arguments are not empty, with their values."""
     given = {}
     for name, parameter, sort, _ in PARAMETERS:
         text = argument(name)
@@ -275,19 +271,37 @@ def start(context):
             given[parameter] = ParameterValue(text, value_type=str)
         elif text != "":
             given[parameter] = yaml.safe_load(text)
+    return given
+
+
+def main_node(argument, given):
+    """Return the node of this package with these parameters."""
     pairs = (pair.split("=", 1) for pair in argument("remap").split())
-    nodes = [
-        Node(
-            package="gauntlet_supervisor",
-            executable="gauntlet_supervisor",
-            name=argument("name"),
-            namespace=argument("ns"),
-            output=argument("output"),
-            respawn=argument("respawn").lower() == "true",
-            parameters=[argument("config"), given],
-            remappings=[(ros_name(name), ros_name(other)) for name, other in pairs],
-        )
-    ]
+    return Node(
+        package="gauntlet_supervisor",
+        executable="gauntlet_supervisor",
+        name=argument("name"),
+        namespace=argument("ns"),
+        output=argument("output"),
+        respawn=argument("respawn").lower() == "true",
+        parameters=[argument("config"), given],
+        remappings=[(ros_name(name), ros_name(other)) for name, other in pairs],
+    )
+
+
+def ros_name(name):
+    """Return the ROS 2 form of a private name: ``~/stop`` for ``~stop``."""
+    return "~/" + name[1:] if name.startswith("~") and not name.startswith("~/") else name
+
+
+def start(context):
+    """Return the nodes; the supervisor gets the parameters that were given as arguments."""
+
+    def argument(name):
+        return LaunchConfiguration(name).perform(context)
+
+    given = given_parameters(argument)
+    nodes = [main_node(argument, given)]
     if argument("controller_package"):
         nodes.append(
             Node(
@@ -302,11 +316,6 @@ def start(context):
             )
         )
     return nodes
-
-
-def ros_name(name):
-    """Return the ROS 2 form of a private name: ``~/stop`` for ``~stop``."""
-    return "~/" + name[1:] if name.startswith("~") and not name.startswith("~/") else name
 
 
 def generate_launch_description():
