@@ -38,6 +38,12 @@ BROKEN = [
     self.robot = "right\"""",
     ),
     (
+        f"    # published by its neighbour as /{'a-long-name/' * 9}pose",
+        f"""\
+    # published by its neighbour as
+    #     /{"a-long-name/" * 9}pose""",
+    ),
+    (
         f"    x = self.kept(lambda: {NAMES[0]} + {NAMES[1]}, {NAMES[2]}, -1)",
         f"""\
     x = self.kept(

@@ -13,10 +13,18 @@ import tokenize
 from itertools import pairwise
 from textwrap import wrap
 
-__all__ = ["WIDTH", "break_long_lines", "broken_string", "quoted", "unparenthesised"]
+__all__ = [
+    "INDENT",
+    "WIDTH",
+    "break_long_lines",
+    "broken_string",
+    "filled",
+    "quoted",
+    "unparenthesised",
+]
 
 WIDTH = 100
-_INDENT = "    "
+INDENT = "    "
 _LEVELS = (
     (",",),
     ("or",),
@@ -45,7 +53,7 @@ def break_long_lines(source: str) -> str:
             lines.append(line)
         elif number in within:
             indent = line[: len(line) - len(line.lstrip())]
-            lines += wrap(line, WIDTH, subsequent_indent=indent)
+            lines += filled(line.lstrip(), indent, indent)
         else:
             lines += _statement(line)
     return "\n".join(lines)
@@ -79,11 +87,11 @@ def _statement(line: str) -> list[str]:
         return _comment(text, indent)
     if docstring := _DOCSTRING.fullmatch(text):
         start = f'{indent}"""'
-        lines = wrap(docstring[1], WIDTH - 3, initial_indent=start, subsequent_indent=indent)
+        lines = filled(docstring[1], start, indent, WIDTH - 3)
         return [*lines[:-1], f'{lines[-1]}"""']
     if text.startswith("from "):
         module, _, names = text.partition(" import ")
-        lines = [f"{indent}{_INDENT}{name}," for name in names.split(", ")]
+        lines = [f"{indent}{INDENT}{name}," for name in names.split(", ")]
         return [f"{indent}{module} import (", *lines, f"{indent})"]
     text, comment = _without_comment(text)
     head = match[0] if (match := _HEAD.match(text)) else ""
@@ -93,13 +101,23 @@ def _statement(line: str) -> list[str]:
     if len(indent + head + body + tail) <= WIDTH:
         return [*above, indent + head + body + tail]
     if head and (len(_pieces(body)) > 1 or _TEXT.fullmatch(body)):
-        lines = _expression(body, indent + _INDENT)
+        lines = _expression(body, indent + INDENT)
         return [*above, f"{indent}{head}(", *lines, f"{indent}){tail}"]
     return [*above, *_expression(f"{head}{body}{tail}", indent)]
 
 
 def _comment(text: str, indent: str) -> list[str]:
-    return wrap(text, WIDTH, initial_indent=indent, subsequent_indent=f"{indent}#     ")
+    return filled(text, indent, f"{indent}#     ")
+
+
+def filled(text: str, first: str, others: str, width: int = WIDTH) -> list[str]:
+    """The words of a text in lines that begin with ``first``, then ``others``.
+
+    At a blank that is written ``\\0`` no line ends.
+    """
+    lines = wrap(text, width, initial_indent=first, subsequent_indent=others,
+                 break_long_words=False, break_on_hyphens=False)  # fmt: skip
+    return [line.replace("\0", " ") for line in lines]
 
 
 def _expression(text: str, indent: str) -> list[str]:
@@ -117,16 +135,16 @@ def _expression(text: str, indent: str) -> list[str]:
         return [indent + text]
     if _has_comma(content) and not content.endswith(","):
         content += ","
-    inside = _expression(content, indent + _INDENT) if end else []
+    inside = _expression(content, indent + INDENT) if end else []
     if len(inside) == 1 and _has_comma(content):
         entries = _pieces(content)
-        inside = [line for entry in entries for line in _expression(entry, indent + _INDENT)]
+        inside = [line for entry in entries for line in _expression(entry, indent + INDENT)]
     return [indent + text[: start + 1], *inside, indent + text[end:]]
 
 
 def broken_string(head: str, text: str, tail: str, indent: str) -> list[str]:
     """A long string as several that stand one below the other."""
-    inner = indent + _INDENT if head else indent
+    inner = indent + INDENT if head else indent
     formatted = text.startswith("f")
     words = re.findall(
         r"(?:\{[^}]*\}|\S)*\s*" if formatted else r"\S*\s*",

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from robosc.emit.line_breaks import WIDTH, broken_string, quoted
+from robosc.emit.line_breaks import INDENT, WIDTH, broken_string, quoted
 
 __all__ = ["assignment", "literal"]
-
-_INDENT = "    "
 
 
 def assignment(name: str, value: Any) -> str:
@@ -22,18 +20,18 @@ def _lines(head: str, value: Any, tail: str, indent: str) -> Iterator[str]:
     if len(indent + head + text + tail) <= WIDTH or not value:
         yield indent + head + text + tail
     elif isinstance(value, str):
-        parts = broken_string("", text, "", indent + _INDENT)
+        parts = broken_string("", text, "", indent + INDENT)
         yield from (f"{indent}{head}(", *parts, f"{indent}){tail}")
     elif isinstance(value, dict):
         yield f"{indent}{head}{{"
         for key, entry in value.items():
-            yield from _lines(f"{literal(key)}: ", entry, ",", indent + _INDENT)
+            yield from _lines(f"{literal(key)}: ", entry, ",", indent + INDENT)
         yield f"{indent}}}{tail}"
     elif isinstance(value, list | tuple):
         start, end = "[]" if isinstance(value, list) else "()"
         yield indent + head + start
         for entry in value:
-            yield from _lines("", entry, ",", indent + _INDENT)
+            yield from _lines("", entry, ",", indent + INDENT)
         yield indent + end + tail
     else:
         yield indent + head + text + tail

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from textwrap import wrap
 
-from robosc.emit.line_breaks import WIDTH
+from robosc.emit.line_breaks import WIDTH, filled
 
 __all__ = ["break_comments", "break_markdown", "break_xml"]
 
@@ -30,7 +29,7 @@ def break_comments(text: str) -> str:
     def lines(line: str) -> list[str]:
         indent = line[: len(line) - len(line.lstrip())]
         return (
-            _filled(line.lstrip(), indent, f"{indent}# ")
+            filled(line.lstrip(), indent, f"{indent}# ")
             if line[len(indent) :][:1] == "#"
             else [line]
         )
@@ -45,13 +44,13 @@ def break_xml(text: str) -> str:
 
 def _markup(line: str) -> list[str]:
     if match := _XML_COMMENT.fullmatch(line):
-        return _filled(line.strip(), match[1], f"{match[1]}     ")
+        return filled(line.strip(), match[1], f"{match[1]}     ")
     if match := _ELEMENT.fullmatch(line):
         indent, start, _, content, end = match.groups()
-        return [indent + start, *_filled(content, f"{indent}  ", f"{indent}  "), indent + end]
+        return [indent + start, *filled(content, f"{indent}  ", f"{indent}  "), indent + end]
     if match := _TAG.fullmatch(line):
         attributes = [found.replace(" ", "\0") for found in _ATTRIBUTE.findall(match[2])]
-        return _filled(" ".join(attributes), match[1], " " * len(match[1]))
+        return filled(" ".join(attributes), match[1], " " * len(match[1]))
     return [line]
 
 
@@ -71,7 +70,7 @@ def break_markdown(text: str) -> str:
         if is_prose:
             block.append(line)
         elif fence == "```" and len(line) > WIDTH:
-            lines += [f"{part} \\" for part in _filled(line, "", "    ", WIDTH - 2)]
+            lines += [f"{part} \\" for part in filled(line, "", "    ", WIDTH - 2)]
             lines[-1] = lines[-1].removesuffix(" \\")
         else:
             lines += _markup(line) if len(line) > WIDTH else [line]
@@ -87,17 +86,7 @@ def _paragraph(block: list[str]) -> list[str]:
     assert match is not None
     text = " ".join([block[0][match.end() :], *map(str.strip, block[1:])])
     text = _JOINED.sub("\0", text)
-    return _filled(text, match[0], " " * match.end())
-
-
-def _filled(text: str, first: str, others: str, width: int = WIDTH) -> list[str]:
-    """The words of a text in lines that begin with ``first``, then ``others``.
-
-    At a blank that is written ``\\0`` no line ends.
-    """
-    lines = wrap(text, width, initial_indent=first, subsequent_indent=others,
-                 break_long_words=False, break_on_hyphens=False)  # fmt: skip
-    return [line.replace("\0", " ") for line in lines]
+    return filled(text, match[0], " " * match.end())
 
 
 def _each(text: str, broken: Callable[[str], list[str]]) -> str:
