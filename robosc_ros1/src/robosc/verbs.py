@@ -23,6 +23,7 @@ from robosc.errors import (
     ModelError,
     Severity,
     UsageError,
+    counted,
     has_errors,
     sort_diagnostics,
 )
@@ -66,8 +67,8 @@ def _check(args: Arguments) -> int:
         tell(diagnostics)
         count = {s: sum(d.severity is s for d in diagnostics) for s in Severity}
         print(
-            f"{_plural(len(results), 'file')}: {_plural(count[Severity.ERROR], 'error')},"
-            f" {_plural(count[Severity.WARNING], 'warning')}"
+            f"{counted(len(results), 'file')}: {counted(count[Severity.ERROR], 'error')},"
+            f" {counted(count[Severity.WARNING], 'warning')}"
         )
     for problem in unreadable:
         complain(str(problem))
@@ -286,10 +287,6 @@ def _options(args: Arguments) -> Options:
 def _print_json(document: object) -> None:
     json.dump(document, sys.stdout, indent=2)
     print()
-
-
-def _plural(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 VERBS = (

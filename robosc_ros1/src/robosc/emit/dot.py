@@ -11,7 +11,7 @@ import subprocess
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from robosc.errors import UsageError
+from robosc.errors import UsageError, counted
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.formulas import to_dsl
 from robosc.model.entities import (
@@ -43,8 +43,7 @@ def dot_text(robot: Robot, controlled: Graph | None = None) -> str:
         if component.behaviour is not None:
             lines += _cluster(component.name, _automaton(robot, component, component.behaviour))
     if controlled is not None:
-        count = len(controlled.states)
-        title = f"controlled system: {count} {'state' if count == 1 else 'states'}"
+        title = f"controlled system: {counted(len(controlled.states), 'state')}"
         lines += _cluster(title, _states(controlled))
     return "\n".join([*lines, "}"]) + "\n"
 

@@ -89,17 +89,18 @@ def _files(log: str) -> list[str]:
     """The log after its older parts, oldest first."""
     if log == "-":
         return [log]
-    pattern = re.compile(re.escape(Path(log).name) + r"\.(\d+)")
+    current = Path(log)
+    pattern = re.compile(re.escape(current.name) + r"\.(\d+)")
     try:
         older = [
             (int(match[1]), str(path))
-            for path in Path(log).parent.iterdir()
+            for path in current.parent.iterdir()
             if (match := pattern.fullmatch(path.name))
         ]
     except OSError:
         older = []
     # While nothing has happened since the last rotation, there are only older parts.
-    newest = [] if older and not Path(log).exists() else [log]
+    newest = [] if older and not current.exists() else [log]
     return [path for _, path in sorted(older, reverse=True)] + newest
 
 
