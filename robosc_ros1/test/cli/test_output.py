@@ -173,7 +173,6 @@ def test_explore_text(robosc: Robosc, folder: Path) -> None:
     assert "      dark.response(true) -> 2" in lines
 
 
-@pytest.mark.slow
 def test_one_of_a_thing_has_no_plural(robosc: Robosc, folder: Path) -> None:
     behaviour = "outgoing message m with type: none behaviour { initial marked state on {} }"
     model = f"robot One {{ component C {{ {behaviour} }} }}"
@@ -184,6 +183,7 @@ def test_one_of_a_thing_has_no_plural(robosc: Robosc, folder: Path) -> None:
     assert robosc("synthesize", "one.rscd").stdout.startswith(start)
 
 
+@pytest.mark.slow
 def test_output_is_the_same_each_time(robosc: Robosc, folder: Path) -> None:
     first = robosc("explore", "--json", "large.rscd", PYTHONHASHSEED="1").stdout
     assert first == robosc("explore", "--json", "large.rscd", PYTHONHASHSEED="2").stdout
