@@ -223,10 +223,11 @@ class Guide:
                 if _leads_back(target, start):
                     return found[-1]
             for target, step in node.ways:
-                if id(target) not in known:
-                    near = alike(target)
-                    known.update(map(id, near))
-                    queue.extend((node, first or step) for node in near)
+                near = [] if id(target) in known else alike(target)
+                for other in near:
+                    if id(other) not in known:
+                        known.add(id(other))
+                        queue.append((other, first or step))
         # Steps that may not lead back are taken only if there is nothing else near.
         return found[0] if found else None
 
