@@ -12,7 +12,7 @@ from contents import field_of, plain
 from decisions import Decision, Places, differing, holds_in
 from expressions import trees_of, variables_of
 from operations import Undefined
-from shadow import Wrong
+from shadow import Wrong, step_text
 
 KNOWN = 500
 """The size of the cache of results of :meth:`Cases.telling_numbers`."""
@@ -101,8 +101,7 @@ class Cases:
         for component in self._plant["components"]:
             for transition in component["taus"] + component["afters"]:
                 name = _step(component["name"], transition)
-                sort = "after" if name[0] == "after" else "internal transition"
-                place = "%s %d of %s" % (sort, name[2], name[1])
+                place = step_text(*name)
                 yield place, name
                 yield from _parts(place, name, self._guards.get(id(transition)))
 
@@ -285,7 +284,7 @@ def _with_other_numbers(tree):
 
 def _step(component, transition):
     """Return the common beginning of the cases of an internal or delayed transition."""
-    sort = "after" if "delay" in transition else "step"
+    sort = "after" if "delay" in transition else "tau"
     return sort, component, transition["index"]
 
 

@@ -2,6 +2,7 @@
 """The coverage table of a run of the package's test."""
 
 from plant_data import PLANT
+from shadow import step_text
 
 KINDS = {
     "incoming message": ["request"],
@@ -22,17 +23,11 @@ def coverage(judge):
     for component in PLANT["components"]:
         name = component["name"]
         for index in sorted({tau["index"] for tau in component["taus"]}):
-            yield (
-                "event",
-                "internal transition %d of %s" % (index, name),
-                judge.events.get(("tau", name, index), 0),
-            )
+            step = "tau", name, index
+            yield "event", step_text(*step), judge.events.get(step, 0)
         for index in sorted({after["index"] for after in component["afters"]}):
-            yield (
-                "event",
-                "after %d of %s" % (index, name),
-                judge.events.get(("after", name, index), 0),
-            )
+            step = "after", name, index
+            yield "event", step_text(*step), judge.events.get(step, 0)
     for component in PLANT["components"]:
         for state in component["states"]:
             name = component["name"]

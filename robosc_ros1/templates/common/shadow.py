@@ -23,6 +23,11 @@ _POSITIVE = ("needs", "always")
 """The kinds of requirements whose condition must hold; that of the others must not."""
 
 
+def step_text(sort, component, index):
+    """Return the name of an internal ("tau") or delayed ("after") transition for reports."""
+    return "%s %d of %s" % ("after" if sort == "after" else "internal transition", index, component)
+
+
 class Shadow(Expressions):
     """The state of the model: ``states``, ``variables``, ``busy``, ``fresh``.
 
@@ -151,7 +156,7 @@ class Shadow(Expressions):
                 if tau["goto"] is not None:
                     self._enter(component)
                 return
-        raise Wrong("internal transition %d of %s: %s is impossible" % (index, component, path))
+        raise Wrong("%s: %s is not possible" % (step_text("tau", component, index), path))
 
     def wait_over(self, component, index, path):
         """Apply a delayed transition of a component."""
@@ -162,7 +167,7 @@ class Shadow(Expressions):
             if self.states[component] != before or (waiting["goto"] or before) != after:
                 continue
             if index in self.lapsed[component]:
-                raise Wrong("after %d of %s is taken twice" % (index, component))
+                raise Wrong("%s is taken twice" % step_text("after", component, index))
             if self._possible([waiting], None):
                 states, variables = dict(self.states), dict(self.variables)
                 self._follow(component, [waiting], None, states, variables)
@@ -171,7 +176,7 @@ class Shadow(Expressions):
                 if waiting["goto"] is not None:
                     self._enter(component)
                 return
-        raise Wrong("after %d of %s: %s is not possible" % (index, component, path))
+        raise Wrong("%s: %s is not possible" % (step_text("after", component, index), path))
 
     def _enter(self, component):
         if component in self.entered:
