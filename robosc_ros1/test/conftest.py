@@ -154,8 +154,8 @@ def _build_examples(folder: Path) -> None:
 def robosc(tmp_path: Path) -> Callable[..., ros_support.Completed]:
     """Runs the command line in the test's folder; environment variables are keyword arguments."""
 
-    def run(*arguments: str, **environment: str) -> ros_support.Completed:
-        return ros_support.run_robosc(arguments, tmp_path, environment)
+    def run(*arguments: str, stdin: str | None = None, **environment: str) -> ros_support.Completed:
+        return ros_support.run_robosc(arguments, tmp_path, environment, stdin)
 
     return run
 

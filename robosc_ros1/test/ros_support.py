@@ -153,18 +153,24 @@ def _stands_still(pid: int) -> bool:
     return set(states) == {"T"}
 
 
-def run_robosc(arguments: Sequence[str], folder: Path, environment: Mapping[str, str]) -> Completed:
+def run_robosc(
+    arguments: Sequence[str],
+    folder: Path,
+    environment: Mapping[str, str],
+    stdin: str | None = None,
+) -> Completed:
     """``python3 -m robosc …`` of this checkout in a folder.
 
-    Without an environment of its own it runs in this process, which is ten times as fast; an
-    exception that would show a traceback comes out of here.
+    Without an environment or input of its own it runs in this process, which is ten times as fast;
+    an exception that would show a traceback comes out of here.
     """
-    if environment:
+    if environment or stdin is not None:
         env = os.environ | {"PYTHONPATH": str(SOURCES), "PYTHONDONTWRITEBYTECODE": "1"}
         return subprocess.run(
             [sys.executable, "-m", "robosc", *arguments],
             cwd=folder,
             env=env | environment,
+            input=stdin,
             capture_output=True,
             text=True,
             timeout=600,

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import random
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -19,7 +16,7 @@ from emit.generated_code import supervisor_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_models import random_model
-from ros_support import SOURCES, Completed, await_condition
+from ros_support import Completed, await_condition
 from runtime.lamp_robot import PlayedPort
 from simulate.players import MODEL, SEVERAL_TYPES, line_follower, session
 
@@ -81,23 +78,18 @@ def test_a_run_follows_its_model(robosc: Robosc, tmp_path: Path, log: list[str])
     assert done.stdout == "LineFollower: 1 run, 1 event: follows the model\n"
 
 
-def test_a_log_and_a_script_from_a_pipe(tmp_path: Path, log: list[str]) -> None:
+def test_a_log_and_a_script_from_a_pipe(robosc: Robosc, tmp_path: Path, log: list[str]) -> None:
     # Not the files of such a name.
     for name in ("-", "-.1"):
         (tmp_path / name).write_text("nonsense", encoding="utf-8")
 
-    def piped(*arguments: str, text: str) -> str:
-        command = [sys.executable, "-m", "robosc", *arguments]
-        env = os.environ | {"PYTHONPATH": str(SOURCES)}
-        done = subprocess.run(
-            command, input=text, capture_output=True, text=True, cwd=tmp_path, env=env
-        )
-        assert (done.returncode, done.stderr) == (0, "")
-        return done.stdout
-
-    assert "follows the model" in piped("replay", str(MODEL), "-", text="\n".join(log))
+    done = robosc("replay", str(MODEL), "-", stdin="\n".join(log))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "follows the model" in done.stdout
     script = "distance free\nexpect DistanceSensor.current = free\n"
-    assert "1 of 1" in piped("simulate", str(MODEL), "--script", "-", text=script)
+    done = robosc("simulate", str(MODEL), "--script", "-", stdin=script)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "1 of 1" in done.stdout
 
 
 def test_a_log_whose_last_event_filled_a_file(
