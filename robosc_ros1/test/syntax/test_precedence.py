@@ -138,7 +138,7 @@ def test_what_nests_too_deep_is_one_clear_error(text: str) -> None:
 @pytest.mark.parametrize("levels", [59, 60, 61])
 @pytest.mark.parametrize(
     "text",
-    ["a = ({})", "({}) => a", "!{}", "1 / ({})", "a or {}", "1 - ({})", "- {}", "{} / 2"],
+    ["a = ({})", "({}) => a", "!{}", "1 / ({})", "a or {}", "1 - ({})", "- {}", "{} / 2", "{} % 2"],
 )
 def test_brackets_that_are_needed_are_limited(text: str, levels: int) -> None:
     whole = "a"

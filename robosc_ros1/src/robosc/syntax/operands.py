@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, cast
 
-from robosc.language.operators import BINARY, UNARY
+from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY
 from robosc.language.tokens import BAD_NUMBER, INTEGER, NUMBER, STRING, kinds_of
 from robosc.source import Span
 from robosc.syntax.leaves import make_access, make_name, make_number, make_parts, make_string
@@ -262,9 +262,10 @@ class _Builder:
 
 
 def _is_bracketed(left: _Operand, symbol: str) -> bool:
-    """Whether a left operand needs brackets in Python; a division becomes a call."""
-    if symbol == "/" or not isinstance(left.node, BinaryNode):
-        return symbol == "/"
+    """Whether a left operand needs brackets in Python; some operators become a call."""
+    is_call = BINARY[symbol].python.level == PYTHON_ATOM
+    if is_call or not isinstance(left.node, BinaryNode):
+        return is_call
     return symbol == "=>" or BINARY[left.node.operator].level != BINARY[symbol].level
 
 
