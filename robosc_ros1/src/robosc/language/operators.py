@@ -139,6 +139,11 @@ class Operator:
         return self.result is Result.BOOLEAN and self.operands is not Operand.BOOLEAN
 
     @property
+    def keeps_integers(self) -> bool:
+        """Whether its result is an integer if its operands are integers."""
+        return self.result in (Result.NUMBER, Result.SUM)
+
+    @property
     def is_word(self) -> bool:
         return self.spelling.isalpha()
 

@@ -382,8 +382,8 @@ def _value(node: Any) -> int | None:
         case UnaryNode(operator="-", operand=operand):
             inner = _value(operand)
             return None if inner is None else -inner
-        case BinaryNode(operator=operator, left=left, right=right) if operator in "+-*%":
-            numbers = _value(left), _value(right)
+        case BinaryNode(operator=operator) if BINARY[operator].keeps_integers:
+            numbers = _value(node.left), _value(node.right)
             if None in numbers or (operator == "%" and numbers[1] == 0):
                 return None
             return int(BINARY[operator].scalar(*numbers))
