@@ -98,6 +98,7 @@ _CLASSES = {
     "NUMBER": f"[{INTEGER}{NUMBER}{BAD_NUMBER}]",
     "STRING": STRING,
     "INFIX": "[" + "".join(re.escape(_SPELLINGS[sign]) for sign in infix_signs()) + "]",
+    "FOREIGN": "[" + "".join(re.escape(_SPELLINGS[sign]) for sign in FOREIGN) + "]",
     "QUALIFIED": f"{NAME}(?:\\.{ANY_NAME})*",
 }
 

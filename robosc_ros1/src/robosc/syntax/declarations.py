@@ -76,7 +76,7 @@ def object_rules() -> Block:
 def enum_rules() -> Block:
     """The block of an enum: its rules."""
     # A word before an operator begins the next rule: the value of this one is missing.
-    value = "WORD (?! '->' | INFIX | '<>' | '==' | '=<' | '=/=' | '.' | '..' | '[' )"
+    value = "WORD (?! '->' | INFIX | FOREIGN | '.' | '..' | '[' )"
     condition = Expression("a rule 'condition -> value' or '}'") - symbol("->")
     default = terminal("default '->'", "", lambda reading, start, end, parts: None)
     rules = Rule(

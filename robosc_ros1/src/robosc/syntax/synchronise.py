@@ -19,7 +19,7 @@ __all__ = ["Synchroniser", "nearest_keyword"]
 
 _LOOKS = {word: re.compile(looks) for word, looks in LOOKS.items()}
 _NO_START = re.compile(
-    pattern("':' | '.' | '..' | ',' | INFIX | '==' | '=<' | '=/=' | '<>' | ')' | ']' | ':='")
+    pattern("':' | '.' | '..' | ',' | INFIX | FOREIGN | ')' | ']' | ':='")
     + "|"
     + pattern("and | or")
 )
