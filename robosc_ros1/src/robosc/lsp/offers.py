@@ -340,6 +340,10 @@ def keywords(words: Iterable[str], rank: int = 1) -> Iterator[Candidate]:
 
 def ends_operand(word: str) -> bool:
     """Could an expression end with this word?"""
-    return (word[-1:].isalnum() or word[-1:] in ("_", ")", "]", "}", '"', "'")) and word not in (
-        "and", "or", "needs", "disables", "never", "always", "if", "do", "goto", "with",
-    )  # fmt: skip
+    is_end = word[-1:].isalnum() or word[-1:] in ("_", ")", "]", "}", '"', "'")
+    return is_end and word not in _BEFORE_OPERANDS
+
+
+_BEFORE_OPERANDS = frozenset(
+    (*symbols(words=True), "needs", "disables", "never", "always", "if", "do", "goto", "with")
+)

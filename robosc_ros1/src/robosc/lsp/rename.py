@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 from robosc.language.functions import AGGREGATES, FUNCTIONS
-from robosc.language.keywords import KEYWORDS, UNITS
+from robosc.language.keywords import KEYWORDS, RESERVED, UNITS
 from robosc.lsp.actions import Edit
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
@@ -17,9 +17,6 @@ __all__ = ["RenameError", "applied", "may_be_renamed", "references", "rename"]
 
 _PLAIN = frozenset(SymbolKind) - {SymbolKind.PROPERTY, SymbolKind.LIBRARY}
 """Symbols whose names only have to differ from others in models."""
-
-_ALWAYS_ESCAPED = frozenset({"value", "true", "false", "and", "or"})
-
 
 _MEANINGFUL = frozenset({*KEYWORDS, *UNITS, *FUNCTIONS, *AGGREGATES, "not"})
 """Words of the language, in lower case as all of them are."""
@@ -56,7 +53,7 @@ def rename(desk: Desk, path: str, symbol: Symbol, name: str) -> Mapping[str, lis
     if not may_be_renamed(symbol):
         raise RenameError("this name is not given by a model")
     found = references(desk, path, symbol)
-    spellings = (f"^{name}",) if name in _ALWAYS_ESCAPED else (name, f"^{name}")
+    spellings = (f"^{name}",) if name in RESERVED else (name, f"^{name}")
     if symbol.kind in _PLAIN and _is_new(desk, path, name):
         return {file: [Edit(o.span, name) for o in here] for file, here in found.items()}
     for spelling in spellings:

@@ -17,7 +17,7 @@ from pyparsing import ParseBaseException, ParserElement, ParseSyntaxException
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.language.attributes import ATTRIBUTES, Value, attributes_of
 from robosc.language.functions import FUNCTIONS
-from robosc.language.keywords import UNITS
+from robosc.language.keywords import UNITS, Role, words_of
 from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
 from robosc.source import Span
 
@@ -31,10 +31,10 @@ _INSIDE = ("expected a value after", "expected an operator")
 _QUOTED = re.compile(r"'(\w+)")
 _ADVICE = {
     "not": "write '!' for 'not'",
-    "and": "write '^and' if this is a name",
-    "or": "write '^or' if this is a name",
-    "true": "write '^true' if this is a name",
-    "false": "write '^false' if this is a name",
+    **{
+        word: f"write '^{word}' if this is a name"
+        for word in (*words_of(Role.OPERATOR), *words_of(Role.CONSTANT))
+    },
     ".": "a number begins with a digit, as in 0.5",
     "in": "write the values in braces: x in { a, b }",
     "between": "write a <= x and x <= b",
