@@ -78,6 +78,31 @@ BROKEN = [
     of many words.\"""
 """.rstrip(),
     ),
+    (
+        f"from {NAMES[0]}.{NAMES[1]}_controller import first, second  # noqa: E402",
+        f"""\
+from {NAMES[0]}.{NAMES[1]}_controller import (  # noqa: E402
+    first,
+    second,
+)""",
+    ),
+    (
+        f"""\
+from {NAMES[0]}.{NAMES[1]}_controller_package import (  # noqa: E402
+    first,
+)""",
+        f"""\
+from {NAMES[0]}.{NAMES[1]}_controller_package import (  # noqa: E402
+    first,
+)""",
+    ),
+    (
+        f"""    x = ["{"-".join(NAMES)}"]""",
+        f"""\
+    x = [
+        "{"-".join(NAMES)}"
+    ]""",
+    ),
 ]
 
 

@@ -89,11 +89,9 @@ def _statement(line: str) -> list[str]:
         start = f'{indent}"""'
         lines = filled(docstring[1], start, indent, WIDTH - 3)
         return [*lines[:-1], f'{lines[-1]}"""']
-    if text.startswith("from "):
-        module, _, names = text.partition(" import ")
-        lines = [f"{indent}{INDENT}{name}," for name in names.split(", ")]
-        return [f"{indent}{module} import (", *lines, f"{indent})"]
     text, comment = _without_comment(text)
+    if text.startswith("from "):
+        return _import(text, comment, indent)
     head = match[0] if (match := _HEAD.match(text)) else ""
     tail = ":" if head.startswith(("if ", "elif ")) else ""
     body = unparenthesised(text[len(head) :].removesuffix(":") if tail else text[len(head) :])
@@ -104,6 +102,16 @@ def _statement(line: str) -> list[str]:
         lines = _expression(body, indent + INDENT)
         return [*above, f"{indent}{head}(", *lines, f"{indent}){tail}"]
     return [*above, *_expression(f"{head}{body}{tail}", indent)]
+
+
+def _import(text: str, comment: str, indent: str) -> list[str]:
+    """An import with a line for each name; its comment, a `noqa`, counts on the first line only."""
+    module, _, names = text.partition(" import ")
+    behind = f"  {comment}" if comment else ""
+    if names.startswith("("):  # the template has a line for each name already
+        return [f"{indent}{text}{behind}"]
+    lines = [f"{indent}{INDENT}{name}," for name in names.split(", ")]
+    return [f"{indent}{module} import ({behind}", *lines, f"{indent})"]
 
 
 def _comment(text: str, indent: str) -> list[str]:
@@ -147,7 +155,7 @@ def broken_string(head: str, text: str, tail: str, indent: str) -> list[str]:
     inner = indent + INDENT if head else indent
     formatted = text.startswith("f")
     words = re.findall(
-        r"(?:\{[^}]*\}|\S)*\s*" if formatted else r"\S*\s*",
+        r"(?:\{[^}]*\}|\S)+\s*|\s+" if formatted else r"\S+\s*|\s+",
         text[2:-1] if formatted else ast.literal_eval(text),
     )
     spelled = _formatted if formatted else quoted
