@@ -47,6 +47,14 @@ def remainder(left, right):
     return doubling(lambda a, b: a % b)(left, right)
 
 
+ARITHMETIC = {
+    "+": doubling(lambda a, b: a + b),
+    "-": doubling(lambda a, b: a - b),
+    "*": doubling(lambda a, b: a * b),
+    "/": divide,
+    "%": remainder,
+}
+
 OPERATORS = {
     "=": lambda a, b: a == b,
     "!=": lambda a, b: a != b,
@@ -54,11 +62,7 @@ OPERATORS = {
     "<=": lambda a, b: a <= b,
     ">": lambda a, b: a > b,
     ">=": lambda a, b: a >= b,
-    "+": doubling(lambda a, b: a + b),
-    "-": doubling(lambda a, b: a - b),
-    "*": doubling(lambda a, b: a * b),
-    "/": divide,
-    "%": remainder,
+    **ARITHMETIC,
 }
 
 

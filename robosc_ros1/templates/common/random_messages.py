@@ -7,7 +7,7 @@ import math
 from contents import attribute_of
 from decisions import atoms_of
 from expressions import trees_of, variables_of
-from operations import Undefined
+from operations import ARITHMETIC, Undefined
 from plant_data import PLANT
 from shadow import Shadow
 
@@ -344,7 +344,7 @@ def is_computed(tree):
     """Whether an expression is constant, with a number as its value."""
     if tree[:1] in (["literal"], ["parameter"]):
         return isinstance(literals(tree)[:1] and literals(tree)[0], (int, float))
-    operators = ("+", "-", "*", "/", "negative")
+    operators = (*ARITHMETIC, "negative")
     return bool(tree) and tree[0] in operators and all(map(is_computed, tree[1:]))
 
 
