@@ -245,7 +245,7 @@ class _Builder:
         where = place(requirement.span)
         return RequirementView(
             requirement.text,
-            comment_lines([f"{requirement.text}  ({where})"]),
+            comment_lines([f"{requirement.text} ({where})"]),
             where,
             self.names.take(f"requirement_{number + 1}"),
             self.spelling.text(holds_where(requirement)),

@@ -73,7 +73,7 @@ class GuardTexts:
 
     def _cited(self, number: int) -> str:
         requirement = self.supervisor.plant.robot.requirements[number]
-        return f"{requirement.text}  ({place(requirement.span)})"
+        return f"{requirement.text} ({place(requirement.span)})"
 
     def _call(self, event: Event, number: int) -> str:
         """The requirement's part in a request's or, violated, in a cancel's guard."""

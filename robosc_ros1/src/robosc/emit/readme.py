@@ -64,9 +64,9 @@ def _meaning(parameter: settings.Parameter) -> str:
         return f"{parameter.meaning} ({', '.join(parameter.choices)})"
     if parameter.minimum is not None and parameter.maximum is not None:
         return f"{parameter.meaning} ({parameter.minimum} to {parameter.maximum})"
-    if parameter.minimum is not None:
-        return f"{parameter.meaning} (at least {parameter.minimum:g})"
-    return parameter.meaning
+    if parameter.minimum is None or "(at least " in parameter.meaning:
+        return parameter.meaning
+    return f"{parameter.meaning} (at least {parameter.minimum:g})"
 
 
 def _is_narrow(low: float | None, high: float | None) -> bool:

@@ -86,7 +86,7 @@ class Settings(NamedTuple):
 _GENERAL = (
     Parameter(
         "rate", "number", 10.0,
-        "how often a command is repeated while it stays allowed, in Hz", minimum=1e-3,
+        "how often commands are repeated by default while allowed, in Hz", minimum=1e-3,
     ),
     Parameter(
         "order", "string", "rotate",
@@ -154,14 +154,20 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
     for communication in communications:
         name = parameter_name(communication.name)
         if communication.sort != "outgoing":
-            meaning = "how often %s is repeated, in Hz; 0: as given by rate" % communication.name
+            meaning = (
+                "how often %s is repeated, in Hz (at least 0; 0: the default rate)"
+                % communication.name
+            )
             result.append(Parameter("rate/" + name, "number", 0.0, meaning, minimum=0.0))
         timeout = _timeout(communication)
         if timeout is not None:
             meaning = _TIMEOUTS[communication.sort] % communication.name
             result.append(Parameter("timeout/" + name, "number", timeout, meaning, minimum=1e-3))
         if communication.sort == "action":
-            meaning = "deadline of an accepted goal of %s, in seconds; 0: none" % communication.name
+            meaning = (
+                "deadline of an accepted goal of %s, in seconds (at least 0; 0: none)"
+                % communication.name
+            )
             result.append(Parameter("goal_timeout/" + name, "number", 0.0, meaning, minimum=0.0))
     return result
 

@@ -100,7 +100,7 @@ PARAMETERS = (
         "goal_timeout_reach",
         "goal_timeout.reach",
         "number",
-        "deadline of an accepted goal of reach, in seconds; 0: none (at least 0)",
+        "deadline of an accepted goal of reach, in seconds (at least 0; 0: none)",
     ),
     (
         "timeout_set_level",
@@ -330,9 +330,13 @@ def generate_launch_description():
                 ("output", "screen", "screen or log"),
                 ("respawn", "false", "start the supervisor again when it ends"),
                 ("controller_package", "", "package of the controller"),
-                ("controller_executable", "", "its executable"),
-                ("controller_name", "controller", "name of its node; empty: its own"),
-                ("controller_args", "", "its arguments"),
+                ("controller_executable", "", "executable of the controller"),
+                (
+                    "controller_name",
+                    "controller",
+                    "name of the controller's node; empty: unchanged",
+                ),
+                ("controller_args", "", "arguments of the controller"),
                 ("remap", "", "names of the supervisor to remap, like: /old=/new ~own=other"),
                 ("config", config, "parameter file"),
             )

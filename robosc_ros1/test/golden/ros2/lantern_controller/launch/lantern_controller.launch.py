@@ -18,7 +18,7 @@ PARAMETERS = (
         "rate",
         "rate",
         "number",
-        "how often a command is repeated while it stays allowed, in Hz (at least 0.001)",
+        "how often commands are repeated by default while allowed, in Hz (at least 0.001)",
     ),
     (
         "order",
@@ -83,13 +83,13 @@ PARAMETERS = (
         "rate_kindle",
         "rate.kindle",
         "number",
-        "how often kindle is repeated, in Hz; 0: as given by rate (at least 0)",
+        "how often kindle is repeated, in Hz (at least 0; 0: the default rate)",
     ),
     (
         "rate_snuff",
         "rate.snuff",
         "number",
-        "how often snuff is repeated, in Hz; 0: as given by rate (at least 0)",
+        "how often snuff is repeated, in Hz (at least 0; 0: the default rate)",
     ),
     (
         "qos_brightness_reliability",

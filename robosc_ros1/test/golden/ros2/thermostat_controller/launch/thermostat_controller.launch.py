@@ -36,7 +36,7 @@ PARAMETERS = (
         "rate",
         "rate",
         "number",
-        "how often a command is repeated while it stays allowed, in Hz (at least 0.001)",
+        "how often commands are repeated by default while allowed, in Hz (at least 0.001)",
     ),
     (
         "order",
@@ -101,19 +101,19 @@ PARAMETERS = (
         "rate_heat",
         "rate.heat",
         "number",
-        "how often heat is repeated, in Hz; 0: as given by rate (at least 0)",
+        "how often heat is repeated, in Hz (at least 0; 0: the default rate)",
     ),
     (
         "rate_rest",
         "rate.rest",
         "number",
-        "how often rest is repeated, in Hz; 0: as given by rate (at least 0)",
+        "how often rest is repeated, in Hz (at least 0; 0: the default rate)",
     ),
     (
         "rate_say",
         "rate.say",
         "number",
-        "how often say is repeated, in Hz; 0: as given by rate (at least 0)",
+        "how often say is repeated, in Hz (at least 0; 0: the default rate)",
     ),
     (
         "qos_reading_reliability",

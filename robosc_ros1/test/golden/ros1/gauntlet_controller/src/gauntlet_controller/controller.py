@@ -238,31 +238,31 @@ class GauntletController(Controller):
     # Requirements.
 
     def requirement_1(self):
-        # requirement reach needs Eye.front = near  (gauntlet.rscd:87)
+        # requirement reach needs Eye.front = near (gauntlet.rscd:87)
         return self.eye_front == "near"
 
     def requirement_2(self):
-        # requirement Left.slipping or Right.slipping disables reach  (gauntlet.rscd:88)
+        # requirement Left.slipping or Right.slipping disables reach (gauntlet.rscd:88)
         return not (self.left_slipping or self.right_slipping)
 
     def requirement_3(self):
-        # requirement {say, count} needs Eye.lit => Count.items > 0  (gauntlet.rscd:89)
+        # requirement {say, count} needs Eye.lit => Count.items > 0 (gauntlet.rscd:89)
         return not self.eye_lit or self.count_items > 0
 
     def requirement_4(self):
-        # requirement shout needs !Eye.lit and Arm.grade != poor  (gauntlet.rscd:90)
+        # requirement shout needs !Eye.lit and Arm.grade != poor (gauntlet.rscd:90)
         return not self.eye_lit and self.arm_grade != "poor"
 
     def requirement_5(self):
-        # requirement set_level needs Count.full or Count.items >= 2  (gauntlet.rscd:91)
+        # requirement set_level needs Count.full or Count.items >= 2 (gauntlet.rscd:91)
         return self.count == "full" or self.count_items >= 2
 
     def requirement_6(self):
-        # requirement Left.turn needs !Left.slipping  (gauntlet.rscd:92)
+        # requirement Left.turn needs !Left.slipping (gauntlet.rscd:92)
         return not self.left_slipping
 
     def requirement_7(self):
-        # requirement Right.turn needs !Right.slipping  (gauntlet.rscd:93)
+        # requirement Right.turn needs !Right.slipping (gauntlet.rscd:93)
         return not self.right_slipping
 
     # Commands.

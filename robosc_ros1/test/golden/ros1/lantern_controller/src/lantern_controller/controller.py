@@ -58,11 +58,11 @@ class LanternController(Controller):
     # Requirements.
 
     def requirement_1(self):
-        # requirement kindle needs Sky.light = dark  (lantern.rscd:30)
+        # requirement kindle needs Sky.light = dark (lantern.rscd:30)
         return self.sky_light == "dark"
 
     def requirement_2(self):
-        # requirement Sky.light = dark disables snuff  (lantern.rscd:31)
+        # requirement Sky.light = dark disables snuff (lantern.rscd:31)
         return self.sky_light != "dark"
 
     # Commands.

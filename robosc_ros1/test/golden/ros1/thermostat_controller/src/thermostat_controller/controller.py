@@ -93,7 +93,7 @@ class ThermostatController(Controller):
 
     def requirement_1(self):
         # requirement heat needs reading.fresh and (Heater.eager or Sensor.degrees < wanted -
-        #     margin)  (thermostat.rscd:44)
+        #     margin) (thermostat.rscd:44)
         return self.reading_fresh and (self.heater_eager or self.sensor_degrees < self.wanted - 0.5)
 
     def requirement_2(self):
@@ -110,7 +110,7 @@ class ThermostatController(Controller):
         return self.sensor_degrees > self.wanted or self.sensor_degrees > self.limit
 
     def requirement_4(self):
-        # requirement say needs steps > 1  (thermostat.rscd:47)
+        # requirement say needs steps > 1 (thermostat.rscd:47)
         return self.steps > 1
 
     # Commands.
