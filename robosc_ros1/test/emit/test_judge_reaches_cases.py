@@ -56,7 +56,7 @@ def watched(tmp_path: Path) -> Iterator[tuple[Any, str]]:
         ("13.2 and self.scan_fresh and self.sound_fresh", "13.2 and self.scan_fresh"),
         ("not self.scan_fresh and self.sound_fresh", "not self.scan_fresh"),
         ("self.motor_entries = self.motor_entries + 1", "pass"),
-        ('if not (self.motor == "rest"):', "if True:"),  # it never takes the transition
+        ('if self.motor == "rest":', "if False:"),  # it never takes the transition
     ],
 )
 def test_it_comes_to_boundaries_silences_and_delays(

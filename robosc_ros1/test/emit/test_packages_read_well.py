@@ -32,3 +32,13 @@ def test_the_page_has_no_gap_and_tells_of_what_there_is(model: str, target: str,
     for word in ("goal_timeout", "goal is rejected"):
         assert word not in page or "| sends goals to the action |" in page
     assert "service call" not in page or "| calls the service |" in page
+
+
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_a_comparison_is_not_negated(model: str, target: str, mode: str) -> None:
+    """Nor is the condition of a delayed transition tested once to leave and once to go on."""
+    for path, file in package_of(model, target, mode).files.items():
+        if path.endswith("/controller.py"):
+            negated = re.findall(r"not [\w.]+ [!=]= |not \([\w.]+ [!=]= [^ ]+\)", file.content)
+            assert negated == [], path
+            assert not re.search(r"if not .*:\n +return None", file.content), path

@@ -367,7 +367,7 @@ class _Builder:
             location,
             self.attributes.entries[event.key],
             condition,
-            self.reactions.reaction(event),
+            self.reactions.reaction(event, tested=True),
             self._reads(condition),
         )
 

@@ -181,6 +181,8 @@ def _spread(expr: Expr) -> Expr:
         match node:
             case Unary(operator="!", operand=StateRef() as state):
                 return _state_test("!=", state)
+            case Unary(operator="!", operand=Binary(operator="=" | "!=") as same):
+                return _spread(negation(same))
         return None
 
     return fold(expr, leaf, with_operands, known=negated)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from robosc.emit.line_breaks import unparenthesised
 from robosc.emit.naming import PythonNames, place
@@ -68,11 +68,14 @@ class Reactions:
         self.spelling = spelling
         self.variables = plant.robot.variables
 
-    def reaction(self, event: Event) -> ReactionView:
+    def reaction(self, event: Event, tested: bool = False) -> ReactionView:
+        """What an event does; ``tested``: its one edge is known to be enabled."""
         parts = []
         for automaton in event.automata:
             groups = alike(automaton.edges)
             branches = tuple(self._branch(event, automaton, edges) for edges in groups)
+            if tested:
+                branches = tuple(replace(branch, condition="") for branch in branches)
             if any(branch.effects for branch in branches):
                 parts.append(_LocalReaction(automaton.component, branches))
         body = list(_body(parts))

@@ -169,14 +169,13 @@ class ThermostatController(Controller):
     def after_1_of_heater(self):
         """Take the transition of Heater after ~Heater/pause (thermostat.rscd:39); None if it is
         not enabled."""
-        if not (self.heater == "cooling"):
-            return None
-        before = self.heater
-        # Heater
-        if self.heater == "cooling":  # thermostat.rscd:39
+        if self.heater == "cooling":
+            before = self.heater
+            # Heater (thermostat.rscd:39)
             self.heater = "cold"
             self.heater_entries = self.heater_entries + 1
-        return before + "->" + self.heater
+            return before + "->" + self.heater
+        return None
 
     ROBOT = "Thermostat"
     SOURCE = "thermostat.rscd"
