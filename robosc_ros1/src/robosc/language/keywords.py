@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from robosc.language.attributes import ATTRIBUTES
+from robosc.language.events import EventKind
 from robosc.language.operators import symbols
 
 __all__ = [
@@ -97,7 +98,7 @@ def _table() -> Iterator[Keyword]:
         yield Keyword(word, clause)
     for word in ("from", "to", "use", "import", "over", "in"):
         yield Keyword(word, clause)
-    events = ("request", "response", "feedback", "error", "cancel", "timeout")
+    events = tuple(kind.value for kind in EventKind if not kind.of_component)
     labels = (*(attribute.name for attribute in ATTRIBUTES), "prefix")
     for word in dict.fromkeys((*events, *labels)):
         roles = ((Role.EVENT, events), (Role.LABEL, labels))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robosc.language.attributes import ATTRIBUTES, Value
 from robosc.lsp.analysis import Desk
 from robosc.lsp.interfaces import model_type
 from robosc.lsp.offers import BLOCK_WORDS, COMPARISONS, OPERATORS, Candidate, ends_operand, keywords
@@ -14,7 +15,11 @@ from robosc.model.types import ArrayType, ObjectType, Type
 __all__ = ["Candidate", "complete"]
 
 
-_LABELS = {"service": ("request", "response"), "action": ("request", "response", "feedback")}
+_TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
+_LABELS = {
+    word: tuple(attribute.name for attribute in _TYPES if word in attribute.communications)
+    for word in ("service", "action")
+}
 _EVENTS = tuple(kind.value for kind in EventKind if not kind.of_component)
 
 
@@ -81,7 +86,7 @@ class _Completer(StatementOffers):
             yield from self._durations()
         elif last == "links":
             yield from self._interfaces()
-        elif last == ":" and self._context.word(-2) in ("type", "request", "response", "feedback"):
+        elif last == ":" and self._context.word(-2) in (a.name for a in _TYPES):
             if first in _LABELS and self._context.word(-2) == "type":
                 yield from self._ros_packages(first)
             else:
