@@ -146,11 +146,17 @@ def stopped(pid: int) -> Iterator[None]:
 
 def _stands_still(pid: int) -> bool:
     """Whether all threads of a process are stopped."""
-    states = []
-    for stat in Path("/proc", str(pid), "task").glob("*/stat"):
-        with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # it has ended meanwhile
-            states.append(stat.read_text(encoding="utf-8").rpartition(")")[2].split()[0])
-    return set(states) == {"T"}
+    states = [state_of(int(task.name)) for task in Path("/proc", str(pid), "task").glob("*")]
+    return {*states} - {""} == {"T"}
+
+
+def state_of(pid: int) -> str:
+    """The state of a process or thread: R (runs), S (waits), T (stopped), Z; empty: it has ended."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
+    return stat.rpartition(")")[2].split()[0]
 
 
 def run_robosc(

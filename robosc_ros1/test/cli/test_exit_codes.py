@@ -17,7 +17,7 @@ from pathlib import Path
 import models
 import pytest
 from families import switches
-from ros_support import SOURCES, Completed
+from ros_support import SOURCES, Completed, await_condition, state_of
 
 from robosc import pipeline
 from robosc.synthesis.bdd.manager import available
@@ -233,6 +233,8 @@ def test_interrupt_ends_quietly(tmp_path: Path) -> None:
         text=True,
     )
     with pipe.open("wb"):  # returns when the command has opened its end
+        # Between opening and reading, Python keeps an interrupt until it has read something.
+        await_condition(lambda: state_of(process.pid) == "S", "the command to read")
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=600)
     assert process.returncode == 130

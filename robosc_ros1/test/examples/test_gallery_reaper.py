@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import reaper
-from ros_support import await_condition
+from ros_support import await_condition, state_of
 
 RUN = """
 import subprocess, sys, time
@@ -41,8 +41,4 @@ def test_killed_run_leaves_no_node(how: signal.Signals) -> None:
 
 def is_running(process: int) -> bool:
     """Whether there is such a process, and it has not ended."""
-    try:
-        state = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(") ")[2][0]
-    except OSError:
-        return False
-    return state != "Z"
+    return state_of(process) not in ("", "Z")
