@@ -24,16 +24,18 @@ __all__ = [
 ]  # fmt: skip
 
 
-def _span() -> Span:
-    return field(compare=False, repr=False, kw_only=True)  # type: ignore[no-any-return]
+@dataclass(frozen=True, slots=True)
+class _Node:
+    """What all nodes have: the range of the text that they stand for."""
+
+    span: Span = field(compare=False, repr=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class Name(_Node):
     """An identifier, without the escape ``^``."""
 
     text: str
-    span: Span = _span()
 
     @property
     def escaped(self) -> bool:
@@ -45,11 +47,10 @@ class Name:
 
 
 @dataclass(frozen=True, slots=True)
-class LiteralNode:
+class LiteralNode(_Node):
     """``true``, ``42``, ``4.25`` or ``"text"``; a bool, int, float or str accordingly."""
 
     value: bool | int | float | str
-    span: Span = _span()
 
     def __eq__(self, other: object) -> bool:
         # Python's == equates 1, 1.0 and True.
@@ -64,7 +65,7 @@ class LiteralNode:
 
 
 @dataclass(frozen=True, slots=True)
-class Access:
+class Access(_Node):
     """``a.b[0].c``: a name (``value`` included), then members as Name and indexes as int.
 
     ``index`` is the computed index behind the root of a communication, as in ``Station[i-1].go``;
@@ -74,49 +75,44 @@ class Access:
     root: Name
     path: tuple[Name | int, ...]
     index: ExprNode | None = None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class UnaryNode:
+class UnaryNode(_Node):
     """``!operand`` or ``-operand``."""
 
     operator: Literal["!", "-"]
     operand: ExprNode
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class BinaryNode:
+class BinaryNode(_Node):
     """``left operator right``, an operator of :data:`robosc.language.operators.BINARY`."""
 
     operator: str
     left: ExprNode
     right: ExprNode
-    operator_span: Span = _span()
-    span: Span = _span()
+    operator_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
-class DurationNode:
+class DurationNode(_Node):
     """``0.5 s``: a number with a unit of time."""
 
     amount: int | float
     unit: str
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class CallNode:
+class CallNode(_Node):
     """``abs(x)``, ``Way(value.x)`` or ``Library.Way(value.x)``."""
 
     function: Access
     arguments: tuple[ExprNode, ...]
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class AggregateNode:
+class AggregateNode(_Node):
     """``any(element for variable in array if condition)``, and ``function`` for ``any``."""
 
     function: Name
@@ -124,52 +120,46 @@ class AggregateNode:
     variable: Name
     array: ExprNode
     condition: ExprNode | None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class InNode:
+class InNode(_Node):
     """``operand in { a, b }``."""
 
     operand: ExprNode
     values: tuple[ExprNode, ...]
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ElementNode:
+class ElementNode(_Node):
     """``array[index]`` with a computed index."""
 
     array: ExprNode
     index: ExprNode
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class SliceNode:
+class SliceNode(_Node):
     """``array[first..last]``, both ends included."""
 
     array: ExprNode
     first: ExprNode
     last: ExprNode
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class MemberNode:
+class MemberNode(_Node):
     """A part of a computed object: ``a[i].x`` is the part ``x`` of the element ``a[i]``."""
 
     object: ExprNode
     path: tuple[Name | int, ...]
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ArrayNode:
+class ArrayNode(_Node):
     """``[a, b]``; in provided data the elements may be objects."""
 
     elements: tuple[DataNode, ...]
-    span: Span = _span()
 
 
 ExprNode: TypeAlias = (
@@ -192,33 +182,30 @@ ExprNode: TypeAlias = (
 
 
 @dataclass(frozen=True, slots=True)
-class BasicTypeNode:
+class BasicTypeNode(_Node):
     """``string``, ``boolean``, ``double``, ``none`` or ``integer``; bounds only for the last."""
 
     name: Literal["string", "boolean", "double", "none", "integer"]
     bounds: tuple[int, int] | None = None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ArrayTypeNode:
+class ArrayTypeNode(_Node):
     """``array(element)``."""
 
     element: TypeNode
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class NamedTypeNode:
+class NamedTypeNode(_Node):
     """A type by name, perhaps of a library: ``Way``, ``Library.Way``, also ``duration``."""
 
     name: Name
     library: Name | None = None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class RosTypeNode:
+class RosTypeNode(_Node):
     """``package/Type`` or ``package/msg/Type``: a type that a ROS package defines.
 
     ``folder`` is ``msg``, but ``srv`` or ``action`` behind ``type:`` of a service or action, where
@@ -231,7 +218,6 @@ class RosTypeNode:
     written: Name | None = None
     folder: Literal["msg", "srv", "action"] = "msg"
     part: int = 0
-    span: Span = _span()
 
 
 TypeNode: TypeAlias = BasicTypeNode | ArrayTypeNode | NamedTypeNode | RosTypeNode
@@ -241,65 +227,59 @@ TypeNode: TypeAlias = BasicTypeNode | ArrayTypeNode | NamedTypeNode | RosTypeNod
 
 
 @dataclass(frozen=True, slots=True)
-class PropertyNode:
+class PropertyNode(_Node):
     """``name: type`` in an object."""
 
     name: Name
     type: TypeNode
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ObjectNode:
+class ObjectNode(_Node):
     """``datatype object name { … }``."""
 
     name: Name
     properties: tuple[PropertyNode, ...]
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class EnumRuleNode:
+class EnumRuleNode(_Node):
     """``condition -> value``; the ``default`` rule has no condition."""
 
     condition: ExprNode | None
     value: Name
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class EnumNode:
+class EnumNode(_Node):
     """``datatype enum name from source to { … }``."""
 
     name: Name
     source: TypeNode
     rules: tuple[EnumRuleNode, ...]
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class InterfaceNode:
+class InterfaceNode(_Node):
     """``interface name use type from package``."""
 
     name: Name
     type: Name
     package: Name
-    span: Span = _span()
 
 
 # --- communications ------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
-class StringNode:
+class StringNode(_Node):
     """The string of an ``identifier:`` or ``prefix:``, escapes replaced."""
 
     text: str
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class MessageNode:
+class MessageNode(_Node):
     """``incoming message name with …`` or ``outgoing message name with …``."""
 
     direction: Literal["incoming", "outgoing"]
@@ -308,11 +288,10 @@ class MessageNode:
     type: TypeNode
     links: Name | None
     timeout: ExprNode | None = None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ServiceNode:
+class ServiceNode(_Node):
     """``service name with …``; written with ``type:``, the two types are its parts 0 and 1."""
 
     name: Name
@@ -321,11 +300,10 @@ class ServiceNode:
     response: TypeNode
     links: Name | None
     timeout: ExprNode | None = None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ActionNode:
+class ActionNode(_Node):
     """``action name with …``; written with ``type:``, the three types are its parts."""
 
     name: Name
@@ -335,7 +313,6 @@ class ActionNode:
     feedback: TypeNode
     links: Name | None
     timeout: ExprNode | None = None
-    span: Span = _span()
 
 
 CommunicationNode: TypeAlias = MessageNode | ServiceNode | ActionNode
@@ -345,32 +322,29 @@ CommunicationNode: TypeAlias = MessageNode | ServiceNode | ActionNode
 
 
 @dataclass(frozen=True, slots=True)
-class ConstantNode:
+class ConstantNode(_Node):
     """``constant name: type = value``."""
 
     name: Name
     type: TypeNode
     value: DataNode
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ParameterNode:
+class ParameterNode(_Node):
     """``parameter name: type = value``."""
 
     name: Name
     type: TypeNode
     value: ExprNode
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ConditionNode:
+class ConditionNode(_Node):
     """``condition name = value``."""
 
     name: Name
     value: ExprNode
-    span: Span = _span()
 
 
 ValueNode: TypeAlias = ConstantNode | ParameterNode | ConditionNode
@@ -379,26 +353,24 @@ ValueNode: TypeAlias = ConstantNode | ParameterNode | ConditionNode
 
 
 @dataclass(frozen=True, slots=True)
-class VariableNode:
+class VariableNode(_Node):
     """``variable name: type = initial``."""
 
     name: Name
     type: TypeNode
     initial: ExprNode | None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class AssignmentNode:
+class AssignmentNode(_Node):
     """``target := value``."""
 
     target: Access
     value: ExprNode
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ResultTransitionNode:
+class ResultTransitionNode(_Node):
     """``on EVENT from|to COMMUNICATION if … do … goto …``; the name may be qualified."""
 
     event: Literal["request", "response", "feedback", "error", "cancel", "timeout"]
@@ -407,59 +379,53 @@ class ResultTransitionNode:
     guard: ExprNode | None
     assignments: tuple[AssignmentNode, ...]
     goto: Name | None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class TauNode:
+class TauNode(_Node):
     """``transition if … goto …``: an internal transition."""
 
     guard: ExprNode | None
     goto: Name | None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class AfterNode:
+class AfterNode(_Node):
     """``after DURATION if … do … goto …``."""
 
     duration: ExprNode
     guard: ExprNode | None
     assignments: tuple[AssignmentNode, ...]
     goto: Name | None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class StateNode:
+class StateNode(_Node):
     """``initial marked state name { … }``."""
 
     name: Name
     initial: bool
     marked: bool
     transitions: tuple[ResultTransitionNode | TauNode | AfterNode, ...]
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class BehaviourNode:
+class BehaviourNode(_Node):
     """``behaviour { … }``; items in source order, which numbers the internal transitions."""
 
     items: tuple[VariableNode | StateNode | ResultTransitionNode | TauNode, ...]
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class RangeNode:
+class RangeNode(_Node):
     """``first..last``, both ends included."""
 
     first: int
     last: int
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ComponentNode:
+class ComponentNode(_Node):
     """``component name { … }``, or the indexed component ``component name[1..6] { … }``.
 
     ``index`` is that of one copy, once indexed components are expanded.
@@ -469,20 +435,18 @@ class ComponentNode:
     items: tuple[CommunicationNode | BehaviourNode | ValueNode, ...]
     indexes: RangeNode | None = None
     index: int | None = None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ArgumentNode:
+class ArgumentNode(_Node):
     """``name: value`` behind the ``with`` of an import."""
 
     name: Name
     value: ExprNode
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ImportNode:
+class ImportNode(_Node):
     """``component name from library import component with prefix: "…", radius: 0.2``."""
 
     name: Name
@@ -491,14 +455,13 @@ class ImportNode:
     prefix: StringNode | None
     arguments: tuple[ArgumentNode, ...] = ()
     indexes: RangeNode | None = None
-    span: Span = _span()
 
 
 # --- requirements and data -----------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
-class RequirementNode:
+class RequirementNode(_Node):
     """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications).
 
     ``place`` are the indexes of a copy that a ``for`` makes, as text: ``i = 3``.
@@ -508,56 +471,50 @@ class RequirementNode:
     communications: tuple[Access, ...]
     condition: ExprNode
     place: str = ""
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class DataFieldNode:
+class DataFieldNode(_Node):
     """``name: value`` in provided data."""
 
     name: Name
     value: DataNode
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class DataObjectNode:
+class DataObjectNode(_Node):
     """``{ name: value, … }`` in provided data."""
 
     fields: tuple[DataFieldNode, ...]
-    span: Span = _span()
 
 
 DataNode: TypeAlias = DataObjectNode | ExprNode
 
 
 @dataclass(frozen=True, slots=True)
-class ProvideNode:
+class ProvideNode(_Node):
     """``provide communication with data if condition``."""
 
     communication: Access
     data: DataNode
     condition: ExprNode | None
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class PreferNode:
+class PreferNode(_Node):
     """``prefer a over b`` or ``prefer { a, b } over c``."""
 
     preferred: tuple[Access, ...]
     over: tuple[Access, ...]
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
-class ForNode:
+class ForNode(_Node):
     """``for variable in 1..6 { … }`` around statements of a robot."""
 
     variable: Name
     indexes: RangeNode
     statements: tuple[StatementNode, ...]
-    span: Span = _span()
 
 
 StatementNode: TypeAlias = RequirementNode | ProvideNode | PreferNode | ConditionNode | ForNode
@@ -574,7 +531,7 @@ DeclarationNode: TypeAlias = (
 
 
 @dataclass(frozen=True, slots=True)
-class FileNode:
+class FileNode(_Node):
     """A whole file: one robot or one library, its declarations in source order.
 
     ``broken`` holds every word in the declarations that were skipped for syntax errors: a name that
@@ -589,4 +546,3 @@ class FileNode:
     broken: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
     written: FileNode | None = field(default=None, compare=False, repr=False)
     mentions: tuple[Name, ...] = field(default=(), compare=False, repr=False)
-    span: Span = _span()
