@@ -39,7 +39,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """``kind`` is a word of ``SymbolKind``, ``keyword`` or ``snippet``.
+    """``kind`` is one of :data:`~robosc.lsp.kinds.KINDS`.
 
     ``text`` is what is inserted if that is not the label. ``rank`` orders: what fits best is 0.
     Of one rank the smaller ``order`` comes first, then the alphabet decides.

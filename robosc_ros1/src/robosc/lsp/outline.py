@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Analysis, Desk
@@ -12,11 +13,13 @@ from robosc.source import Source, Span
 from robosc.syntax.nodes import (
     ActionNode,
     BehaviourNode,
+    CommunicationNode,
     ComponentNode,
     ConditionNode,
     ConstantNode,
     DeclarationNode,
     EnumNode,
+    EnumRuleNode,
     FileNode,
     ForNode,
     ImportNode,
@@ -25,15 +28,19 @@ from robosc.syntax.nodes import (
     ObjectNode,
     ParameterNode,
     PreferNode,
+    PropertyNode,
     ProvideNode,
     RequirementNode,
     ServiceNode,
     StateNode,
-    ValueNode,
     VariableNode,
 )
 
 __all__ = ["Found", "OutlineItem", "Fold", "folds", "outline", "symbols"]
+
+_Node: TypeAlias = (
+    DeclarationNode | CommunicationNode | PropertyNode | EnumRuleNode | VariableNode | StateNode
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,92 +100,68 @@ def outline(analysis: Analysis) -> tuple[OutlineItem, ...]:
         return ()
     node: FileNode = analysis.contents.scope.node
     node = node.written or node
-    children = tuple(_declaration(d) for d in node.declarations)
-    return (OutlineItem(node.name.text, node.kind, "", node.span, node.name.span, children),)
+    return (_named(node, node.kind, "", node.declarations),)
 
 
-def _declaration(node: DeclarationNode) -> OutlineItem:
+def _item(node: _Node) -> OutlineItem:
     match node:
         case ComponentNode():
-            children = tuple(_inside(node))
-            return OutlineItem(
-                node.name.text, "component", "component", node.span, node.name.span, children
-            )
+            return _named(node, "component", "component", _members(node))
         case ImportNode():
-            detail = f"{node.component.text} from {node.library.text}"
-            return OutlineItem(node.name.text, "component", detail, node.span, node.name.span)
+            return _named(node, "component", f"{node.component.text} from {node.library.text}")
+        case ObjectNode():
+            return _named(node, "object", "object", node.properties)
+        case EnumNode():
+            return _named(node, "enum", "enum", node.rules)
+        case EnumRuleNode(value=value):
+            return OutlineItem(value.text, "enum value", "", node.span, value.span)
+        case PropertyNode() | VariableNode() | ConstantNode() | ParameterNode():
+            return _named(node, _TYPED[type(node)], node.type.span.text)
+        case ConditionNode():
+            return _named(node, "condition", "condition")
+        case InterfaceNode():
+            return _named(node, "interface", f"{node.package.text}/{node.type.text}")
+        case MessageNode():
+            return _named(node, "communication", f"{node.direction} message")
+        case ServiceNode() | ActionNode():
+            kind = "service" if isinstance(node, ServiceNode) else "action"
+            return _named(node, "communication", kind)
+        case StateNode():
+            detail = " ".join(["initial"] * node.initial + ["marked"] * node.marked)
+            return _named(node, "state", detail)
         case RequirementNode():
             label = " ".join(node.span.text.split()).removeprefix("requirement ")
             return OutlineItem(label, "requirement", "requirement", node.span, node.span)
-        case ProvideNode():
-            name = node.communication
+        case ProvideNode(communication=name):
             return OutlineItem(name.span.text, "provide", "provide", node.span, name.span)
-        case ObjectNode():
-            children = tuple(
-                OutlineItem(p.name.text, "property", p.type.span.text, p.span, p.name.span)
-                for p in node.properties
-            )
-            return OutlineItem(
-                node.name.text, "object", "object", node.span, node.name.span, children
-            )
-        case EnumNode():
-            children = tuple(
-                OutlineItem(r.value.text, "enum value", "", r.span, r.value.span)
-                for r in node.rules
-            )
-            return OutlineItem(node.name.text, "enum", "enum", node.span, node.name.span, children)
-        case InterfaceNode():
-            detail = f"{node.package.text}/{node.type.text}"
-            return OutlineItem(node.name.text, "interface", detail, node.span, node.name.span)
-        case ConstantNode() | ParameterNode() | ConditionNode():
-            return _value(node)
         case PreferNode():
             label = " ".join(node.span.text.split())
             return OutlineItem(label, "prefer", "prefer", node.span, node.span)
         case ForNode():
             label = f"for {node.variable.text} in {node.indexes.span.text}"
-            children = tuple(_declaration(statement) for statement in node.statements)
+            children = tuple(map(_item, node.statements))
             return OutlineItem(label, "for", "for", node.span, node.variable.span, children)
 
 
-def _value(node: ValueNode) -> OutlineItem:
-    kind = {ConstantNode: "constant", ParameterNode: "parameter"}.get(type(node), "condition")
-    detail = kind if isinstance(node, ConditionNode) else node.type.span.text
-    return OutlineItem(node.name.text, kind, detail, node.span, node.name.span)
+_TYPED = {
+    PropertyNode: "property", VariableNode: "variable", ConstantNode: "constant",
+    ParameterNode: "parameter",
+}  # fmt: skip
 
 
-def _inside(node: ComponentNode) -> Iterator[OutlineItem]:
+def _named(node: Any, kind: str, detail: str, inside: Iterable[_Node] = ()) -> OutlineItem:
+    """The entry of a node with a name."""
+    children = tuple(map(_item, inside))
+    return OutlineItem(node.name.text, kind, detail, node.span, node.name.span, children)
+
+
+def _members(node: ComponentNode) -> Iterator[_Node]:
+    """The declarations of a component, and the variables and states of its behaviour."""
     for item in node.items:
-        match item:
-            case MessageNode():
-                detail = f"{item.direction} message"
-                yield OutlineItem(
-                    item.name.text, "communication", detail, item.span, item.name.span
-                )
-            case ServiceNode():
-                yield OutlineItem(
-                    item.name.text, "communication", "service", item.span, item.name.span
-                )
-            case ActionNode():
-                yield OutlineItem(
-                    item.name.text, "communication", "action", item.span, item.name.span
-                )
-            case BehaviourNode():
-                yield from _behaviour(item)
-            case ConstantNode() | ParameterNode() | ConditionNode():
-                yield _value(item)
-
-
-def _behaviour(node: BehaviourNode) -> Iterator[OutlineItem]:
-    for item in node.items:
-        match item:
-            case VariableNode():
-                detail = item.type.span.text
-                yield OutlineItem(item.name.text, "variable", detail, item.span, item.name.span)
-            case StateNode():
-                words = ["initial"] * item.initial + ["marked"] * item.marked
-                detail = " ".join(words)
-                yield OutlineItem(item.name.text, "state", detail, item.span, item.name.span)
+        if isinstance(item, BehaviourNode):
+            yield from (i for i in item.items if isinstance(i, VariableNode | StateNode))
+        else:
+            yield item
 
 
 def folds(source: Source) -> list[Fold]:

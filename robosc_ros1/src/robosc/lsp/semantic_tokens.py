@@ -8,8 +8,8 @@ from typing import NamedTuple
 from robosc.language.keywords import KEYWORDS, Role
 from robosc.language.tokens import INTEGER, NUMBER, STRING, tokenize
 from robosc.lsp.analysis import Analysis
+from robosc.lsp.kinds import KINDS
 from robosc.lsp.positions import Encoding, position_of, units
-from robosc.model.occurrences import SymbolKind
 from robosc.source import Source
 
 __all__ = ["MODIFIERS", "TYPES", "encoded"]
@@ -20,26 +20,6 @@ TYPES = (
 )  # fmt: skip
 MODIFIERS = ("declaration", "modification")
 
-_OF_SYMBOL = {
-    SymbolKind.ROBOT: "namespace",
-    SymbolKind.LIBRARY: "namespace",
-    SymbolKind.COMPONENT: "class",
-    SymbolKind.COMMUNICATION: "event",
-    SymbolKind.STATE: "enumMember",
-    SymbolKind.VARIABLE: "variable",
-    SymbolKind.OBJECT: "struct",
-    SymbolKind.PROPERTY: "property",
-    SymbolKind.ENUM: "enum",
-    SymbolKind.VALUE: "enumMember",
-    SymbolKind.INTERFACE: "interface",
-    SymbolKind.ROS_TYPE: "type",
-    SymbolKind.ROS_PACKAGE: "namespace",
-    SymbolKind.ROS_CONSTANT: "enumMember",
-    SymbolKind.CONSTANT: "variable",
-    SymbolKind.PARAMETER: "variable",
-    SymbolKind.CONDITION: "variable",
-    SymbolKind.INCOMING: "parameter",
-}
 _NUMBERS = {type_: number for number, type_ in enumerate(TYPES)}
 _TYPE_OF = {INTEGER: "number", NUMBER: "number", STRING: "string"}
 
@@ -85,9 +65,8 @@ def _tokens(analysis: Analysis) -> list[_Token]:
     for occurrence in analysis.index.occurrences:
         modifiers = occurrence.declaration | occurrence.write << 1
         span = occurrence.span
-        names[span.start] = _Token(
-            span.start, span.end, _OF_SYMBOL[occurrence.symbol.kind], modifiers
-        )
+        type_ = KINDS[occurrence.symbol.kind.value].token
+        names[span.start] = _Token(span.start, span.end, type_, modifiers)
     found = list(names.values())
     tokens = tokenize(analysis.source)
     text = analysis.source.text

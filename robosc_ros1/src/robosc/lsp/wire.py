@@ -10,6 +10,7 @@ from lsprotocol import types
 
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.lsp.actions import Edit
+from robosc.lsp.kinds import KINDS
 from robosc.lsp.offers import Candidate
 from robosc.lsp.outline import Fold, Found, OutlineItem
 from robosc.lsp.positions import Encoding, range_of
@@ -20,46 +21,6 @@ __all__ = [
     "location", "path_of", "range_", "text_edit", "uri_of", "workspace_symbol",
 ]  # fmt: skip
 
-_SYMBOLS = {
-    "robot": types.SymbolKind.Module,
-    "library": types.SymbolKind.Module,
-    "component": types.SymbolKind.Class,
-    "requirement": types.SymbolKind.Boolean,
-    "provide": types.SymbolKind.Constructor,
-    "object": types.SymbolKind.Struct,
-    "property": types.SymbolKind.Property,
-    "enum": types.SymbolKind.Enum,
-    "enum value": types.SymbolKind.EnumMember,
-    "interface": types.SymbolKind.Interface,
-    "communication": types.SymbolKind.Event,
-    "variable": types.SymbolKind.Variable,
-    "state": types.SymbolKind.EnumMember,
-    "constant": types.SymbolKind.Constant,
-    "parameter": types.SymbolKind.Constant,
-    "condition": types.SymbolKind.Boolean,
-    "prefer": types.SymbolKind.Operator,
-    "for": types.SymbolKind.Array,
-}
-_ITEMS = {
-    "keyword": types.CompletionItemKind.Keyword,
-    "snippet": types.CompletionItemKind.Snippet,
-    "component": types.CompletionItemKind.Class,
-    "library": types.CompletionItemKind.Module,
-    "communication": types.CompletionItemKind.Event,
-    "state": types.CompletionItemKind.EnumMember,
-    "enum value": types.CompletionItemKind.EnumMember,
-    "variable": types.CompletionItemKind.Variable,
-    "constant": types.CompletionItemKind.Constant,
-    "parameter": types.CompletionItemKind.Constant,
-    "condition": types.CompletionItemKind.Variable,
-    "value": types.CompletionItemKind.Variable,
-    "object": types.CompletionItemKind.Struct,
-    "enum": types.CompletionItemKind.Enum,
-    "property": types.CompletionItemKind.Property,
-    "interface": types.CompletionItemKind.Interface,
-    "ROS type": types.CompletionItemKind.Interface,
-    "ROS package": types.CompletionItemKind.Module,
-}
 _SEVERITY = {
     Severity.ERROR: types.DiagnosticSeverity.Error,
     Severity.WARNING: types.DiagnosticSeverity.Warning,
@@ -140,7 +101,7 @@ def document_symbol(entry: OutlineItem, encoding: Encoding) -> types.DocumentSym
     return types.DocumentSymbol(
         name=entry.label,
         detail=entry.detail,
-        kind=_SYMBOLS[entry.kind],
+        kind=types.SymbolKind[KINDS[entry.kind].symbol],
         range=range_(entry.whole, encoding),
         selection_range=range_(entry.name, encoding),
         children=[document_symbol(child, encoding) for child in entry.children],
@@ -151,7 +112,7 @@ def workspace_symbol(found: Found, encoding: Encoding) -> types.WorkspaceSymbol:
     return types.WorkspaceSymbol(
         location=location(found.item.name, encoding),
         name=found.item.label,
-        kind=_SYMBOLS[found.item.kind],
+        kind=types.SymbolKind[KINDS[found.item.kind].symbol],
         container_name=found.inside or None,
     )
 
@@ -173,7 +134,7 @@ def completion_item(
     is_snippet = "$" in text and snippets
     return types.CompletionItem(
         label=candidate.label,
-        kind=_ITEMS[candidate.kind],
+        kind=types.CompletionItemKind[KINDS[candidate.kind].item],
         detail=candidate.detail or None,
         sort_text=f"{candidate.rank}{candidate.order:05}{candidate.label.casefold()}",
         text_edit=types.TextEdit(place, text if is_snippet else text.replace("$0", "")),
