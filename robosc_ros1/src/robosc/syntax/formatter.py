@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 from typing import Any
 
-from robosc.language.attributes import ATTRIBUTES, Value
+from robosc.language.attributes import ATTRIBUTES
 from robosc.language.operators import BINARY
 from robosc.language.tokens import Tokens
 from robosc.syntax.nodes import (
@@ -13,7 +15,6 @@ from robosc.syntax.nodes import (
     ActionNode,
     AfterNode,
     AggregateNode,
-    ArgumentNode,
     ArrayNode,
     AssignmentNode,
     BehaviourNode,
@@ -34,7 +35,6 @@ from robosc.syntax.nodes import (
     ImportNode,
     InNode,
     InterfaceNode,
-    LiteralNode,
     MemberNode,
     MessageNode,
     ObjectNode,
@@ -61,6 +61,61 @@ WIDTH = 100
 
 _HARD = Line(hard=True)
 _LINE = Line()
+_TIGHT = Line(flat="")
+
+_INDEXED = ("component {name}", "?[{indexes}]")
+_CLAUSES = ("? | if {guard}", "? | do {assignments}", "? | goto {goto}")
+_LAYOUTS: Mapping[type, tuple[str, ...]] = {
+    FileNode: ("{kind} {name} {declarations}",),
+    ComponentNode: (*_INDEXED, " {items}"),
+    ImportNode: (*_INDEXED, " | from {library} import {component}", "? | with {given}"),
+    ObjectNode: ("datatype object {name} {properties}",),
+    PropertyNode: ("{name}: {type}",),
+    EnumNode: ("datatype enum {name} from {source} to {rules}",),
+    EnumRuleNode: ("{condition} | -> {value}",),
+    InterfaceNode: ("interface {name} | use {type} | from {package}",),
+    MessageNode: ("{direction} message {name} with > {attributes}", "? links {links}"),
+    ServiceNode: ("service {name} with > {attributes}", "? links {links}"),
+    ActionNode: ("action {name} with > {attributes}", "? links {links}"),
+    ConstantNode: ("constant {name}: {type} = | {value}",),
+    ParameterNode: ("parameter {name}: {type} = | {value}",),
+    ConditionNode: ("condition {name} = | {value}",),
+    BehaviourNode: ("behaviour {items}",),
+    VariableNode: ("variable {name}: {type}", "? | = {initial}"),
+    StateNode: ("?{initial} ", "?{marked} ", "state {name} {transitions}"),
+    ResultTransitionNode: ("on {event} from {communication}", *_CLAUSES),
+    AfterNode: ("after {duration}", *_CLAUSES),
+    TauNode: ("transition", "? | if {guard}", "? | goto {goto}"),
+    AssignmentNode: ("{target} := {value}",),
+    PreferNode: ("prefer {preferred} | over {over}",),
+    ForNode: ("for {variable} in {indexes} {statements}",),
+    UnaryNode: ("-{operand}",),
+    DurationNode: ("{amount} {unit}",),
+    CallNode: ("{function}{arguments}",),
+    InNode: ("{operand} in {values}",),
+    ElementNode: ("{array}[{index}]",),
+    SliceNode: ("{array}[{first}..{last}]",),
+    ArrayNode: ("{elements}",),
+}
+"""The layout of each kind of node, in segments.
+
+A word or sign is one token, whatever it is in the text, and ``{field}`` the tokens of a field of
+the node. Blanks are printed; ``|`` is a possible line break. What follows it, or the blank ``>``,
+is indented. A segment that begins with ``?`` is left out if its field is absent.
+"""
+
+_REQUIREMENTS = {
+    "needs": ("requirement {communications} | needs {condition}",),
+    "disables": ("requirement {condition} | disables {communications}",),
+    "never": ("requirement never {condition}",),
+    "always": ("requirement always {condition}",),
+}
+_DEFAULT_RULE = ("default | -> {value}",)
+_OBJECT_CONSTANT = ("constant {name}: {type} = {value}",)
+_PROVIDE, _PROVIDE_IF = ("provide {communication} with {data}",), ("? | if {condition}",)
+
+_PART = re.compile(r"\{(?P<field>\w+)\}|(?P<line> [|>] )|(?P<blank> )|(?P<token>[^ {]+)")
+_BLOCKS = ("declarations", "items", "properties", "rules", "transitions", "statements")
 
 
 class Formatter:
@@ -68,193 +123,90 @@ class Formatter:
 
     def __init__(self, tokens: Tokens) -> None:
         self.words = Words(tokens)
-        self.kinds: dict[type, Callable[[Any], Doc]] = {
-            ComponentNode: self._component,
-            ImportNode: self._import,
-            ObjectNode: self._object,
-            EnumNode: self._enum,
-            InterfaceNode: self._interface,
-            MessageNode: self._communication,
-            ServiceNode: self._communication,
-            ActionNode: self._communication,
-            BehaviourNode: self._behaviour,
-            StateNode: self._state,
-            VariableNode: self._variable,
-            ResultTransitionNode: self._transition,
-            TauNode: self._transition,
-            AfterNode: self._transition,
-            ConstantNode: self._constant,
-            ParameterNode: self._constant,
-            ConditionNode: self._condition,
-            PreferNode: self._prefer,
-            ForNode: self._for,
-            PropertyNode: self._property,
-            EnumRuleNode: self._rule,
-            RequirementNode: self._requirement,
-            ProvideNode: self._provide,
+        self._forms: dict[str | None, Callable[[Any], Doc]] = {
+            **dict.fromkeys(_BLOCKS, self._block),
+            **dict.fromkeys(("given", "attributes"), self._labelled),
+            **dict.fromkeys(("communications", "preferred", "over"), self._names),
+            **dict.fromkeys(("arguments", "values", "elements"), self._listed),
+            **dict.fromkeys(("index", "first", "last"), self._tight),
+            "assignments": self._assignments,
         }
-
-    # --- declarations with blocks ---
 
     def file(self, node: FileNode) -> Doc:
         """The document of the whole file."""
         head = self.words.beginning(first=True)
-        body = self._block(self._spaced(2), node.declarations)
-        return [*head, body, *self.words.comments(first=False)]
+        body = self._filled(node, _LAYOUTS[FileNode])
+        return [*head, *body, *self.words.comments(first=False)]
 
-    def _block(self, header: Sequence[Doc], nodes: Sequence[Any]) -> Doc:
-        """``header { … }`` with each node on lines of its own."""
-        docs: list[Doc] = [*header, " ", self.words.take()]
+    # --- layouts ---
+
+    def _filled(self, node: Any, layout: Sequence[str]) -> list[Doc]:
+        """The document of a node in a layout."""
+        docs: list[Doc] = []
+        clauses: list[Doc] = []
+        for part in _parts(node, layout):
+            if part["line"]:
+                clauses.append(_LINE if part["line"] == " | " else " ")
+            else:
+                (clauses if clauses else docs).append(self._part(node, part))
+        return [*docs, Indent(clauses)] if clauses else docs
+
+    def _part(self, node: Any, part: re.Match[str]) -> Doc:
+        if part["blank"]:
+            return " "
+        name = part["field"]
+        value = _field(node, name) if name else part["token"]
+        if isinstance(value, str | int | float):
+            return self.words.take()
+        return self._forms.get(name, self._data)(value)
+
+    def _declaration(self, node: Any) -> Doc:
+        begin = self.words.index
+        match node:
+            case ProvideNode():
+                docs = self._filled(node, _PROVIDE)
+                begin = self.words.index
+                return [*docs, self.words.group(begin, self._filled(node, _PROVIDE_IF))]
+            case RequirementNode(kind=kind):
+                docs = self._filled(node, _REQUIREMENTS[kind])
+            case EnumRuleNode(condition=None):
+                docs = self._filled(node, _DEFAULT_RULE)
+            case ConstantNode(value=DataObjectNode()):
+                docs = self._filled(node, _OBJECT_CONSTANT)
+            case _:
+                docs = self._filled(node, _LAYOUTS[type(node)])
+        has_block = any(hasattr(node, name) for name in _BLOCKS)
+        return docs if has_block else self.words.group(begin, docs)
+
+    def _block(self, nodes: Sequence[Any]) -> Doc:
+        """``{ … }`` with each node on lines of its own."""
+        docs: list[Doc] = [self.words.take()]
         inside: list[Doc] = []
         for node in nodes:
             inside += self.words.beginning(first=not inside)
-            inside.append(self.kinds[type(node)](node))
+            inside.append(self._declaration(node))
         inside += self.words.comments(first=not inside)
         if inside:
             docs += [Indent(inside), _HARD]
         return [*docs, self.words.take()]
 
-    def _component(self, node: ComponentNode) -> Doc:
-        return self._block(self._named_component(node), node.items)
-
-    def _named_component(self, node: ComponentNode | ImportNode) -> list[Doc]:
-        docs = self._spaced(2)
-        if node.indexes:
-            docs += [self.words.take(), *self.words.until(node.indexes.span.end), self.words.take()]
+    def _labelled(self, values: Sequence[DataNode]) -> Doc:
+        """``label: value`` for each value, separated by commas."""
+        docs: list[Doc] = []
+        for value in values:
+            docs += [self.words.take(), _LINE] if docs else []
+            docs += [self.words.take(), self.words.take(), " ", self._data(value)]
         return docs
 
-    def _for(self, node: ForNode) -> Doc:
-        header = [*self._spaced(3), " ", *self.words.until(node.indexes.span.end)]
-        return self._block(header, node.statements)
-
-    def _behaviour(self, node: BehaviourNode) -> Doc:
-        return self._block(self._spaced(1), node.items)
-
-    def _state(self, node: StateNode) -> Doc:
-        return self._block(self._spaced(2 + node.initial + node.marked), node.transitions)
-
-    def _object(self, node: ObjectNode) -> Doc:
-        return self._block(self._spaced(3), node.properties)
-
-    def _enum(self, node: EnumNode) -> Doc:
-        header = [*self._spaced(4), " ", *self.words.until(node.source.span.end)]
-        return self._block([*header, " ", self.words.take()], node.rules)
-
-    # --- declarations of one line ---
-
-    def _import(self, node: ImportNode) -> Doc:
-        begin = self.words.index
-        docs = self._named_component(node)
-        clauses: list[Doc] = [_LINE, *self._spaced(4)]
-        given: list[Any] = [*node.arguments, *([node.prefix] if node.prefix else [])]
-        for number, part in enumerate(sorted(given, key=lambda part: part.span.start)):
-            clauses += [self.words.take(), _LINE] if number else [_LINE, self.words.take(), " "]
-            clauses += [self.words.take(), self.words.take(), " "]
-            value = part.value if isinstance(part, ArgumentNode) else None
-            clauses.append(self._expression(value) if value else self.words.take())
-        return self.words.group(begin, [*docs, Indent(clauses)])
-
-    def _interface(self, node: InterfaceNode) -> Doc:
-        begin = self.words.index
-        docs: list[Doc] = [*self._spaced(2)]
-        clauses: list[Doc] = [_LINE, *self._spaced(2), _LINE, *self._spaced(2)]
-        return self.words.group(begin, [*docs, Indent(clauses)])
-
-    def _communication(self, node: MessageNode | ServiceNode | ActionNode) -> Doc:
-        begin = self.words.index
-        head: list[Doc] = [*self._spaced(4 if isinstance(node, MessageNode) else 3)]
-        clauses: list[Doc] = []
-        for number, (kind, value) in enumerate(_attributes(node)):
-            clauses += [self.words.take(), _LINE] if number else [" "]
-            clauses += [self.words.take(), self.words.take(), " "]
-            if kind is Value.DURATION:
-                clauses.append(self._expression(value))
-            else:
-                clauses += self.words.until(value.span.end)
-        if node.links:
-            clauses += [" ", *self._spaced(2)]
-        return self.words.group(begin, [*head, Indent(clauses)])
-
-    def _constant(self, node: ConstantNode | ParameterNode) -> Doc:
-        begin = self.words.index
-        docs: list[Doc] = [*self._spaced(2), self.words.take(), " "]
-        docs += [*self.words.until(node.type.span.end), " ", self.words.take()]
-        if isinstance(node.value, DataObjectNode):
-            return [*docs, " ", self._data(node.value)]
-        return self.words.group(begin, [*docs, Indent([_LINE, self._data(node.value)])])
-
-    def _condition(self, node: ConditionNode) -> Doc:
-        begin = self.words.index
-        docs: list[Doc] = self._spaced(3)
-        return self.words.group(begin, [*docs, Indent([_LINE, self._expression(node.value)])])
-
-    def _prefer(self, node: PreferNode) -> Doc:
-        begin = self.words.index
-        docs: list[Doc] = [self.words.take(), " ", self._names(node.preferred)]
-        over: list[Doc] = [_LINE, self.words.take(), " ", self._names(node.over)]
-        return self.words.group(begin, [*docs, Indent(over)])
-
-    def _variable(self, node: VariableNode) -> Doc:
-        begin = self.words.index
-        docs: list[Doc] = [*self._spaced(2), self.words.take(), " "]
-        docs += self.words.until(node.type.span.end)
-        if node.initial is not None:
-            docs.append(Indent([_LINE, self.words.take(), " ", self._expression(node.initial)]))
-        return self.words.group(begin, docs)
-
-    def _property(self, node: PropertyNode) -> Doc:
-        docs: list[Doc] = [self.words.take(), self.words.take(), " "]
-        return [*docs, *self.words.until(node.type.span.end)]
-
-    def _rule(self, node: EnumRuleNode) -> Doc:
-        begin = self.words.index
-        condition = node.condition
-        docs: list[Doc] = [self._expression(condition) if condition else self.words.take()]
-        return self.words.group(begin, [*docs, Indent([_LINE, *self._spaced(2)])])
-
-    def _transition(self, node: ResultTransitionNode | TauNode | AfterNode) -> Doc:
-        begin = self.words.index
-        head: list[Doc] = [self.words.take()]
-        clauses: list[Doc] = []
-        assignments: tuple[AssignmentNode, ...] = ()
-        if isinstance(node, ResultTransitionNode):
-            head += [" ", *self._spaced(2), " ", *self.words.until(node.communication.span.end)]
-            assignments = node.assignments
-        elif isinstance(node, AfterNode):
-            head += [" ", self._expression(node.duration)]
-            assignments = node.assignments
-        if node.guard is not None:
-            clauses += [_LINE, self.words.take(), " ", self._expression(node.guard)]
-        if assignments:
-            clauses += [_LINE, self.words.take(), " ", self._assignments(assignments)]
-        if node.goto:
-            clauses += [_LINE, *self._spaced(2)]
-        return self.words.group(begin, [*head, Indent(clauses)])
-
-    def _assignments(self, nodes: tuple[AssignmentNode, ...]) -> Doc:
+    def _assignments(self, nodes: Sequence[AssignmentNode]) -> Doc:
         begin = self.words.index
         docs: list[Doc] = []
         for node in nodes:
-            if docs:
-                docs += [self.words.take(), _LINE]
-            docs += self.words.until(node.target.span.end)
-            docs += [" ", self.words.take(), " ", self._expression(node.value)]
+            docs += [self.words.take(), _LINE] if docs else []
+            docs += self._filled(node, _LAYOUTS[AssignmentNode])
         return self.words.group(begin, [Indent(docs)])
 
-    def _requirement(self, node: RequirementNode) -> Doc:
-        begin = self.words.index
-        docs: list[Doc] = [self.words.take(), " "]
-        if node.kind in ("never", "always"):
-            docs += [self.words.take(), " ", self._expression(node.condition)]
-        elif node.kind == "needs":
-            docs.append(self._names(node.communications))
-            docs.append(Indent([_LINE, self.words.take(), " ", self._expression(node.condition)]))
-        else:
-            docs.append(self._expression(node.condition))
-            docs.append(Indent([_LINE, self.words.take(), " ", self._names(node.communications)]))
-        return self.words.group(begin, docs)
-
-    def _names(self, nodes: tuple[Access, ...]) -> Doc:
+    def _names(self, nodes: Sequence[Access]) -> Doc:
         """One communication, perhaps in parentheses, or several in braces."""
         if not self.words.next_is("{"):
             return self._expression(nodes[0])
@@ -266,21 +218,9 @@ class Formatter:
             inside += [_LINE, *self.words.until(node.span.end)]
         return self.words.group(begin, [*docs, Indent(inside), _LINE, self.words.take()])
 
-    # --- data ---
-
-    def _provide(self, node: ProvideNode) -> Doc:
-        docs: list[Doc] = [self.words.take(), " "]
-        docs += [*self.words.until(node.communication.span.end), " ", self.words.take(), " "]
-        docs.append(self._data(node.data))
-        if node.condition is not None:
-            begin = self.words.index
-            clause: list[Doc] = [_LINE, self.words.take(), " ", self._expression(node.condition)]
-            docs.append(self.words.group(begin, [Indent(clause)]))
-        return docs
+    # --- data and expressions ---
 
     def _data(self, node: DataNode) -> Doc:
-        if isinstance(node, ArrayNode):
-            return self._listed(node.elements)
         if not isinstance(node, DataObjectNode):
             return self._expression(node)
         begin = self.words.index
@@ -294,43 +234,25 @@ class Formatter:
             docs += [Indent(inside), _LINE]
         return self.words.group(begin, [*docs, self.words.take()], broken=expanded)
 
-    # --- expressions ---
-
     def _expression(self, node: ExprNode) -> Doc:
-        """The expression, with the parentheses that it has in the text."""
+        """The expression, with the parentheses that it has in the text; also a name or a type."""
         begin = self.words.index
         docs: list[Doc] = []
-        count = 0
         while self.words.start < node.span.start:
             docs.append(self.words.take())
-            count += 1
+        count = len(docs)
         match node:
             case BinaryNode(operator=operator):
                 inside: list[Doc] = []
                 self._chain(node, BINARY[operator].level, inside)
                 docs.append(self.words.group(begin, inside if count else [Indent(inside)]))
-            case UnaryNode(operand=operand):
-                docs += [self.words.take(), self._expression(operand)]
-            case DurationNode():
-                docs += self._spaced(2)
-            case CallNode(function=function, arguments=arguments):
-                docs += [*self.words.until(function.span.end), self._listed(arguments)]
             case AggregateNode():
                 docs.append(self._aggregate(node))
-            case InNode(operand=operand, values=values):
-                docs += [self._expression(operand), " ", self.words.take(), " "]
-                docs.append(self._listed(values))
-            case ElementNode(array=array, index=index):
-                docs += [self._expression(array), self.words.take(), self._tight(index)]
-                docs.append(self.words.take())
-            case SliceNode(array=array, first=first, last=last):
-                docs += [self._expression(array), self.words.take(), self._tight(first)]
-                docs += [self.words.take(), self._tight(last), self.words.take()]
             case MemberNode(object=inner):
                 docs += [self._expression(inner), *self.words.until(node.span.end)]
-            case ArrayNode(elements=elements):
-                docs.append(self._listed(elements))
-            case Access() | LiteralNode():
+            case _ if layout := _LAYOUTS.get(type(node)):
+                docs += self._filled(node, layout)
+            case _:
                 docs += self.words.until(node.span.end)
         return [*docs, *(self.words.take() for _ in range(count))]
 
@@ -350,42 +272,53 @@ class Formatter:
         docs: list[Doc] = [self.words.take()]
         inside: list[Doc] = []
         for node in nodes:
-            inside += [self.words.take(), _LINE] if inside else [Line(flat="")]
+            inside += [self.words.take(), _LINE] if inside else [_TIGHT]
             inside.append(self._data(node))
         if inside:
-            docs += [Indent(inside), Line(flat="")]
+            docs += [Indent(inside), _TIGHT]
         return self.words.group(begin, [*docs, self.words.take()])
 
     def _aggregate(self, node: AggregateNode) -> Doc:
         begin = self.words.index
         docs: list[Doc] = [self.words.take(), self.words.take()]
-        inside: list[Doc] = [Line(flat=""), self._expression(node.element), _LINE]
-        inside += [*self._spaced(3), " ", self._expression(node.array)]
+        inside = [_TIGHT, *self._filled(node, ("{element}",)), _LINE]
+        inside += self._filled(node, ("for {variable} in {array}",))
         if node.condition is not None:
-            inside += [_LINE, self.words.take(), " ", self._expression(node.condition)]
-        docs += [Indent(inside), Line(flat="")]
-        return self.words.group(begin, [*docs, self.words.take()])
+            inside += [_LINE, *self._filled(node, ("if {condition}",))]
+        return self.words.group(begin, [*docs, Indent(inside), _TIGHT, self.words.take()])
 
     def _tight(self, node: ExprNode) -> Doc:
         """An index, without blanks if it is arithmetic only."""
         simple = all(character not in node.span.text for character in ",{")
         return self.words.until(node.span.end) if simple else self._expression(node)
 
-    # --- words ---
 
-    def _spaced(self, count: int) -> list[Doc]:
-        """The next ``count`` words, separated by blanks."""
-        docs: list[Doc] = [self.words.take()]
-        for _ in range(count - 1):
-            docs += [" ", self.words.take()]
-        return docs
+def _parts(node: Any, layout: Sequence[str]) -> Iterator[re.Match[str]]:
+    """The parts of all segments of a layout that are not left out."""
+    for segment in layout:
+        parts = _split(segment.removeprefix("?"))
+        optional = (
+            next(part["field"] for part in parts if part["field"]) if segment[0] == "?" else ""
+        )
+        if not optional or _field(node, optional):
+            yield from parts
 
 
-def _attributes(node: MessageNode | ServiceNode | ActionNode) -> list[tuple[Value, Any]]:
-    """The attributes behind ``with`` in source order: kind and value of each, each value once."""
-    values = {
-        value.span.start: (attribute.value, value)
-        for attribute in ATTRIBUTES
-        if (value := getattr(node, attribute.name, None)) is not None
-    }
-    return [values[start] for start in sorted(values)]
+@cache
+def _split(segment: str) -> tuple[re.Match[str], ...]:
+    return tuple(_PART.finditer(segment))
+
+
+def _field(node: Any, name: str) -> Any:
+    """A field of a node; ``attributes`` and ``given`` are the values behind its ``with``, in order.
+
+    An attribute ``type`` that stands for several is there once.
+    """
+    if name not in ("attributes", "given"):
+        return getattr(node, name)
+    if isinstance(node, ImportNode):
+        values = [*(argument.value for argument in node.arguments), node.prefix]
+    else:
+        values = [getattr(node, attribute.name, None) for attribute in ATTRIBUTES]
+    by_place = {value.span.start: value for value in values if value is not None}
+    return [by_place[start] for start in sorted(by_place)]
