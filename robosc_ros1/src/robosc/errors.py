@@ -72,8 +72,6 @@ class RoboscError(Exception):
 class ModelError(RoboscError):
     """The model has errors; all of them are in ``diagnostics`` (warnings included)."""
 
-    exit_code = 1
-
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         super().__init__(f"{len(diagnostics)} diagnostics")
         self.diagnostics = tuple(diagnostics)
@@ -102,7 +100,7 @@ class StateSpaceError(RoboscError):
 
 
 OUT_OF_MEMORY = "this takes more memory than there is, or than 'ulimit -v' allows"
-"""What is said where Python could not get the memory that it asked for."""
+"""The message where Python could not get the memory that it asked for."""
 
 
 def counted(number: int, noun: str, ending: str = "s") -> str:
@@ -169,18 +167,13 @@ def render(diagnostic: Diagnostic, color: bool = False) -> str:
         f"{_place(diagnostic.span)}: {paint(severity, f'{severity}[{diagnostic.code}]')}:"
         f" {diagnostic.message}"
     )
-    lines = [head]
-    caret, room = _excerpt(diagnostic.span)
-    lines.append(caret[0])
-    marker = paint("caret", caret[1])
-    hint = diagnostic.hint
-    if hint is None:
-        lines.append(room + marker)
-    elif "\n" in hint:
-        lines.append(room + marker)
-        lines.extend("     = " + part if part else "" for part in hint.split("\n"))
-    else:
-        lines.append(f"{room}{marker} {hint}")
+    line, room, carets = _excerpt(diagnostic.span)
+    lines = [head, line, room + paint("caret", carets)]
+    hint = diagnostic.hint or ""
+    if "\n" in hint:
+        lines += ("     = " + part if part else "" for part in hint.split("\n"))
+    elif hint:
+        lines[-1] += f" {hint}"
     for note in diagnostic.notes:
         where = f"{_place(note.span)}: " if note.span else "     = "
         lines.append(f"{where}note: {note.message}")
@@ -199,8 +192,8 @@ def _place(span: Span) -> str:
 _WIDEST = 160
 
 
-def _excerpt(span: Span) -> tuple[tuple[str, str], str]:
-    """The source line with its number, the carets, and the white space that leads up to them.
+def _excerpt(span: Span) -> tuple[str, str, str]:
+    """The source line with its number, the white space that leads up to the carets, and these.
 
     Tabs stay tabs in the lead so that the caret stands under its character in any terminal; a very
     long line is cut to the part around the span.
@@ -216,4 +209,4 @@ def _excerpt(span: Span) -> tuple[tuple[str, str], str]:
     lead = "".join(c if c == "\t" else " " for c in text[:start])
     number = f"{span.line:5} | "
     width = max(1, end - start)
-    return (number + text, "^" * width), " " * (len(number) - 2) + "| " + lead
+    return number + text, " " * (len(number) - 2) + "| " + lead, "^" * width

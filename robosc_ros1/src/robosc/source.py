@@ -6,9 +6,9 @@ lines and columns.
 
 from __future__ import annotations
 
+import re
 import sys
-from bisect import bisect_right
-from collections.abc import Callable
+from bisect import bisect_left, bisect_right
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -32,12 +32,7 @@ class Source:
 
     @cached_property
     def _line_starts(self) -> list[int]:
-        starts = [0]
-        position = self.text.find("\n")
-        while position >= 0:
-            starts.append(position + 1)
-            position = self.text.find("\n", position + 1)
-        return starts
+        return [0, *(match.end() for match in re.finditer("\n", self.text))]
 
     def position(self, offset: int) -> tuple[int, int]:
         """Line and column, both from 1, of a character offset."""
@@ -51,11 +46,7 @@ class Source:
 
     def line(self, number: int) -> str:
         """Text of a line (from 1) without its line end; empty past the last one."""
-        if number > len(self._line_starts):
-            return ""
-        start = self._line_starts[number - 1]
-        end = self.text.find("\n", start)
-        return self.text[start:] if end < 0 else self.text[start:end]
+        return self.text[self.line_start(number) : self.line_start(number + 1)].removesuffix("\n")
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,22 +84,8 @@ class Span:
 
 def common_ends(one: str, other: str) -> tuple[int, int]:
     """How many characters two texts begin with alike, and with how many of the others they end."""
-    most = min(len(one), len(other))
-    head = _largest(most, lambda low, high: one[low:high] == other[low:high])
-    a, b = len(one), len(other)
-    tail = _largest(
-        most - head, lambda low, high: one[a - high : a - low] == other[b - high : b - low]
-    )
+    lengths = range(1, min(len(one), len(other)) + 1)
+    head = bisect_left(lengths, True, key=lambda n: not one.startswith(other[:n]))
+    lengths = lengths[: len(lengths) - head]
+    tail = bisect_left(lengths, True, key=lambda n: not one.endswith(other[-n:]))
     return head, tail
-
-
-def _largest(most: int, same: Callable[[int, int], bool]) -> int:
-    """The largest number up to ``most`` up to which all is the same, by halving."""
-    low = 0
-    while low < most:
-        middle = (low + most + 1) // 2
-        if same(low, middle):
-            low = middle
-        else:
-            most = middle - 1
-    return low

@@ -230,51 +230,49 @@ def tokenize(source: Source, start: int = 0, end: int | None = None) -> Tokens:
     kinds: list[str] = []
     starts: list[int] = []
     ends: list[int] = []
-    others: list[tuple[str, int, int]] = []
+    comments: list[Comment] = []
+    faults: list[tuple[str, int, int]] = []
     mark = not start and text.startswith("\ufeff")
     for match in _TOKEN.finditer(text, 1 if mark else start, end):
-        what = match.lastgroup
-        found = match.group()
-        if what in ("word", "symbol"):
-            kinds.append(_SPELLINGS.get(found, _PLAIN))
-        elif what == "number":
-            kinds.append(
-                INTEGER if found.isdigit() else NUMBER if _DOUBLE.fullmatch(found) else BAD_NUMBER
-            )
-        else:
-            terminated = what == "string" and _terminated(found)
-            if not terminated:
-                others.append((what or "", match.start(), match.end()))
-            if not terminated and (what != "string" or len(found) < 2):
-                continue
-            kinds.append(STRING)
-        starts.append(match.start())
-        ends.append(match.end())
-    comments = tuple(
-        Comment(text[start:end], start, end) for what, start, end in others if what in _COMMENTS
+        what, found = match.lastgroup or "", match.group()
+        if kind := _kind(what, found):
+            kinds.append(kind)
+            starts.append(match.start())
+            ends.append(match.end())
+        elif what in ("line", "block"):
+            comments.append(Comment(found, match.start(), match.end()))
+        if _is_faulty(what, found):
+            faults.append((what, match.start(), match.end()))
+    return Tokens(
+        source,
+        _marked(text, "".join(kinds), starts, ends),
+        starts,
+        ends,
+        tuple(comments),
+        tuple(_fault(source, *fault) for fault in faults[: MAX_FAULTS + 1]),
+        tuple(place for _, place, _ in faults),
+        open_end=bool(faults) and faults[-1][0] == "block",
     )
-    faults = [(what, a, b) for what, a, b in others if what != "line" and not _closed(text, a, b)]
-    open_end = bool(faults) and faults[-1][0] == "block"
-    told = tuple(_fault(source, *fault) for fault in faults[: MAX_FAULTS + 1])
-    places = tuple(start for _, start, _ in faults)
-    plain = "".join(kinds)
-    marked = _marked(text, plain, starts, ends)
-    return Tokens(source, marked, starts, ends, comments, told, places, open_end)
 
 
-_COMMENTS = ("line", "block")
+def _kind(what: str, found: str) -> str:
+    """The kind of a match of ``_TOKEN``; empty for what is no token."""
+    if what in ("word", "symbol"):
+        return _SPELLINGS.get(found, _PLAIN)
+    if what == "number":
+        return INTEGER if found.isdigit() else NUMBER if _DOUBLE.fullmatch(found) else BAD_NUMBER
+    return STRING if what == "string" and len(found) > 1 else ""
 
 
-def _closed(text: str, start: int, end: int) -> bool:
-    """Whether this is a block comment that is terminated."""
-    return text.startswith("/*", start) and end - start >= 4 and text.endswith("*/", start, end)
-
-
-def _terminated(string: str) -> bool:
-    if len(string) < 2 or string[-1] != string[0]:
-        return False
-    body = string[1:-1]
-    return (len(body) - len(body.rstrip("\\"))) % 2 == 0
+def _is_faulty(what: str, found: str) -> bool:
+    """Whether a match of ``_TOKEN`` is a lexical error."""
+    if what == "string":
+        body = found[1:-1]
+        escaped = (len(body) - len(body.rstrip("\\"))) % 2
+        return len(found) < 2 or found[-1] != found[0] or bool(escaped)
+    if what == "block":
+        return len(found) < 4 or not found.endswith("*/")
+    return what in ("hash", "bad")
 
 
 LOOKS = {
