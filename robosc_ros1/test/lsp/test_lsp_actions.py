@@ -160,3 +160,21 @@ def test_remedy_of_synthesis(tmp_path: Path) -> None:
         file.write_text(applied(analysis.source, list(actions[0].edits)))
     assert "on error from grab" in file.read_text()
     assert "never-allowed" not in {d.code for d in supervisor.diagnostics}
+
+
+def test_actions_in_one_of_several_components(tmp_path: Path) -> None:
+    """They change the declaration that all copies come from."""
+    file = tmp_path / "model.rscd"
+    text = (
+        "robot R {\n"
+        "    component Station[1..2] {\n"
+        "        incoming message go with type: none\n"
+        "        behaviour {\n            state free {}\n        }\n"
+        "    }\n"
+        "}\n"
+    )
+    analysis = open_text(Desk(), file, text)
+    (diagnostic,) = (d for d in analysis.diagnostics if d.code == "no-initial-state")
+    (action,) = actions_for(analysis, diagnostic)
+    mended = applied(analysis.source, list(action.edits))
+    assert mended == text.replace("state free", "initial state free")

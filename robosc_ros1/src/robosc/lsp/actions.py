@@ -1,7 +1,7 @@
 """Code actions: what the hint of a diagnostic says, done.
 
-Hints are sentences for people. The forms that can be carried out without knowing more are listed
-here; all others stay words.
+Hints are sentences for people. Those that can be carried out without knowing more are listed in
+``_RULES``; all others stay words.
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ from dataclasses import dataclass
 from robosc.errors import Diagnostic
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.carriers import fits
-from robosc.model.tables import CommunicationInfo
+from robosc.names import IDENTIFIER
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
     BehaviourNode,
     ComponentNode,
+    DeclarationNode,
     EnumNode,
     FileNode,
     ImportNode,
@@ -42,24 +43,24 @@ class Action:
     edits: tuple[Edit, ...]
 
 
-_NAME = r"\^?[A-Za-z_]\w*"
 _INDENT = "    "
 
 
 def actions_for(analysis: Analysis, diagnostic: Diagnostic) -> list[Action]:
     """What can be done about a diagnostic of this text, if anything."""
     hint = diagnostic.hint
-    contents = analysis.contents
     if hint is None or diagnostic.span.source is not analysis.source:
         return []
-    place = _Place(analysis, contents.scope.node if contents is not None else None, diagnostic)
-    return [action for rule in _RULES for action in rule(place, hint)]
+    place = _Place(analysis, diagnostic)
+    matches = ((rule, re.fullmatch(pattern, hint)) for pattern, rule in _RULES)
+    return [action for rule, found in matches if found for action in rule(place, found)]
 
 
 @dataclass(frozen=True)
 class _Place:
+    """A diagnostic in a text, what is declared there, and edits of it."""
+
     analysis: Analysis
-    file: FileNode | None
     diagnostic: Diagnostic
 
     @property
@@ -72,6 +73,10 @@ class _Place:
 
     def insert(self, offset: int, text: str) -> Edit:
         return Edit(Span(self.source, offset, offset), text)
+
+    def replace(self, text: str) -> Action:
+        """Write a text in place of what the diagnostic marks."""
+        return Action(f"Write '{text}'", (Edit(self.span, text),))
 
     def indent(self, offset: int) -> str:
         line = self.source.line(self.source.position(offset)[0])
@@ -87,157 +92,137 @@ class _Place:
             return self.insert(brace, f"\n{outer}{_INDENT}{line}\n{outer}")
         return self.insert(begin, f"{outer}{_INDENT}{line}\n")
 
-    def component(self, name: str) -> ComponentNode | None:
-        found = (d for d in (self.file.declarations if self.file else ()))
-        return next(
-            (d for d in found if isinstance(d, ComponentNode) and d.name.text == name), None
-        )
+    @property
+    def file(self) -> FileNode | None:
+        """The file as it is written; None if it could not be read."""
+        contents = self.analysis.contents
+        return (contents.scope.node.written or contents.scope.node) if contents else None
+
+    @property
+    def components(self) -> list[ComponentNode]:
+        declarations = self.file.declarations if self.file else ()
+        return [node for node in declarations if isinstance(node, ComponentNode)]
+
+    @property
+    def declaration(self) -> DeclarationNode | None:
+        """The declaration of the file around the diagnostic."""
+        declarations = self.file.declarations if self.file else ()
+        around = (d for d in declarations if d.span.start <= self.span.start < d.span.end)
+        return next(around, None)
 
     def message(self, name: str) -> MessageNode | None:
         """The only message of that name, or ``Component.name``."""
         component, _, bare = name.rpartition(".")
         found = [
             item
-            for owner in (self.file.declarations if self.file else ())
-            if isinstance(owner, ComponentNode) and component in ("", owner.name.text)
+            for owner in self.components
+            if component in ("", owner.name.text)
             for item in owner.items
             if isinstance(item, MessageNode) and item.name.text == bare
         ]
         return found[0] if len(found) == 1 else None
 
-    def state(self, component: str, name: str) -> StateNode | None:
-        owner = self.component(component)
-        for item in owner.items if owner is not None else ():
-            for part in item.items if isinstance(item, BehaviourNode) else ():
-                if isinstance(part, StateNode) and part.name.text == name:
-                    return part
-        return None
+
+def _behaviour(component: object) -> BehaviourNode | None:
+    items = component.items if isinstance(component, ComponentNode) else ()
+    return next((item for item in items if isinstance(item, BehaviourNode)), None)
 
 
-_Rule = Callable[[_Place, str], Iterator[Action]]
+def _state(component: object, name: str) -> StateNode | None:
+    behaviour = _behaviour(component)
+    states = (i for i in (behaviour.items if behaviour else ()) if isinstance(i, StateNode))
+    return next((state for state in states if state.name.text == name), None)
 
 
-def _replace(place: _Place, hint: str) -> Iterator[Action]:
-    """``did you mean 'x'?``, ``write 'x'``, ``write: x``, ``write integer(1..2)``."""
-    first = hint.split("\n", 1)[0]
-    found = (
-        re.fullmatch(r"did you mean '([^']+)'\?", first)
-        or re.fullmatch(
-            r"write '([^']+)'(?: with its colon| if this is a name| for 'not'.*)?", first
-        )
-        or re.fullmatch(r"write (integer\(-?\d+\.\.-?\d+\))", first)
-        or re.fullmatch(r"write: (value = .+)", first)
-    )
-    if found:
-        yield Action(f"Write '{found[1]}'", (Edit(place.span, found[1]),))
+# --- the rules -----------------------------------------------------------------------------------
 
 
-def _choose(place: _Place, hint: str) -> Iterator[Action]:
-    """``write A.x or B.x``."""
-    qualified = rf"{_NAME}\.{_NAME}"
-    if re.fullmatch(rf"write {qualified}(?: or {qualified})+", hint):
-        for name in hint.removeprefix("write ").split(" or "):
-            yield Action(f"Write '{name}'", (Edit(place.span, name),))
+def _replace(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+    yield place.replace(found[1])
 
 
-def _remove(place: _Place, hint: str) -> Iterator[Action]:
-    code = place.diagnostic.code
-    if code == "bad-character" and hint == "no separator stands between declarations":
-        yield Action("Remove it", (Edit(place.span, ""),))
-    elif code == "several-defaults":
+def _choose(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+    yield from map(place.replace, found[1].split(" or "))
+
+
+def _remove(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+    if place.diagnostic.code == "several-defaults":
         yield Action("Remove this default", (Edit(_line_of(place.span), ""),))
-    found = re.fullmatch(rf"remove 'initial' from '({_NAME})' or from '{_NAME}'", hint)
-    if found:
-        text = place.source.text
-        start = text.rfind("initial", 0, place.span.start)
-        match = re.compile(r"initial\s+").match(text, start) if start >= 0 else None
-        if match:
-            span = Span(place.source, match.start(), match.end())
-            yield Action(f"Remove 'initial' from '{found[1]}'", (Edit(span, ""),))
+    elif place.diagnostic.code == "bad-character":
+        yield Action("Remove it", (Edit(place.span, ""),))
 
 
-def _close(place: _Place, hint: str) -> Iterator[Action]:
-    found = re.fullmatch(r"close it with (\S+)", hint)
-    if found:
-        # A forgotten quote swallows the line; what was meant to be quoted has no blanks or commas.
-        meant = re.match(r"[\"'][^\s,]*", place.span.text)
-        end = place.span.start + meant.end() if meant else place.span.end
-        if place.diagnostic.code == "unterminated-comment":
-            line, _ = place.source.position(place.span.start)
-            end = place.source.line_start(line) + len(place.source.line(line))
-        yield Action(f"Close it with {found[1]}", (place.insert(end, found[1]),))
+def _remove_initial(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+    start = place.source.text.rfind("initial", 0, place.span.start)
+    match = re.compile(r"initial\s+").match(place.source.text, start) if start >= 0 else None
+    if match:
+        edit = Edit(Span(place.source, match.start(), match.end()), "")
+        yield Action(f"Remove 'initial' from '{found[1]}'", (edit,))
 
 
-def _default(place: _Place, hint: str) -> Iterator[Action]:
-    found = re.fullmatch(rf"add: (default -> {_NAME})", hint)
-    if not found or place.file is None:
-        return
-    for node in place.file.declarations:
-        if isinstance(node, EnumNode) and node.name.span == place.span:
-            yield Action(f"Add '{found[1]}'", (place.inside(node.span, found[1]),))
+def _close(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+    # A forgotten quote swallows the line; what was meant to be quoted has no blanks or commas.
+    meant = re.match(r"[\"'][^\s,]*", place.span.text)
+    end = place.span.start + meant.end() if meant else place.span.end
+    if place.diagnostic.code == "unterminated-comment":
+        line = place.span.line
+        end = place.source.line_start(line) + len(place.source.line(line))
+    yield Action(f"Close it with {found[1]}", (place.insert(end, found[1]),))
 
 
-def _initial(place: _Place, hint: str) -> Iterator[Action]:
-    component = place.component(place.span.text.lstrip("^"))
-    found = re.fullmatch(rf"write: initial (?:marked )?state ({_NAME})", hint)
-    if component is None:
-        return
-    behaviour = next((i for i in component.items if isinstance(i, BehaviourNode)), None)
-    if found:
-        state = place.state(component.name.text, found[1])
-        if state is not None:
-            edit = place.insert(state.span.start, "initial ")
-            yield Action(f"Make '{found[1]}' the initial state", (edit,))
-    elif hint == "add: initial marked state idle {}" and behaviour is not None:
-        edit = place.inside(behaviour.span, hint.removeprefix("add: "))
-        yield Action("Add an initial state", (edit,))
+def _add_default(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+    if isinstance(place.declaration, EnumNode):
+        yield Action(f"Add '{found[1]}'", (place.inside(place.declaration.span, found[1]),))
 
 
-def _links(place: _Place, hint: str) -> Iterator[Action]:
+def _make_initial(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+    if state := _state(place.declaration, found[1]):
+        edit = place.insert(state.span.start, "initial ")
+        yield Action(f"Make '{found[1]}' the initial state", (edit,))
+
+
+def _add_initial(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+    if behaviour := _behaviour(place.declaration):
+        yield Action("Add an initial state", (place.inside(behaviour.span, found[1]),))
+
+
+def _link(place: _Place, found: re.Match[str]) -> Iterator[Action]:
     """To an interface that the model declares and that fits, else to what the hint names."""
     contents = place.analysis.contents
     if place.diagnostic.code != "missing-links" or contents is None or place.file is None:
         return
-    communications = (c for i in contents.instances.values() for c in i.communications.values())
-    info = next((c for c in communications if place.span in (c.node.name.span, _type(c))), None)
-    if info is None:
+    infos = (info for i in contents.instances.values() for info in i.communications.values())
+    marked = (i for i in infos if place.span in (i.node.name.span, _type(i.node)))
+    if (info := next(marked, None)) is None:
         return
     end = info.node.span.end
     interfaces = contents.scope.interfaces
-    fitting = [
-        name for name, node in interfaces.items() if fits(info, node, place.analysis.definitions)
-    ]
+    definitions = place.analysis.definitions
+    fitting = [name for name, node in interfaces.items() if fits(info, node, definitions)]
     for name in fitting:
         yield Action(f"Link '{name}'", (place.insert(end, f" links {name}"),))
-    found = re.fullmatch(
-        rf"add: links ({_NAME})\nand declare: (interface {_NAME} use {_NAME} from {_NAME})", hint
-    )
-    if fitting or not found or found[1] in interfaces or "PACKAGE" in found[2]:
-        return
-    edits = (place.insert(end, f" links {found[1]}"), place.inside(place.file.span, found[2]))
-    yield Action(f"Link '{found[1]}'", edits)
+    name, declaration = found[1], found[2]
+    if not fitting and declaration and name not in interfaces and "PACKAGE" not in declaration:
+        edits = (place.insert(end, f" links {name}"), place.inside(place.file.span, declaration))
+        yield Action(f"Link '{name}'", edits)
 
 
-def _type(info: CommunicationInfo) -> Span | None:
-    return info.node.type.span if isinstance(info.node, MessageNode) else None
+def _type(node: object) -> Span | None:
+    return node.type.span if isinstance(node, MessageNode) else None
 
 
-def _import(place: _Place, hint: str) -> Iterator[Action]:
-    found = re.fullmatch(rf"add: (component {_NAME} from {_NAME} import {_NAME}.*)", hint)
-    if not found or place.file is None:
-        return
-    for node in place.file.declarations:
-        if isinstance(node, ImportNode) and node.span.start <= place.span.start < node.span.end:
-            text = f"\n{place.indent(node.span.start)}{found[1]}"
-            yield Action(f"Add '{found[1]}'", (place.insert(node.span.end, text),))
+def _add_import(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+    if isinstance(node := place.declaration, ImportNode):
+        text = f"\n{place.indent(node.span.start)}{found[1]}"
+        yield Action(f"Add '{found[1]}'", (place.insert(node.span.end, text),))
 
 
-def _transition(place: _Place, hint: str) -> Iterator[Action]:
+def _add_transition(place: _Place, found: re.Match[str]) -> Iterator[Action]:
     """What synthesis says is missing."""
-    found = re.match(rf"add '(on [^']+)' in state ({_NAME}) of ({_NAME})", hint)
-    state = place.state(found[3], found[2]) if found else None
-    if found and state is not None:
-        yield Action(f"Add '{found[1]}'", (place.inside(state.span, found[1]),))
+    transition, name, component = found.groups()
+    owner = next((node for node in place.components if node.name.text == component), None)
+    if state := _state(owner, name):
+        yield Action(f"Add '{transition}'", (place.inside(state.span, transition),))
 
 
 def _timeout(place: _Place, name: str, text: str) -> Edit | None:
@@ -249,39 +234,22 @@ def _timeout(place: _Place, name: str, text: str) -> Edit | None:
     return place.insert(before.start(), f"{text} ") if before else None
 
 
-def _missing_timeout(place: _Place, hint: str) -> Iterator[Action]:
-    """``give scan a 'timeout: 500 ms,'``."""
-    found = re.fullmatch(rf"give ((?:{_NAME}\.)?{_NAME}) a '(timeout: [^']+,)'", hint)
-    edit = _timeout(place, found[1], found[2]) if found else None
-    if found and edit is not None:
+def _add_timeout(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+    if edit := _timeout(place, found[1], found[2]):
         yield Action(f"Add '{found[2]}' to {found[1]}", (edit,))
 
 
-def _freshness(place: _Place, hint: str) -> Iterator[Action]:
+def _add_freshness(place: _Place, found: re.Match[str]) -> Iterator[Action]:
     """A timeout of the message, and a requirement of one of the commands that rest on it."""
-    name = rf"(?:{_NAME}\.)?{_NAME}"
-    found = re.fullmatch(
-        rf"give ({name}) a '(timeout: .+,)' and add"
-        rf" 'requirement ({name}) needs ({name}\.fresh)'(?:, or for ((?:{name}(?:, )?)+))?",
-        hint,
-    )
-    timeout = _timeout(place, found[1], found[2]) if found else None
-    if not found or timeout is None or place.file is None:
+    message, text, command, condition, others = found.groups()
+    timeout = _timeout(place, message, text)
+    if timeout is None or place.declaration is None:
         return
-    statement = next(
-        (d for d in place.file.declarations if d.span.start <= place.span.start < d.span.end), None
-    )
-    if statement is None:
-        return
-    start = statement.span.start
-    for command in (found[3], *(found[5] or "").split(", ")):
-        if command:
-            requirement = f"requirement {command} needs {found[4]}"
-            edits = (
-                timeout,
-                place.insert(start, f"{requirement}\n{place.indent(start)}"),
-            )
-            yield Action(f"Add a timeout and '{requirement}'", edits)
+    start = place.declaration.span.start
+    for one in (command, *(others.split(", ") if others else ())):
+        requirement = f"requirement {one} needs {condition}"
+        edit = place.insert(start, f"{requirement}\n{place.indent(start)}")
+        yield Action(f"Add a timeout and '{requirement}'", (timeout, edit))
 
 
 def _line_of(span: Span) -> Span:
@@ -294,7 +262,38 @@ def _line_of(span: Span) -> Span:
     return span
 
 
-_RULES: tuple[_Rule, ...] = (
-    _replace, _choose, _remove, _close, _default, _initial, _links, _import, _transition,
-    _missing_timeout, _freshness,
-)  # fmt: skip
+_NAME = rf"\^?{IDENTIFIER}"
+_MEMBER = rf"{_NAME}\.{_NAME}"
+_MESSAGE = rf"(?:{_NAME}\.)?{_NAME}"
+
+_RULES: tuple[tuple[str, Callable[[_Place, re.Match[str]], Iterator[Action]]], ...] = (
+    (r"did you mean '([^']+)'\?(?:\n[\s\S]*)?", _replace),
+    (
+        r"write '([^']+)'(?: with its colon| if this is a name| for 'not'.*)?(?:\n[\s\S]*)?",
+        _replace,
+    ),
+    (r"write (integer\(-?\d+\.\.-?\d+\))(?:\n[\s\S]*)?", _replace),
+    (r"write: (value = .+)(?:\n[\s\S]*)?", _replace),
+    (rf"write ({_MEMBER}(?: or {_MEMBER})+)", _choose),
+    (r"no separator stands between declarations|remove one of them", _remove),
+    (rf"remove 'initial' from '({_NAME})' or from '{_NAME}'", _remove_initial),
+    (r"close it with (\S+)", _close),
+    (rf"add: (default -> {_NAME})", _add_default),
+    (rf"write: initial (?:marked )?state ({_NAME})", _make_initial),
+    (r"add: (initial marked state idle \{\})", _add_initial),
+    (
+        rf"add: links ({_NAME})"
+        rf"(?:, and .*|\nand declare: (interface {_NAME} use {_NAME} from {_NAME}))",
+        _link,
+    ),
+    (rf"add: (component {_NAME} from {_NAME} import {_NAME}.*)", _add_import),
+    (rf"add '(on [^']+)' in state ({_NAME}) of ({_NAME})[\s\S]*", _add_transition),
+    (rf"give ({_MESSAGE}) a '(timeout: [^']+,)'", _add_timeout),
+    (
+        rf"give ({_MESSAGE}) a '(timeout: .+,)' and add"
+        rf" 'requirement ({_MESSAGE}) needs ({_MESSAGE}\.fresh)'"
+        rf"(?:, or for ((?:{_MESSAGE}(?:, )?)+))?",
+        _add_freshness,
+    ),
+)
+"""Patterns of hints, each with what does what the hint says."""
