@@ -14,9 +14,9 @@ from synthesis.subject import robot_of
 from robosc.emit.python import Attributes, in_controller
 from robosc.ir.counting import with_counts
 from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl
-from robosc.model.aggregates import at_least
 from robosc.model.evaluation import evaluate
 from robosc.model.expr import Count, Expr, Leaf, StateRef, VariableRef
+from robosc.model.quantified import at_least
 from robosc.model.traversal import walk
 from robosc.model.types import BooleanType
 from robosc.synthesis import synthesize

@@ -10,7 +10,7 @@ from robosc.errors import render_all
 from robosc.ir.lower import lower
 from robosc.model.entities import Robot
 from robosc.model.evaluation import evaluate
-from robosc.model.expr import StateRef
+from robosc.model.expr import Expr, StateRef
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.source import Source
@@ -144,6 +144,90 @@ def test_conditions_over_some_components() -> None:
     assert slice_ == {bits: bits & 0b110 != 0 for bits in range(8)}
     filtered = needs("all(s.waiting for s in Station if !Station[1].waiting)")
     assert filtered == {bits: bits in (0b111,) or bits & 1 != 0 for bits in range(8)}
+
+
+SCANNERS = """
+    datatype object Scan { r: array(double) }
+    interface scans use Scan from some_robot_msgs
+    constant MOST: integer = 1
+    component Laser[1..2] {
+        outgoing message scan with type: Scan links scans
+        incoming message go with type: none
+        behaviour {
+            variable r: array(double)
+            variable level: integer(0..3)
+            initial marked state s {
+                on response from scan do r := value.r
+                on request to go do level := 1
+            }
+        }
+    }
+"""
+
+
+def of_scanners(condition: str) -> Expr:
+    robot, found = load(
+        Source("model.rscd", f"robot R {{ {SCANNERS} requirement always {condition} }}"),
+        definitions=MessageDefinitions(),
+    )
+    assert robot is not None, render_all(found)
+    return robot.requirements[0].condition
+
+
+@pytest.mark.parametrize(
+    ("condition", "first", "second", "holds"),
+    [
+        ("any(x.r[0] < 1 for x in Laser)", (), (0.5,), True),
+        ("any(x.r[0] < 1 for x in Laser)", (0.5,), (), True),
+        ("any(x.r[0] < 1 for x in Laser)", (2.0,), (), False),
+        ("!any(x.r[0] < 1 for x in Laser)", (), (2.0,), True),
+        ("!any(x.r[0] < 1 for x in Laser)", (), (0.5,), False),
+        ("all(x.r[0] < 1 for x in Laser)", (0.5,), (), True),
+        ("all(x.r[0] < 1 for x in Laser)", (), (2.0,), False),
+        ("all(x.r[0] < 1 for x in Laser if x.r[1] < 1)", (2.0,), (0.5, 0.5), True),
+        ("count(x.r[0] < 1 for x in Laser) >= 1", (), (0.5,), True),
+        ("count(x.r[0] < 1 for x in Laser) >= 2", (), (0.5,), False),
+        ("count(x.r[0] < 1 for x in Laser) > MOST", (0.5,), (0.5,), True),
+        ("count(x.r[0] < 1 for x in Laser) > MOST", (0.5,), (), False),
+    ],
+)
+def test_what_is_undefined_does_not_count(
+    condition: str, first: tuple[float, ...], second: tuple[float, ...], holds: bool
+) -> None:
+    """As in an array: whichever component it is about."""
+    data = {"Laser[1]": first, "Laser[2]": second}
+    found = of_scanners(condition)
+    assert evaluate(found, lambda leaf: data[leaf.component]) is holds  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("condition", "levels", "holds"),
+    [
+        ("sum(x.level for x in Laser) = 3", (1, 2), True),
+        ("min(x.level for x in Laser) = 1", (1, 2), True),
+        ("max(x.level for x in Laser[2..2]) = 2", (3, 2), True),
+        ("sum(x.level for x in Laser[2..1]) = 0", (3, 2), True),
+        ("all(x.level > 2 for x in Laser[2..1])", (1, 1), True),
+        ("count(x.level > 2 for x in Laser[2..1]) = 0", (1, 1), True),
+    ],
+)
+def test_numbers_of_some_or_no_components(
+    condition: str, levels: tuple[int, int], holds: bool
+) -> None:
+    level = dict(zip(("Laser[1]", "Laser[2]"), levels, strict=True))
+    found = of_scanners(condition)
+    assert evaluate(found, lambda leaf: level[leaf.component]) is holds  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    "condition", ["min(x.r[0] for x in Laser) < 1", "sum(x.r[0] for x in Laser) < 1"]
+)
+def test_a_number_that_may_be_undefined_is_refused(condition: str) -> None:
+    _, found = load(
+        Source("model.rscd", f"robot R {{ {SCANNERS} requirement always {condition} }}"),
+        definitions=MessageDefinitions(),
+    )
+    assert "not-over-components" in [d.code for d in found]
 
 
 def test_a_count_of_many_is_written_out_in_few_terms() -> None:

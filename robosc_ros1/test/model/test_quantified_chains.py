@@ -8,41 +8,47 @@ import pytest
 
 from robosc.model.entities import Robot
 from robosc.model.expr import Binary, Expr, StateRef, Unary
-from robosc.model.quantified import Chains, joined
+from robosc.model.quantified import Chains, chain
 from robosc.model.resolve import load
-from robosc.source import Source, Span
-from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode
-
-SPAN = Span(Source("chain.rscd", "any"), 0, 3)
+from robosc.source import Source
 
 
-def leaves(node: ExprNode) -> Iterator[ExprNode]:
-    if isinstance(node, BinaryNode):
-        yield from leaves(node.left)
-        yield from leaves(node.right)
+def leaves(expr: Expr) -> Iterator[Expr]:
+    if isinstance(expr, Binary):
+        yield from leaves(expr.left)
+        yield from leaves(expr.right)
     else:
-        yield node
+        yield expr
 
 
-def depth(node: ExprNode) -> int:
-    return 1 + max(depth(node.left), depth(node.right)) if isinstance(node, BinaryNode) else 0
+def depth(expr: Expr) -> int:
+    return 1 + max(depth(expr.left), depth(expr.right)) if isinstance(expr, Binary) else 0
 
 
 @pytest.mark.parametrize("runs", [[(0, n) for n in range(301)], [(k, k + 90) for k in range(200)]])
 def test_chains_over_runs_have_just_their_parts(runs: list[tuple[int, int]]) -> None:
-    parts = [LiteralNode(number, span=SPAN) for number in range(300)]
+    parts = [StateRef("Station", str(number)) for number in range(300)]
     known: Chains = {}
     for first, last in runs[1:]:
-        found = joined("or", parts[first:last], SPAN, False, known)
+        found = chain("or", parts[first:last], known=known)
         assert list(leaves(found)) == parts[first:last]
         assert depth(found) < 80
 
 
 def test_the_same_part_may_stand_several_times() -> None:
-    part = LiteralNode(1, span=SPAN)
+    part = StateRef("Station", "waiting")
     known: Chains = {}
     for count in (2, 5, 3):
-        assert len(list(leaves(joined("+", [part] * count, SPAN, 0, known)))) == count
+        assert len(list(leaves(chain("or", [part] * count, known=known)))) == count
+
+
+def test_chains_that_differ_in_the_middle_are_different() -> None:
+    first, last, one, other = (StateRef("Station", state) for state in "abcd")
+    known: Chains = {}
+    for middle in (one, other):
+        assert list(leaves(chain("or", [first, middle, last], known=known))) == [
+            first, middle, last,
+        ]  # fmt: skip
 
 
 LINE = """

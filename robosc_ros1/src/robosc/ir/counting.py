@@ -16,7 +16,6 @@ from itertools import islice
 from operator import is_not
 from typing import TypeGuard
 
-from robosc.model.aggregates import at_least, chain
 from robosc.model.expr import (
     Binary,
     Count,
@@ -28,7 +27,7 @@ from robosc.model.expr import (
     Unary,
     VariableRef,
 )
-from robosc.model.quantified import Cases
+from robosc.model.quantified import Cases, at_least, chain
 from robosc.model.traversal import may_be_undefined, operands, rewritten, walk
 from robosc.model.types import BooleanType
 

@@ -1,25 +1,25 @@
 """Typing of aggregates, ``any(E for x in A)``; those over lists of expressions are expanded.
 
 ``count(x for x in [A.busy, !B.on]) < 2`` becomes a condition that enumerates the cases, so that
-later stages have no aggregates over such lists. A list of constants is an array like any other.
+later stages have no aggregates over such lists. An aggregate over components is one over the list
+of what it asks of each of them (:mod:`robosc.model.copies`). A list of constants is an array like
+any other.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import reduce
 from typing import NamedTuple
 
 from robosc.language.functions import AGGREGATES
 from robosc.language.operators import MIRRORED, Operand
+from robosc.model.by_identity import ByIdentity
 from robosc.model.compatibility import result_type
 from robosc.model.diagnostics import Report
 from robosc.model.evaluation import constant
 from robosc.model.expected import BOOLEAN, needs_of
 from robosc.model.expr import (
-    FALSE,
-    TRUE,
     Aggregate,
     Binary,
     Call,
@@ -31,29 +31,14 @@ from robosc.model.expr import (
     opposite,
 )
 from robosc.model.function_calls import Check, list_literal, typed_elements
-from robosc.model.quantified import MOST_NODES, Cases, compared, halves
+from robosc.model.quantified import Chains, chain, compared, joined
 from robosc.model.traversal import may_be_undefined, part_of, rewritten
-from robosc.model.types import ArrayType, BooleanType, Type
-from robosc.syntax.nodes import AggregateNode, ArrayNode, BinaryNode, ExprNode
+from robosc.model.types import ArrayType, BooleanType, IntegerType, Type
+from robosc.syntax.nodes import Access, AggregateNode, ArrayNode, BinaryNode, ExprNode
 
-__all__ = ["Aggregates", "at_least", "chain"]
+__all__ = ["Aggregates"]
 
 _BOOLEAN = BooleanType()
-
-
-def at_least(conditions: Sequence[Expr], number: int) -> Expr | None:
-    """The condition that at least ``number`` of the conditions hold; None if it is too large."""
-    cases = Cases[Expr](chain, (FALSE, TRUE))
-    found = cases.least(conditions, number)
-    return None if cases.nodes > MOST_NODES else found
-
-
-def chain(operator: str, parts: Sequence[Expr]) -> Expr:
-    """The parts joined by ``and`` or ``or``; a tree of logarithmic height if they are many."""
-    if len(parts) == 1:
-        return parts[0]
-    left, right = halves(parts)
-    return Binary(operator, chain(operator, left), chain(operator, right), _BOOLEAN)
 
 
 class Counted(NamedTuple):
@@ -69,6 +54,9 @@ class Aggregates:
         self._check = check
         self._bound = bound
         self._report = report
+        self._chains: defaultdict[str, Chains] = defaultdict(dict)
+        # By the value that an undefined condition counts as.
+        self._defined: defaultdict[bool, ByIdentity[Expr]] = defaultdict(ByIdentity)
 
     def typed(self, node: AggregateNode) -> Expr | None:
         """The aggregate, or the expression to which it expands; None after a reported error."""
@@ -86,13 +74,13 @@ class Aggregates:
         if not isinstance(node.array, ArrayNode):
             array = self._check(node.array, needs_of(Operand.ARRAY), f"'{name}'")
             return None if array is None else self._through(node, array)
-        listed = typed_elements(node.array, self._check, self._report)
+        listed = self._listed(node, node.array)
         if listed is None:
             return None
-        if all(constant(element) is not None for element in listed[0]):
+        if _is_array(node, listed[0]):
             array = list_literal(node.array, *listed, self._report)
             return None if array is None else self._through(node, array)
-        return self._written_out(node, *listed)
+        return self._expanded(node, node.array, *listed)
 
     def counted(self, node: BinaryNode) -> Counted | None:
         """``count(…) < 2`` over a list of expressions, expanded; None for other comparisons."""
@@ -106,12 +94,12 @@ class Aggregates:
                 and many.function.text == "count"
                 and isinstance(many.array, ArrayNode)
             ):
-                listed = typed_elements(many.array, self._check, self._report)
+                listed = self._listed(many, many.array)
                 if listed is None:
                     return Counted(None)
-                if all(constant(element) is not None for element in listed[0]):
+                if _is_array(many, listed[0]):
                     return None
-                return Counted(self._compared(many, operator, bound, *listed))
+                return Counted(self._compared(many, many.array, operator, bound, *listed))
         return None
 
     def _through(self, node: AggregateNode, array: Expr) -> Expr | None:
@@ -138,37 +126,47 @@ class Aggregates:
 
     # --- lists of expressions ---
 
-    def _written_out(
-        self, node: AggregateNode, elements: Sequence[Expr], type_: Type
+    def _listed(self, node: AggregateNode, array: ArrayNode) -> tuple[list[Expr], Type] | None:
+        """The elements of a list and their type; None after a reported error."""
+        if not _takes_elements(node):
+            return typed_elements(array, self._check, self._report)
+        name = node.function.text
+        expected = needs_of(AGGREGATES[name].operands)
+        return typed_elements(array, self._check, self._report, expected, f"'{name}'")
+
+    def _expanded(
+        self, node: AggregateNode, array: ArrayNode, elements: Sequence[Expr], type_: Type
     ) -> Expr | None:
         name = node.function.text
         if name in ("any", "all"):
             conditions = self._conditions(node, elements, type_)
-            if conditions is None:
-                return None
-            return replace(chain("or" if name == "any" else "and", conditions), span=node.span)
-        parts = self._parts(node, type_)
-        if parts is None:
+            operator = "or" if name == "any" else "and"
+            known = self._chains[operator] if _takes_elements(node) else None
+            return None if conditions is None else chain(operator, conditions, node.span, known)
+        found = self._asked_of(node, elements, type_)
+        if found is None:
             return None
-        numbers = [_of_element(parts[0], node.variable.text, element) for element in elements]
-        if name == "count" or parts[1] is not None or any(map(may_be_undefined, numbers)):
+        numbers, condition = found
+        empty = not numbers and name != "sum"
+        if name == "count" or condition or empty or any(map(may_be_undefined, numbers)):
             hint = "compare count(…) with a number" if name == "count" else None
-            message = f"'{name}' over a list of expressions is not allowed here"
+            message = f"'{name}' over {_kind(array)} is not allowed here"
             self._report.add("not-over-components", node.span, message, hint)
             return None
         operation = "+" if name == "sum" else name
 
-        def joined(left: Expr, right: Expr) -> Expr:
+        def join(left: Expr, right: Expr) -> Expr:
             both = result_type(AGGREGATES[name].result, (left.type, right.type))
             if operation == "+":
                 return Binary("+", left, right, both, node.span)
             return Call(operation, (left, right), both, node.span)
 
-        return reduce(joined, numbers)
+        return joined(numbers or [Literal(0, IntegerType(), node.span)], join)
 
     def _compared(
         self,
         many: AggregateNode,
+        array: ArrayNode,
         operator: str,
         bound: ExprNode,
         elements: Sequence[Expr],
@@ -180,37 +178,69 @@ class Aggregates:
             return None
         value = constant(number)
         if not isinstance(value, int):
-            message = "the number of elements can only be compared with a whole number"
+            message = f"the number of {_kind(array)} can only be compared with a whole number"
             self._report.add("not-over-components", bound.span, message)
             return None
-        least, more = at_least(conditions, value), at_least(conditions, value + 1)
-        if least is None or more is None:
+        found = compared(conditions, operator, value, many.span)
+        if found is None:
             message = "this count has too many cases to be expanded"
-            hint = "compare it with a smaller number, or count fewer elements"
+            hint = f"compare it with a smaller number, or count fewer {_kind(array)}"
             self._report.add("not-over-components", many.span, message, hint)
-            return None
-        cases = {value: least, value + 1: more}
-        return compared(operator, value, cases.__getitem__, _both, opposite)
+        return found
 
     def _conditions(
         self, node: AggregateNode, elements: Sequence[Expr], type_: Type
     ) -> list[Expr] | None:
         """The condition on each element, its ``if`` included; an undefined one does not count."""
+        found = self._asked_of(node, elements, type_)
+        if found is None:
+            return None
+        undefined_is = node.function.text == "all"
+        cache = self._defined[undefined_is]
+        return [
+            cache.of(condition, lambda condition: _without_undefined(condition, undefined_is))
+            for condition in found[0]
+        ]
+
+    def _asked_of(
+        self, node: AggregateNode, elements: Sequence[Expr], type_: Type
+    ) -> tuple[Sequence[Expr], bool] | None:
+        """The element of the aggregate for each element of the list, conditions with their ``if``.
+
+        And whether it has an ``if``; None after a reported error.
+        """
+        if _takes_elements(node):
+            return elements, False
         parts = self._parts(node, type_)
         if parts is None:
             return None
-        said, condition = parts
-        if condition is not None:
+        asked, condition = parts
+        if condition is not None and asked.type == _BOOLEAN:
             operator = "=>" if node.function.text == "all" else "and"
-            said = Binary(operator, condition, said, _BOOLEAN)
-        found = [_of_element(said, node.variable.text, element) for element in elements]
-        if node.function.text == "all":
-            return [opposite(_surely(opposite(one))) if may_be_undefined(one) else one
-                    for one in found]  # fmt: skip
-        return [_surely(one) for one in found]
+            asked = Binary(operator, condition, asked, _BOOLEAN)
+        name = node.variable.text
+        return [_of_element(asked, name, element) for element in elements], condition is not None
 
 
-def _of_element(said: Expr, variable: str, element: Expr) -> Expr:
+def _takes_elements(node: AggregateNode) -> bool:
+    """Whether an aggregate is over the elements of its array themselves: ``any(x for x in A)``."""
+    match node.element:
+        case Access(root=root, path=(), index=None):
+            return root.text == node.variable.text and not root.escaped and node.condition is None
+    return False
+
+
+def _is_array(node: AggregateNode, elements: Sequence[Expr]) -> bool:
+    """Whether a list is an array of constants, about which an aggregate asks something."""
+    return not _takes_elements(node) and all(constant(element) is not None for element in elements)
+
+
+def _kind(array: ArrayNode) -> str:
+    """What a list contains, in messages: it is written, or stands for indexed components."""
+    return "expressions" if array.span.text.startswith("[") else "components"
+
+
+def _of_element(asked: Expr, variable: str, element: Expr) -> Expr:
     """The expression over the variable of an aggregate, with an element in its place."""
 
     def leaf(node: Literal | Leaf) -> Expr:
@@ -218,12 +248,11 @@ def _of_element(said: Expr, variable: str, element: Expr) -> Expr:
             return part_of(element, node.path, node.type, node.span) if node.path else element
         return node
 
-    return rewritten(said, leaf)
+    return rewritten(asked, leaf)
 
 
-def _surely(condition: Expr) -> Expr:
-    return Holds(condition) if may_be_undefined(condition) else condition
-
-
-def _both(left: Expr, right: Expr) -> Expr:
-    return Binary("and", left, right, _BOOLEAN)
+def _without_undefined(condition: Expr, undefined_is: bool) -> Expr:
+    """The condition, with the value ``undefined_is`` where it is undefined."""
+    if not may_be_undefined(condition):
+        return condition
+    return opposite(Holds(opposite(condition))) if undefined_is else Holds(condition)

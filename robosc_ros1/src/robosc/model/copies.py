@@ -1,29 +1,30 @@
 """Expansion of indexed components, of ``for``, and of aggregates over components.
 
 ``component Station[1..6] { … }`` becomes six components ``Station[1]`` to ``Station[6]``, and
-``for i in 1..6 { … }`` six copies of its statements. Aggregates over components,
-``any(s.waiting for s in Station)``, are expanded, too. This is done on the syntax tree before names
-are resolved; later stages have no indexes. The copies share nodes that do not depend on an index.
+``for i in 1..6 { … }`` six copies of its statements. An aggregate over components,
+``any(s.waiting for s in Station)``, becomes one over the list of what it asks of each of them. This
+is done on the syntax tree before names are resolved; later stages have no indexes. The copies share
+the nodes whose names mean the same in them.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
-from functools import cache, partial
-from typing import Any, TypeVar, cast
+from functools import cache
+from typing import Any, cast
 
-from robosc.language.operators import BINARY, MIRRORED
-from robosc.model.copies_scope import Scope, filled_in, is_alike, with_place
+from robosc.language.functions import AGGREGATES
+from robosc.language.operators import BINARY, Operand
+from robosc.model.copies_scope import Scope, with_place
 from robosc.model.diagnostics import Report
-from robosc.model.quantified import Chains, at_least, joined
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
     AggregateNode,
+    ArrayNode,
     BinaryNode,
-    CallNode,
     ComponentNode,
     ConditionNode,
     DeclarationNode,
@@ -42,8 +43,6 @@ from robosc.syntax.nodes import (
 )
 
 __all__ = ["copy_name", "over_copies", "write_out"]
-
-_Many = TypeVar("_Many", AggregateNode, BinaryNode)
 
 MOST_COPIES = 10_000
 """More copies of one component, or of the statements of one ``for``, are an error."""
@@ -99,10 +98,10 @@ class _Writer:
     def __init__(self, several: Mapping[str, RangeNode], report: Report) -> None:
         self._several = several
         self._report = report
-        self._touched: dict[int, bool] = {}
-        self._aggregates: dict[int, ExprNode] = {}
-        self._elements: dict[tuple[int, str], ExprNode] = {}
-        self._chains: dict[int, Chains] = {}
+        # All by the identities of nodes; ``_written`` also by the meanings of the names in them.
+        self._words: dict[int, frozenset[str]] = {}
+        self._written: dict[tuple[int, Hashable], Any] = {}
+        self._asked: dict[int, ExprNode] = {}
         self.mentions: list[Name] = []
 
     # --- declarations ---
@@ -130,7 +129,7 @@ class _Writer:
     ) -> list[DeclarationNode]:
         copies: list[DeclarationNode] = []
         for index in self._indexes(indexes):
-            scope = Scope({"index": index})
+            scope = Scope().inside("index", index)
             name = replace(item.name, text=copy_name(item.name.text, index))
             if isinstance(item, ComponentNode):
                 items = tuple(self.node(part, scope) for part in item.items)
@@ -146,11 +145,11 @@ class _Writer:
     def _for(self, node: ForNode, scope: Scope) -> list[DeclarationNode]:
         written: list[DeclarationNode] = []
         for index in self._indexes(node.indexes):
-            inner = scope.number(node.variable.text, index)
+            inner = scope.inside(node.variable.text, index)
             for statement in node.statements:
                 if isinstance(statement, ConditionNode):
                     value = self.node(statement.value, inner)
-                    inner = inner.condition(statement.name.text, value)
+                    inner = inner.inside(statement.name.text, value)
                     continue
                 for copy in self.declaration(statement, inner):
                     written.append(with_place(copy, inner))
@@ -159,37 +158,44 @@ class _Writer:
     # --- nodes of any kind ---
 
     def node(self, node: Any, scope: Scope) -> Any:
-        """The expanded node; the same object if nothing in it depends on the scope."""
+        """The expanded node; one object for all scopes in which its names mean the same."""
         if isinstance(node, tuple):
             parts = tuple(self.node(part, scope) for part in node)
             return parts if any(a is not b for a, b in zip(parts, node, strict=True)) else node
-        if (
-            not is_dataclass(node)
-            or isinstance(node, Span | Name)
-            or not self._depends(node, scope)
-        ):
+        if not is_dataclass(node) or isinstance(node, Span | Name):
             return node
+        words = self._words_of(node)
+        meanings = scope.meanings(words)
+        if not meanings and words.isdisjoint(self._several):
+            return node
+        key = id(node), meanings
+        if key not in self._written:
+            self._written[key] = self._expanded(node, scope)
+        return self._written[key]
+
+    def _words_of(self, node: Any) -> frozenset[str]:
+        if id(node) not in self._words:
+            words = re.findall(r"[A-Za-z_]\w*", node.span.text)
+            self._words[id(node)] = frozenset(words)
+        return self._words[id(node)]
+
+    def _expanded(self, node: Any, scope: Scope) -> Any:
         match node:
             case StringNode(text=text):
-                return replace(node, text=filled_in(text, scope))
+                return replace(node, text=scope.filled_in(text))
             case LiteralNode(value=str() as text):
-                return replace(node, value=filled_in(text, scope))
+                return replace(node, value=scope.filled_in(text))
             case Access():
                 return self._access(node, scope)
             case MemberNode(object=ElementNode(array=Access(path=()) as array, index=index)) if (
                 self._is_several(array, scope)
             ):
-                return self._member(array, index, node, scope)
-            case BinaryNode(left=AggregateNode() as many, operator=operator, right=right) if (
-                operator in MIRRORED and many.function.text == "count"
-            ):
-                return self._once(node, scope, partial(self._count, many, operator, right))
-            case BinaryNode(left=left, operator=operator, right=AggregateNode() as many) if (
-                operator in MIRRORED and many.function.text == "count"
-            ):
-                return self._once(node, scope, partial(self._count, many, MIRRORED[operator], left))
+                found = self._constant(index, scope)
+                return self._one(replace(array, span=node.span), found, node.path)
             case AggregateNode():
-                return self._once(node, scope, self._over_components)
+                members = self._members(node, scope)
+                if members is not None:
+                    return self._over_components(node, members, scope)
         return self._parts(node, scope)
 
     def _parts(self, node: Any, scope: Scope) -> Any:
@@ -209,31 +215,23 @@ class _Writer:
         copy = self.node(part, scope)
         return copy if isinstance(copy, Access) else part
 
-    def _depends(self, node: Any, scope: Scope) -> bool:
-        """Whether anything in a node depends on an index, or names an indexed component."""
-        if scope.components or scope.conditions:
-            return True
-        found = self._touched.get(id(node))
-        if found is None:
-            text = node.span.text
-            names = {*self._several, *scope.numbers}
-            words = {word.lstrip("^") for word in re.findall(r"\^?[A-Za-z_]\w*", text)}
-            found = self._touched[id(node)] = not words.isdisjoint(names)
-        return found
-
     def _is_several(self, access: Access, scope: Scope) -> bool:
-        return access.root.text in self._several and access.root.text not in scope.components
+        name = access.root.text
+        return name in self._several and not isinstance(scope.names.get(name), str)
 
     # --- names ---
 
     def _access(self, node: Access, scope: Scope) -> ExprNode:
         name = node.root.text
-        if name in scope.components:
-            return replace(node, root=replace(node.root, text=scope.components[name]))
-        if name in scope.conditions and not node.path:
-            return scope.conditions[name]
-        if name in scope.numbers and not node.path and node.index is None:
-            return LiteralNode(scope.numbers[name], span=node.span)
+        match scope.names.get(name):
+            case str(component):
+                return replace(node, root=replace(node.root, text=component))
+            case int(number) if not node.path and node.index is None:
+                return LiteralNode(number, span=node.span)
+            case None | int():
+                pass
+            case condition if not node.path:
+                return condition
         if name not in self._several:
             return node
         if node.index is not None:
@@ -258,10 +256,6 @@ class _Writer:
             index = indexes.first
         root = replace(node.root, text=copy_name(name, index))
         return Access(root, path, span=node.span)
-
-    def _member(self, array: Access, index: ExprNode, node: MemberNode, scope: Scope) -> Access:
-        found = self._constant(index, scope)
-        return self._one(replace(array, span=node.span), found, node.path)
 
     def _constant(self, node: ExprNode, scope: Scope) -> int | None:
         """The value of an index; None after an error."""
@@ -297,81 +291,31 @@ class _Writer:
             first, last = max(first, low or first), min(last, high or last)
         return [copy_name(name, index) for index in range(first, last + 1)]
 
-    def _once(
-        self, node: _Many, scope: Scope, written: Callable[[_Many, Scope], ExprNode]
-    ) -> ExprNode:
-        """The expanded node, shared by all copies if it does not depend on their index."""
-        if scope.components or not is_alike(node, scope):
-            return written(node, scope)
-        if id(node) not in self._aggregates:
-            self._aggregates[id(node)] = written(node, scope)
-        return self._aggregates[id(node)]
+    def _over_components(
+        self, node: AggregateNode, members: Iterable[str], scope: Scope
+    ) -> AggregateNode | LiteralNode:
+        """The aggregate over the list of what it asks of each component."""
+        operation = AGGREGATES.get(node.function.text)
+        if node.condition and operation and operation.operands is not Operand.BOOLEAN:
+            message = f"'{node.function.text}' over components is not allowed here"
+            self._report.add("not-over-components", node.span, message, "leave out the 'if'")
+            return LiteralNode(0, span=node.span)
+        asked, name = self._asked_of(node), node.variable.text
+        elements = tuple(self.node(asked, scope.inside(name, member)) for member in members)
+        array = ArrayNode(elements, span=node.array.span)
+        element = Access(Name(name, span=node.function.span), (), span=node.function.span)
+        return replace(node, element=element, array=array, condition=None)
 
-    def _over_components(self, node: AggregateNode, scope: Scope) -> ExprNode:
-        members = self._members(node, scope)
-        if members is None:
-            parts: ExprNode = self._parts(node, scope)
-            return parts
-        function = node.function.text
-        own = [part for part in (node.element, node.condition) if part is not None]
-        if not scope.components and all(is_alike(part, scope) for part in own):
-            elements = [self._known_element(node, member, scope) for member in members]
-            known = self._chains.setdefault(id(node), {})
-        else:
-            elements, known = [self._element(node, member, scope) for member in members], None
-        if function == "any":
-            return joined("or", elements, node.span, False, known)
-        if function == "all":
-            return joined("and", elements, node.span, True, known)
-        if function in ("sum", "min", "max") and node.condition is None:
-            if function == "sum":
-                return joined("+", elements, node.span, empty=0)
-            return CallNode(
-                Access(node.function, (), span=node.function.span), tuple(elements), span=node.span
-            )
-        hint = "compare count(…) with a number" if function == "count" else "leave out the 'if'"
-        message = f"'{function}' over components is not allowed here"
-        self._report.add("not-over-components", node.span, message, hint)
-        return LiteralNode(0, span=node.span)
-
-    def _known_element(self, node: AggregateNode, component: str, scope: Scope) -> ExprNode:
-        """The element for one component, shared by all copies."""
-        key = id(node), component
-        if key not in self._elements:
-            self._elements[key] = self._element(node, component, scope)
-        return self._elements[key]
-
-    def _element(self, node: AggregateNode, component: str, scope: Scope) -> ExprNode:
-        """The element of an aggregate for one component, its condition included."""
-        inner = scope.component(node.variable.text, component)
-        element: ExprNode = self.node(node.element, inner)
+    def _asked_of(self, node: AggregateNode) -> ExprNode:
+        """What an aggregate asks of each component: its element, on its condition."""
         if node.condition is None:
-            return element
-        condition: ExprNode = self.node(node.condition, inner)
-        operator = "=>" if node.function.text == "all" else "and"
-        return BinaryNode(operator, condition, element, operator_span=node.span, span=node.span)
-
-    def _count(
-        self, many: AggregateNode, operator: str, bound: ExprNode, node: BinaryNode, scope: Scope
-    ) -> ExprNode:
-        """The expanded comparison of a count with a number."""
-        members = self._members(many, scope)
-        number = _value(self.node(bound, scope))
-        if members is None:
-            parts: ExprNode = self._parts(node, scope)
-            return parts
-        if number is None:
-            message = "the number of components can only be compared with a whole number"
-            self._report.add("not-over-components", bound.span, message)
-            number = 0
-        elements = [self._element(many, member, scope) for member in members]
-        written = at_least(operator, elements, number, many.span)
-        if written is None:
-            message = "this count has too many cases to be expanded"
-            hint = "compare it with a smaller number, or count fewer components"
-            self._report.add("not-over-components", many.span, message, hint)
-            return LiteralNode(True, span=node.span)
-        return written
+            return node.element
+        if id(node) not in self._asked:
+            operator = "=>" if node.function.text == "all" else "and"
+            self._asked[id(node)] = BinaryNode(
+                operator, node.condition, node.element, operator_span=node.span, span=node.span
+            )
+        return self._asked[id(node)]
 
 
 def _value(node: Any) -> int | None:

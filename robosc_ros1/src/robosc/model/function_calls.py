@@ -9,13 +9,15 @@ from typing import cast
 
 from robosc.language.functions import AGGREGATES, FUNCTIONS
 from robosc.language.operators import Operand, Operator, Result
-from robosc.model.compatibility import comparable, describe, result_type
+from robosc.model.compatibility import describe, result_type
 from robosc.model.diagnostics import Report
 from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
 from robosc.model.expr import Binary, Call, Expr, Literal
 from robosc.model.presence import defined
+from robosc.model.quantified import chain
 from robosc.model.types import ArrayType, BooleanType, IntegerType, Type, Value, is_number
+from robosc.model.typing_messages import may_be_compared
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ArrayNode,
@@ -118,7 +120,7 @@ def _nested(function: Operator, arguments: Sequence[Expr], span: Span) -> Expr:
 def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:
     """``E in { a, b }`` as a disjunction of comparisons with E; None after a reported error."""
     operand = check(node.operand, ANY, "'in'")
-    if operand is not None and not comparable(operand.type, operand.type):
+    if operand is not None and not may_be_compared(operand.type):
         message = f"'in' cannot compare {describe(operand.type)}"
         report.add("type-mismatch", node.operand.span, message)
         operand = None
@@ -127,18 +129,8 @@ def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:
     values = [value for value in found if value is not None]
     if operand is None or len(values) < len(found):
         return None
-    equal: list[Expr] = [Binary("=", operand, v, BooleanType(), node.span) for v in values]
-    return _any_of(equal, node.span)
-
-
-def _any_of(parts: Sequence[Expr], span: Span) -> Expr:
-    """The disjunction as a balanced tree, over which later stages can recurse."""
-    if len(parts) == 1:
-        return parts[0]
-    half = (len(parts) + 1) // 2
-    return Binary(
-        "or", _any_of(parts[:half], span), _any_of(parts[half:], span), BooleanType(), span
-    )
+    equal = [Binary("=", operand, v, BooleanType(), node.span) for v in values]
+    return chain("or", equal, node.span)
 
 
 def typed_element(node: ElementNode, check: Check) -> Expr | None:
@@ -161,14 +153,24 @@ def typed_section(node: SliceNode, check: Check) -> Expr | None:
     return Call("section", (array, *known), array.type, node.span)
 
 
-def typed_elements(node: ArrayNode, check: Check, report: Report) -> tuple[list[Expr], Type] | None:
-    """The elements of ``[a, b, c]`` and their common type; None after a reported error."""
+def typed_elements(
+    node: ArrayNode,
+    check: Check,
+    report: Report,
+    expected: ExpectedType | None = None,
+    place: str = "an element",
+) -> tuple[list[Expr], Type] | None:
+    """The elements of ``[a, b, c]`` and their common type; None after a reported error.
+
+    All have the type of the first if none is ``expected``. ``place`` is a text for messages.
+    """
     found: list[Expr] = []
     for element in node.elements:
         if isinstance(element, DataObjectNode):
             report.add("type-mismatch", element.span, _OF_LISTS)
             return None
-        expr = check(element, equal_to(found[0].type) if found else ANY, "an element")
+        of_first = equal_to(found[0].type) if found and expected is None else ANY
+        expr = check(element, expected or of_first, place)
         if expr is None:
             return None
         found.append(expr)

@@ -10,18 +10,20 @@ from collections.abc import Container
 from dataclasses import replace
 
 from robosc.language.operators import BINARY
+from robosc.model.by_identity import ByIdentity
 from robosc.model.expr import (
     TRUE,
     Aggregate,
     Binary,
     Expr,
     Holds,
+    Leaf,
     Literal,
     Operation,
     Unary,
     VariableRef,
 )
-from robosc.model.traversal import may_be_undefined, operands, walk, with_operands
+from robosc.model.traversal import fold, may_be_undefined, operands, with_operands
 from robosc.model.types import ArrayType, BooleanType, ObjectType
 
 __all__ = ["asked_for", "condition_on_data", "defined", "with_presence_written"]
@@ -29,15 +31,25 @@ __all__ = ["asked_for", "condition_on_data", "defined", "with_presence_written"]
 _BOOLEAN = BooleanType()
 
 
-def condition_on_data(expr: Expr) -> Expr:
-    """A condition without undefined values: true where the given one is defined and true."""
-    return _truth(expr, True) if any(map(_reads_stored, walk(expr))) else expr
+def condition_on_data(expr: Expr, known: ByIdentity[bool] | None = None) -> Expr:
+    """A condition without undefined values: true where the given one is defined and true.
+
+    ``known`` keeps which parts read stored data, for conditions that share large parts.
+    """
+    return _truth(expr, True) if _reads_stored(expr, known or ByIdentity()) else expr
 
 
-def _reads_stored(part: Expr) -> bool:
-    """Whether a part reads an array or an object of a variable or a constant."""
-    stored = isinstance(part, VariableRef | Literal)
-    return stored and isinstance(part.type, ArrayType | ObjectType)
+def _reads_stored(expr: Expr, known: ByIdentity[bool]) -> bool:
+    """Whether an expression reads an array or an object of a variable or a constant."""
+
+    def leaf(node: Literal | Leaf) -> bool:
+        stored = isinstance(node, VariableRef | Literal)
+        return stored and isinstance(node.type, ArrayType | ObjectType)
+
+    def strict(node: Operation, operands: tuple[bool, ...]) -> bool:
+        return known.of(node, lambda _: any(operands))
+
+    return fold(expr, leaf, strict, known=known.known)
 
 
 def _truth(expr: Expr, wanted: bool) -> Expr:

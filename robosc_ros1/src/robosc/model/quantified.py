@@ -1,4 +1,4 @@
-"""Expansion of aggregates: long chains of one operator, and bounds on the number that holds."""
+"""Expansion of aggregates over lists: chains of one operator, bounds on how many hold."""
 
 from __future__ import annotations
 
@@ -6,94 +6,84 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Generic, TypeAlias, TypeVar
 
+from robosc.model.expr import FALSE, TRUE, Binary, Expr, opposite
+from robosc.model.types import BooleanType
 from robosc.source import Span
-from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode, UnaryNode
 
-__all__ = ["MOST_NODES", "Cases", "Chains", "at_least", "compared", "halves", "joined"]
+__all__ = ["Cases", "Chains", "at_least", "chain", "compared", "joined"]
 
 _Node = TypeVar("_Node")
 
-MOST_NODES = 20_000
+_MOST_NODES = 20_000
 """The greatest number of nodes to which a count is expanded."""
 
 _CHAIN = 64
 """Chains up to this length are left-associative; longer trees of that form would be too high."""
 
+_BOOLEAN = BooleanType()
 
-Chains: TypeAlias = dict[tuple[str, int, int, int], ExprNode]
-"""Chains over runs of the same parts, by operator, identities of the first and last, and length."""
-
-
-def halves(parts: Sequence[_Node]) -> tuple[Sequence[_Node], Sequence[_Node]]:
-    """The parts of the left and the right operand of a chain."""
-    cut = len(parts) - 1
-    if cut >= _CHAIN:
-        cut = 1 << (cut.bit_length() - 1)  # at a power of two, which runs can share
-    return parts[:cut], parts[cut:]
+Chains: TypeAlias = dict[tuple[int, ...], Expr]
+"""Chains of one operator by the identities of their parts."""
 
 
 def joined(
-    operator: str,
-    parts: Sequence[ExprNode],
-    span: Span,
-    empty: bool | int,
-    known: Chains | None = None,
-) -> ExprNode:
-    """The parts with an associative operator between them; ``empty`` if there are none.
+    parts: Sequence[Expr], join: Callable[[Expr, Expr], Expr], known: Chains | None = None
+) -> Expr:
+    """The parts, at least one, with an associative operation between them.
 
     With ``known``, chains over several runs of the same parts (all stations before the third, the
     fourth, …) share subtrees.
     """
-    if len(parts) < 2:
-        return parts[0] if parts else LiteralNode(empty, span=span)
-    key = operator, id(parts[0]), id(parts[-1]), len(parts)
+    if len(parts) == 1:
+        return parts[0]
+    key = tuple(map(id, parts)) if known is not None else ()
     if known is not None and key in known:
         return known[key]
-    left, right = (joined(operator, side, span, empty, known) for side in halves(parts))
-    found = BinaryNode(operator, left, right, operator_span=span, span=span)
+    cut = len(parts) - 1
+    if cut >= _CHAIN:
+        cut = 1 << (cut.bit_length() - 1)  # at a power of two, which runs can share
+    found = join(joined(parts[:cut], join, known), joined(parts[cut:], join, known))
     if known is not None:
         known[key] = found
     return found
 
 
-def at_least(operator: str, parts: Sequence[ExprNode], number: int, span: Span) -> ExprNode | None:
-    """The condition that the number of conditions that hold compares so with ``number``.
+def chain(
+    operator: str, parts: Sequence[Expr], span: Span | None = None, known: Chains | None = None
+) -> Expr:
+    """The conditions joined by ``and`` or ``or``; its neutral element if there are none."""
+    if not parts:
+        return TRUE if operator == "and" else FALSE
+    return joined(parts, lambda left, right: Binary(operator, left, right, _BOOLEAN, span), known)
 
-    None if it needs too large an expression.
-    """
 
-    def negated(node: ExprNode) -> ExprNode:
-        if isinstance(node, LiteralNode):
-            return LiteralNode(not node.value, span=span)
-        return UnaryNode("!", node, span=span)
-
-    cases = Cases[ExprNode](
-        lambda operator, parts: joined(operator, parts, span, empty=operator == "and"),
-        (LiteralNode(False, span=span), LiteralNode(True, span=span)),
-    )
-    found = compared(operator, number, partial(cases.least, parts), cases.both, negated)
-    return None if cases.nodes > MOST_NODES else found
+def at_least(conditions: Sequence[Expr], number: int) -> Expr | None:
+    """The condition that at least ``number`` of the conditions hold; None if it is too large."""
+    return compared(conditions, ">=", number)
 
 
 def compared(
-    operator: str,
-    number: int,
-    least: Callable[[int], _Node],
-    both: Callable[[_Node, _Node], _Node],
-    negated: Callable[[_Node], _Node],
-) -> _Node:
-    """A comparison of a count with a number, from ``least``: the condition that so many hold."""
+    conditions: Sequence[Expr], operator: str, number: int, span: Span | None = None
+) -> Expr | None:
+    """The condition that the number of conditions that hold compares so with ``number``.
+
+    None if it is too large.
+    """
+    cases = Cases[Expr](lambda operator, parts: chain(operator, parts, span), (FALSE, TRUE))
+    least = partial(cases.least, conditions)
     match operator:
         case ">=":
-            return least(number)
+            found = least(number)
         case ">":
-            return least(number + 1)
+            found = least(number + 1)
         case "<":
-            return negated(least(number))
+            found = opposite(least(number))
         case "<=":
-            return negated(least(number + 1))
-    exactly = both(least(number), negated(least(number + 1)))
-    return exactly if operator == "=" else negated(exactly)
+            found = opposite(least(number + 1))
+        case _:
+            exactly = cases.both(least(number), opposite(least(number + 1)))
+            found = exactly if operator == "=" else opposite(exactly)
+    return None if cases.nodes > _MOST_NODES else found
 
 
 class Cases(Generic[_Node]):
@@ -114,7 +104,7 @@ class Cases(Generic[_Node]):
         """The condition that at least ``number`` of the conditions hold."""
         if number <= 0:
             return self._true
-        if number > len(parts) or self.nodes > MOST_NODES:
+        if number > len(parts) or self.nodes > _MOST_NODES:
             return self._false
         if number in (1, len(parts)):
             self.nodes += len(parts)

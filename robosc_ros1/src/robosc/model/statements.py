@@ -8,6 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import product
 
 from robosc.errors import Note
+from robosc.model.by_identity import ByIdentity
 from robosc.model.communications import resolve_communication
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
@@ -47,6 +48,7 @@ class StatementResolver:
             no_value("a requirement or a condition of a command has no received value"),
         )
         self._data = DataTyper(self._typer, types, report)
+        self._read: ByIdentity[bool] = ByIdentity()
 
     def requirement(self, node: RequirementNode) -> Requirement | None:
         """The requirement; None after an error."""
@@ -72,7 +74,7 @@ class StatementResolver:
         if condition is None or not whole:
             return None
         text = fold_text(node.span.text) + (f" ({node.place})" if node.place else "")
-        condition = condition_on_data(condition)
+        condition = condition_on_data(condition, self._read)
         return Requirement(node.kind, tuple(keys), condition, text, span=node.span)
 
     def preference(self, node: PreferNode) -> Preference | None:
@@ -94,7 +96,7 @@ class StatementResolver:
             condition = self._typer.check(node.condition, BOOLEAN, "the condition")
             if condition is None:
                 return None
-            condition = condition_on_data(condition)
+            condition = condition_on_data(condition, self._read)
         if info is None or data is None:
             return None
         if info.entity is not None:
