@@ -37,6 +37,7 @@ OVERLAPPING = [
     ("level", "small = value", "value = 0"),
     ("level", "c = red", "b"),
     ("list", "value.list[0]", "value.list[1]"),
+    ("level", "count(x for x in [b, s]) > 1", "b"),
 ]
 EXCLUDING = [
     ("level", "value < 2", "value >= 2"),

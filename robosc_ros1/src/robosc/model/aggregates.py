@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from robosc.language.functions import AGGREGATES
@@ -99,7 +100,8 @@ class Aggregates:
                     return Counted(None)
                 if _is_array(many, listed[0]):
                     return None
-                return Counted(self._compared(many, many.array, operator, bound, *listed))
+                found = self._compared(many, many.array, operator, bound, *listed)
+                return Counted(None if found is None else replace(found, span=node.span))
         return None
 
     def _through(self, node: AggregateNode, array: Expr) -> Expr | None:
@@ -142,7 +144,9 @@ class Aggregates:
             conditions = self._conditions(node, elements, type_)
             operator = "or" if name == "any" else "and"
             known = self._chains[operator] if _takes_elements(node) else None
-            return None if conditions is None else chain(operator, conditions, node.span, known)
+            if conditions is None:
+                return None
+            return replace(chain(operator, conditions, node.span, known), span=node.span)
         found = self._asked_of(node, elements, type_)
         if found is None:
             return None
@@ -181,7 +185,7 @@ class Aggregates:
             message = f"the number of {_kind(array)} can only be compared with a whole number"
             self._report.add("not-over-components", bound.span, message)
             return None
-        found = compared(conditions, operator, value, many.span)
+        found = compared(conditions, operator, value)
         if found is None:
             message = "this count has too many cases to be expanded"
             hint = f"compare it with a smaller number, or count fewer {_kind(array)}"

@@ -62,14 +62,12 @@ def at_least(conditions: Sequence[Expr], number: int) -> Expr | None:
     return compared(conditions, ">=", number)
 
 
-def compared(
-    conditions: Sequence[Expr], operator: str, number: int, span: Span | None = None
-) -> Expr | None:
+def compared(conditions: Sequence[Expr], operator: str, number: int) -> Expr | None:
     """The condition that the number of conditions that hold compares so with ``number``.
 
     None if it is too large.
     """
-    cases = Cases[Expr](lambda operator, parts: chain(operator, parts, span), (FALSE, TRUE))
+    cases = Cases[Expr](chain, (FALSE, TRUE))
     least = partial(cases.least, conditions)
     match operator:
         case ">=":
