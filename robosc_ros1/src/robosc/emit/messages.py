@@ -7,7 +7,6 @@ from robosc.emit.python import Spelling, access, converted, literal
 from robosc.emit.views import ProvideView
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.ir.formulas import may_be_huge
-from robosc.model.check import all_expressions
 from robosc.model.entities import (
     Communication,
     Data,
@@ -18,6 +17,7 @@ from robosc.model.entities import (
     Robot,
 )
 from robosc.model.expr import Convert, Literal
+from robosc.model.state_variables import all_expressions
 from robosc.model.traversal import all_names, path_text, walk
 from robosc.model.types import (
     ArrayType,

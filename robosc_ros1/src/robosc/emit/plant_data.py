@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from robosc.emit.modeldata import Json
 from robosc.emit.naming import place
-from robosc.language.events import EventKind
+from robosc.language.events import Direction, EventKind
 from robosc.model.entities import (
     Communication,
     Component,
@@ -45,7 +45,7 @@ from robosc.model.types import (
     StringType,
     Type,
 )
-from robosc.model.usage import Direction, Usage, converted_part
+from robosc.model.usage import Usage, converted_part
 from robosc.supervisor import Guard
 
 __all__ = ["plant_data"]

@@ -10,10 +10,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import Literal, TypeAlias
 
 __all__ = [
-    "ACTIVE", "COMMUNICATIONS", "CommunicationSort", "EventKind", "EventSort", "Kind", "Phases",
+    "ACTIVE", "COMMUNICATIONS", "CommunicationSort", "Direction", "EventKind", "EventSort", "Kind",
+    "Phases",
 ]  # fmt: skip
+
+
+Direction: TypeAlias = Literal["request", "response", "feedback"]
+"""The data of a communication: what is sent, what comes back, and what is reported meanwhile."""
 
 
 class Kind(Enum):
@@ -84,7 +90,7 @@ class EventSort:
     kind: EventKind
     sources: tuple[str, ...] = ()
     target: str = ""
-    brings: str | None = None
+    brings: Direction | None = None
     optional: bool = False
     with_timeout: bool = False
 

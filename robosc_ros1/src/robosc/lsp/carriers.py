@@ -11,7 +11,7 @@ from robosc.model.ros.fit import misfit
 from robosc.model.ros.types import FOLDERS
 from robosc.model.tables import CommunicationInfo
 from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
-from robosc.syntax.nodes import ActionNode, InterfaceNode, MessageNode, ServiceNode
+from robosc.syntax.nodes import InterfaceNode
 
 __all__ = ["carriers", "fits", "interface_of"]
 
@@ -41,7 +41,7 @@ def fits(info: CommunicationInfo, node: InterfaceNode, definitions: MessageDefin
     if interface is None:
         return False
     sending = info.kind is not Kind.OUTGOING
-    for type_, part in zip(_parts(info), interface.parts, strict=True):
+    for type_, part in zip(info.types.values(), interface.parts, strict=True):
         if not _fits_into(type_, part, sending):
             return False
         sending = False
@@ -72,21 +72,9 @@ def carriers(contents: FileContents, definitions: MessageDefinitions) -> Mapping
             interface = interface_of(info, definitions)
             if interface is None or instance.types.scope is not contents.scope:
                 continue
-            for type_, part in zip(_parts(info), interface.parts, strict=False):
+            for type_, part in zip(info.types.values(), interface.parts, strict=False):
                 _carry(type_, part, definitions, found)
     return found
-
-
-def _parts(info: CommunicationInfo) -> tuple[Type | None, ...]:
-    match info.node:
-        case MessageNode(direction="incoming"):
-            return (info.request,)
-        case MessageNode():
-            return (info.response,)
-        case ServiceNode():
-            return info.request, info.response
-        case ActionNode():
-            return info.request, info.response, info.feedback
 
 
 def _carry(

@@ -6,10 +6,14 @@ refer forwards.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from robosc.errors import Note
+from robosc.language.events import Direction
+from robosc.model.data_directions import kind_of, types_of
 from robosc.model.diagnostics import Report
 from robosc.model.durations import DURATION, is_above_zero
-from robosc.model.entities import Communication, Kind
+from robosc.model.entities import Communication
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
 from robosc.model.ros.links import Binder, Payload, is_legal
@@ -126,31 +130,15 @@ def _declare_communication(instance: Instance, node: CommunicationNode, report: 
         first = instance.communications[name].node
         _duplicate("communication", node, first, instance, report)
         return
-    request: Type | None = NONE
-    response: Type | None = NONE
-    feedback: Type | None = NONE
-    match node:
-        case MessageNode(direction="incoming"):
-            kind = Kind.INCOMING
-            request = _carried(instance, node.type, report, sent=True)
-        case MessageNode():
-            kind = Kind.OUTGOING
-            response = _carried(instance, node.type, report)
-        case ServiceNode():
-            kind = Kind.SERVICE
-            request = _carried(instance, node.request, report, sent=True)
-            response = _carried(instance, node.response, report)
-        case ActionNode():
-            kind = Kind.ACTION
-            request = _carried(instance, node.request, report, sent=True)
-            response = _carried(instance, node.response, report)
-            feedback = _carried(instance, node.feedback, report)
+    types: dict[Direction, Type | None] = {"request": NONE, "response": NONE, "feedback": NONE}
+    for direction, type_node in types_of(node).items():
+        types[direction] = _carried(instance, type_node, report, sent=direction == "request")
     instance.communications[name] = CommunicationInfo(
-        node, instance, kind, request, response, feedback
+        node, instance, kind_of(node), types["request"], types["response"], types["feedback"]
     )
 
 
-def _carried(instance: Instance, node: TypeNode, report: Report, sent: bool = False) -> Type | None:
+def _carried(instance: Instance, node: TypeNode, report: Report, *, sent: bool) -> Type | None:
     """The type of a communication's data; None after an error."""
     type_ = instance.types.resolve(node)
     if isinstance(type_, ArrayType):
@@ -231,7 +219,7 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
     interface, known = _interface(info, report)
     if info.request is None or info.response is None or info.feedback is None or not known:
         return
-    binding = binder.bind(f"{info.instance.name}.{info.name}", info.node, _parts(info), interface)
+    binding = binder.bind(info.key, info.node, tuple(_payloads(info)), interface)
     if binding is None or identifier is None:
         return
     info.entity = Communication(
@@ -248,24 +236,11 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
     )
 
 
-def _parts(info: CommunicationInfo) -> tuple[Payload, ...]:
-    assert info.request is not None and info.response is not None and info.feedback is not None
-    match info.node:
-        case MessageNode(type=type_node):
-            if info.kind is Kind.INCOMING:
-                return (Payload(info.request, type_node, "request"),)
-            return (Payload(info.response, type_node, "response"),)
-        case ServiceNode(request=request, response=response):
-            return (
-                Payload(info.request, request, "request"),
-                Payload(info.response, response, "response"),
-            )
-        case ActionNode(request=request, response=response, feedback=feedback):
-            return (
-                Payload(info.request, request, "request"),
-                Payload(info.response, response, "response"),
-                Payload(info.feedback, feedback, "feedback"),
-            )
+def _payloads(info: CommunicationInfo) -> Iterator[Payload]:
+    nodes = types_of(info.node)
+    for direction, type_ in info.types.items():
+        assert type_ is not None
+        yield Payload(type_, nodes[direction], direction)
 
 
 def _interface(

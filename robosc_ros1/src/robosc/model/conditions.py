@@ -52,7 +52,7 @@ def _enums(robot: Robot) -> list[EnumType]:
     found = {
         variable.type
         for component in robot.components
-        for variable in (component.behaviour.variables if component.behaviour else ())
+        for variable in component.variables
         if isinstance(variable.type, EnumType)
     }
     return sorted(found, key=lambda enum: (enum.name, enum.origin))
@@ -61,10 +61,10 @@ def _enums(robot: Robot) -> list[EnumType]:
 def _instance(component: Component, types: TypeTable) -> Instance:
     name = Name(component.name, span=_NOWHERE)
     instance = Instance(component.name, ComponentNode(name, (), span=_NOWHERE), types)
-    for state in component.behaviour.states if component.behaviour else ():
+    for state in component.states:
         node = StateNode(Name(state.name, span=_NOWHERE), False, False, (), span=_NOWHERE)
         instance.states[state.name] = node
-    for variable in component.behaviour.variables if component.behaviour else ():
+    for variable in component.variables:
         instance.variables[variable.name] = variable.type
     for communication in component.communications:
         instance.communications[communication.name] = _info(communication, instance)

@@ -87,12 +87,9 @@ class Communication:
     def value_type(self, event: EventKind) -> Type:
         """The type of the value of an uncontrollable event of this communication, or ``none``."""
         found = self.sort.event(event)
-        brings = None if found is None else found.brings
-        return NoneType() if brings is None else self._types[brings]
-
-    @property
-    def _types(self) -> dict[str, Type]:
-        return {"response": self.response, "feedback": self.feedback}
+        if found is None or found.brings is None:
+            return NoneType()
+        return self.response if found.brings == "response" else self.feedback
 
 
 def display_names(communications: Mapping[str, Communication]) -> dict[str, str]:
@@ -215,6 +212,24 @@ class Component:
     library: str | None
     span: Span = _span()
 
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        return () if self.behaviour is None else self.behaviour.variables
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        return () if self.behaviour is None else self.behaviour.states
+
+    @property
+    def transitions(self) -> Iterator[ResultTransition]:
+        """All but internal transitions: those of every state, then state by state."""
+        return iter(()) if self.behaviour is None else self.behaviour.all_transitions
+
+    @property
+    def taus(self) -> Iterator[Tau]:
+        """The internal transitions: those of every state, then state by state."""
+        return iter(()) if self.behaviour is None else self.behaviour.all_taus
+
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
@@ -282,7 +297,10 @@ class Preference:
 
 @dataclass(frozen=True)
 class Robot:
-    """The whole model in source order; an imported component stands at its import."""
+    """The whole model in source order; an imported component stands at its import.
+
+    A library is resolved as a robot without requirements, data and preferences.
+    """
 
     name: str
     components: tuple[Component, ...]
@@ -300,8 +318,7 @@ class Robot:
     @cached_property
     def variables(self) -> dict[str, Variable]:
         """All variables by key, in model order."""
-        behaviours = (c.behaviour for c in self.components if c.behaviour is not None)
-        return {v.key: v for behaviour in behaviours for v in behaviour.variables}
+        return {v.key: v for component in self.components for v in component.variables}
 
     @cached_property
     def yields_to(self) -> dict[str, tuple[str, ...]]:

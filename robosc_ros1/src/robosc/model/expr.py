@@ -11,7 +11,7 @@ from an expression bottom-up (a value, a text, the states where it holds) is an 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TypeAlias, cast
+from typing import ClassVar, TypeAlias, cast
 
 from robosc.language.functions import AGGREGATES, CALLS, CONVERSION, PART, PRESENCE
 from robosc.language.operators import BINARY, UNARY, Operator
@@ -84,6 +84,11 @@ class VariableRef:
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
 
+    @property
+    def key(self) -> str:
+        """The key of the :class:`robosc.model.entities.Variable`."""
+        return f"{self.component}.{self.variable}"
+
 
 @dataclass(frozen=True, slots=True)
 class StateRef:
@@ -92,10 +97,7 @@ class StateRef:
     component: str
     state: str
     span: Span | None = field(default=None, compare=False, repr=False)
-
-    @property
-    def type(self) -> Type:
-        return BooleanType()
+    type: ClassVar[Type] = BooleanType()
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,10 +137,7 @@ class PhaseRef:
     communication: str
     phase: str
     span: Span | None = field(default=None, compare=False, repr=False)
-
-    @property
-    def type(self) -> Type:
-        return BooleanType()
+    type: ClassVar[Type] = BooleanType()
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,15 +289,12 @@ class Convert:
     argument: Expr
     type: EnumType
     span: Span | None = field(default=None, compare=False, repr=False)
+    operation: ClassVar[Operator] = CONVERSION
+    """The row common to all enums; :func:`robosc.model.evaluation.converted` gives values."""
 
     @property
     def operator(self) -> str:
         return self.type.name
-
-    @property
-    def operation(self) -> Operator:
-        """The row common to all enums; :func:`robosc.model.evaluation.converted` gives values."""
-        return CONVERSION
 
     @property
     def operands(self) -> tuple[Expr, ...]:
@@ -313,14 +309,8 @@ class Part:
     path: tuple[str | int, ...]
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
-
-    @property
-    def operator(self) -> str:
-        return "part"
-
-    @property
-    def operation(self) -> Operator:
-        return PART
+    operator: ClassVar[str] = PART.spelling
+    operation: ClassVar[Operator] = PART
 
     @property
     def operands(self) -> tuple[Expr, ...]:
@@ -333,18 +323,9 @@ class Holds:
 
     operand: Expr
     span: Span | None = field(default=None, compare=False, repr=False)
-
-    @property
-    def type(self) -> Type:
-        return BooleanType()
-
-    @property
-    def operator(self) -> str:
-        return "holds"
-
-    @property
-    def operation(self) -> Operator:
-        return PRESENCE
+    type: ClassVar[Type] = BooleanType()
+    operator: ClassVar[str] = PRESENCE.spelling
+    operation: ClassVar[Operator] = PRESENCE
 
     @property
     def operands(self) -> tuple[Expr, ...]:

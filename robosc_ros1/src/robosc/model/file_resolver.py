@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
 from robosc.model.behaviour import BehaviourResolver
-from robosc.model.check import Model, check_case, check_topics, check_unused, select_state_variables
 from robosc.model.components import (
     bind,
     check_interfaces,
@@ -18,7 +17,7 @@ from robosc.model.components import (
 )
 from robosc.model.datatypes import Given, TypeTable
 from robosc.model.diagnostics import Muted, Report
-from robosc.model.entities import Component, Preference, Provide, Requirement
+from robosc.model.entities import Component, Robot
 from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr, RosParameter
 from robosc.model.expressions import Typer
@@ -31,10 +30,13 @@ from robosc.model.parameters import check_parameters
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.links import Binder
 from robosc.model.scope import FileScope, report_duplicate
+from robosc.model.similar_names import check_case, check_topics
+from robosc.model.state_variables import select_state_variables
 from robosc.model.statements import StatementResolver, check_preferences
 from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
 from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import EnumType, Type
+from robosc.model.unused import check_unused
 from robosc.model.usage import Usage
 from robosc.model.value_scope import ValueScope
 from robosc.syntax.nodes import (
@@ -61,8 +63,7 @@ class FileContents:
     scope: FileScope
     types: TypeTable
     component_table: ComponentTable
-    model: Model
-    parameters: tuple[RosParameter, ...]
+    robot: Robot
 
     @property
     def instances(self) -> Mapping[str, Instance]:
@@ -97,12 +98,11 @@ class FileResolver:
         """The contents of the file; to be called once."""
         self._find_libraries()
         self._declare_values()
-        model = self._model()
+        robot = self._robot()
         self._scope.names.close()
-        parameters = tuple(self._parameters())
         if self._scope.node.kind == "robot":
-            check_parameters(parameters, self._report)
-        return FileContents(self._scope, self.types, self.component_table, model, parameters)
+            check_parameters(robot.parameters, self._report)
+        return FileContents(self._scope, self.types, self.component_table, robot)
 
     def _parameters(self) -> Iterator[RosParameter]:
         """The parameters of the file, of its components, and of the libraries that it needs."""
@@ -112,7 +112,7 @@ class FileResolver:
         for table in self.types.all_libraries.values():
             yield from table.values.parameters
 
-    def _model(self) -> Model:
+    def _robot(self) -> Robot:
         self.types.resolve_all()
         check_interfaces(self._scope.interfaces, self._report)
         for node in self._scope.components.values():
@@ -126,30 +126,29 @@ class FileResolver:
         self._check_duplicates()
         self._binder.check_unlinked(self._scope.interfaces.values())
         self.types.values.resolve()
-        requirements, provides, preferences = self._statements()
-        self._binder.report_unknown_fields(Usage(components, provides))
-        model = Model(components, requirements, provides, preferences)
-        model = select_state_variables(model, self._report)
+        robot = self._with_statements(components)
+        self._binder.report_unknown_fields(Usage(components, robot.provides))
+        robot = select_state_variables(robot, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
         lengths = {**self._type_declarations.ros.lengths, **self._binder.lengths}
-        check_indexes(model.components, enums, lengths, self._report)
+        check_indexes(robot.components, enums, lengths, self._report)
         check_case(self._scope, self.component_table, self._report)
         check_topics(self.component_table, self._report)
         library = self._scope.node.kind == "library"
         whole = not self._report.has_errors and not self.component_table.broken
         if library or not whole:
-            check_overlaps(model.components, self._report, library=library)
+            check_overlaps(robot.components, self._report, library=library)
         if whole:
-            check_freshness(components, requirements, provides, self._report)
+            check_freshness(robot, self._report)
             check_unused(
                 self._scope,
                 self.types.values,
                 self.component_table,
-                model,
+                robot,
                 self._type_declarations,
                 self._report,
             )
-        return model
+        return robot
 
     def _find_libraries(self) -> None:
         """Read the imported libraries, before the constants and enum rules that may name them."""
@@ -302,20 +301,31 @@ class FileResolver:
 
     # --- statements ------------------------------------------------------------------------------
 
-    def _statements(
-        self,
-    ) -> tuple[tuple[Requirement, ...], tuple[Provide, ...], tuple[Preference, ...]]:
+    def _with_statements(self, components: tuple[Component, ...]) -> Robot:
         resolver = StatementResolver(
             SymbolTable(self.component_table), self.types, self._binder, self._report
         )
-        nodes = self._scope.node.declarations
-        requirements = _sound(
-            resolver.requirement(n) for n in nodes if isinstance(n, RequirementNode)
+        node = self._scope.node
+        requirements, provides, preferences = [], [], []
+        for item in node.declarations:
+            match item:
+                case RequirementNode():
+                    requirements.append(resolver.requirement(item))
+                case ProvideNode():
+                    provides.append(resolver.provide(item))
+                case PreferNode():
+                    preferences.append(resolver.preference(item))
+        robot = Robot(
+            node.name.text,
+            components,
+            _sound(requirements),
+            _sound(provides),
+            _sound(preferences),
+            tuple(self._parameters()),
+            span=node.name.span,
         )
-        provides = _sound(resolver.provide(n) for n in nodes if isinstance(n, ProvideNode))
-        preferences = _sound(resolver.preference(n) for n in nodes if isinstance(n, PreferNode))
-        check_preferences(preferences, self._report)
-        return requirements, provides, preferences
+        check_preferences(robot.preferences, self._report)
+        return robot
 
 
 def _sound(found: Iterable[_Entity | None]) -> tuple[_Entity, ...]:

@@ -18,10 +18,8 @@ from robosc.model.entities import (
     Behaviour,
     Communication,
     Component,
-    Provide,
-    Requirement,
+    Robot,
     data_expressions,
-    display_names,
 )
 from robosc.model.expr import Expr, PhaseRef, VariableRef
 from robosc.model.traversal import reads_value, walk_all
@@ -32,25 +30,19 @@ __all__ = ["check_freshness"]
 _FRESH = "fresh"
 
 
-def check_freshness(
-    components: Sequence[Component],
-    requirements: Sequence[Requirement],
-    provides: Sequence[Provide],
-    report: Report,
-) -> None:
+def check_freshness(robot: Robot, report: Report) -> None:
     """Warn of commands whose requirements or data read values that may be stale."""
-    communications = {c.key: c for component in components for c in component.communications}
-    messages = _lasting_messages(components, communications)
-    behaviours = {c.name: c.behaviour for c in components}
-    names = display_names(communications)
+    communications, names = robot.communications, robot.display_names
+    messages = _lasting_messages(robot.components, communications)
+    behaviours = {c.name: c.behaviour for c in robot.components}
     stale: dict[str, dict[str, VariableRef]] = defaultdict(dict)
     known: ByIdentity[tuple[bool, tuple[VariableRef, ...]]] = ByIdentity()
-    for command, expressions in _read_by_commands(requirements, provides).items():
+    for command, expressions in _read_by_commands(robot).items():
         read = [known.of(expr, _read) for expr in expressions]  # copies share their conditions
         if any(names_freshness for names_freshness, _ in read):
             continue
         for ref in (ref for _, refs in read for ref in refs):
-            message = messages.get(f"{ref.component}.{ref.variable}")
+            message = messages.get(ref.key)
             behaviour = behaviours[ref.component]
             if message is not None and behaviour and not _uses_up(behaviour, command, message.key):
                 stale[message.key][names[command]] = ref
@@ -65,15 +57,13 @@ def check_freshness(
             report.add("stale-data", span, *_texts(commands, names[key]), [note])
 
 
-def _read_by_commands(
-    requirements: Sequence[Requirement], provides: Sequence[Provide]
-) -> dict[str, list[Expr]]:
+def _read_by_commands(robot: Robot) -> dict[str, list[Expr]]:
     """The conditions and data of each command, by its key."""
     found: dict[str, list[Expr]] = defaultdict(list)
-    for requirement in requirements:
+    for requirement in robot.requirements:
         for key in requirement.communications:
             found[key].append(requirement.condition)
-    for provide in provides:
+    for provide in robot.provides:
         if provide.condition is not None:
             found[provide.communication].append(provide.condition)
         found[provide.communication] += data_expressions(provide.data)
@@ -107,9 +97,7 @@ def _lasting_messages(
     found: dict[str, Communication] = {}
     others: set[str] = set()
     for component in components:
-        if component.behaviour is None:
-            continue
-        for transition in component.behaviour.all_transitions:
+        for transition in component.transitions:
             message = communications.get(transition.communication)
             lasting = (
                 transition.event is EventKind.RESPONSE

@@ -23,9 +23,7 @@ def check_indexes(
     read = [(condition_of(rule), enum.source) for enum in enums for rule in enum.rules]
     carried = {c.key: c for component in components for c in component.communications}
     for component in components:
-        if component.behaviour is None or component.library is not None:
-            continue
-        for transition in component.behaviour.all_transitions:
+        for transition in component.transitions if component.library is None else ():
             if transition.communication in carried:
                 type_ = carried[transition.communication].value_type(transition.event)
                 guard = [] if transition.guard is None else [transition.guard]

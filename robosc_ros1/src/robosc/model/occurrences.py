@@ -13,6 +13,7 @@ from enum import Enum
 from functools import cached_property
 from typing import TypeAlias
 
+from robosc.model.data_directions import kind_of, types_of
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -216,7 +217,8 @@ def _kind_and_detail(node: _Named) -> tuple[SymbolKind, str]:
         case ImportNode(library=library, component=component):
             return SymbolKind.COMPONENT, f"component {component.text} of library {library.text}"
         case MessageNode() | ServiceNode() | ActionNode():
-            return SymbolKind.COMMUNICATION, _communication_detail(node)
+            types = " → ".join(type_.span.text for type_ in types_of(node).values())
+            return SymbolKind.COMMUNICATION, f"{kind_of(node).value}: {types}"
         case StateNode():
             words = ["initial"] * node.initial + ["marked"] * node.marked + ["state"]
             return SymbolKind.STATE, " ".join(words)
@@ -236,13 +238,3 @@ def _kind_and_detail(node: _Named) -> tuple[SymbolKind, str]:
             return SymbolKind.CONDITION, f"condition = {value.span.text}"
         case InterfaceNode(package=package, type=ros_type):
             return SymbolKind.INTERFACE, f"interface: {package.text}/{ros_type.text}"
-
-
-def _communication_detail(node: CommunicationNode) -> str:
-    match node:
-        case MessageNode():
-            return f"{node.direction} message: {node.type.span.text}"
-        case ServiceNode():
-            return f"service: {node.request.span.text} → {node.response.span.text}"
-        case ActionNode():
-            return f"action: {node.request.span.text} → {node.response.span.text}"

@@ -34,9 +34,7 @@ def check_overlaps(components: Iterable[Component], report: Report, *, library: 
 
     ``library``: only guards that read nothing but received values.
     """
-    states = {
-        c.name: [s.name for s in c.behaviour.states] if c.behaviour else [] for c in components
-    }
+    states = {c.name: [s.name for s in c.states] for c in components}
     for component in components:
         if component.behaviour is None or component.library is not None:
             continue

@@ -128,19 +128,8 @@ class _Loader:
         ordered = tuple(at_most(sort_diagnostics(diagnostics), _MOST_ERRORS))
         if file.contents is None or has_errors(ordered):
             return None, ordered
-        node, model = file.contents.scope.node, file.contents.model
-        if node.kind != "robot":
-            return None, ordered
-        robot = Robot(
-            node.name.text,
-            model.components,
-            model.requirements,
-            model.provides,
-            model.preferences,
-            file.contents.parameters,
-            span=node.name.span,
-        )
-        return robot, ordered
+        is_robot = file.contents.scope.node.kind == "robot"
+        return file.contents.robot if is_robot else None, ordered
 
     def _file(self, source: Source) -> ResolvedFile:
         report = Report(self._strict)

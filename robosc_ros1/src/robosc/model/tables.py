@@ -8,10 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from robosc.errors import Note
-from robosc.language.events import COMMUNICATIONS, CommunicationSort, EventKind, Phases
+from robosc.language.events import (
+    COMMUNICATIONS,
+    CommunicationSort,
+    Direction,
+    EventKind,
+    Phases,
+)
+from robosc.model.data_directions import types_of
+from robosc.model.datatypes import TypeTable
+from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication, Kind
 from robosc.model.types import Type
 from robosc.syntax.nodes import (
@@ -22,10 +30,6 @@ from robosc.syntax.nodes import (
     StateNode,
     VariableNode,
 )
-
-if TYPE_CHECKING:
-    from robosc.model.datatypes import TypeTable
-    from robosc.model.diagnostics import Report
 
 __all__ = ["ComponentTable", "CommunicationInfo", "Instance", "ImportedSymbolTable", "SymbolTable"]
 
@@ -49,6 +53,14 @@ class CommunicationInfo:
     def sort(self) -> CommunicationSort:
         """The row of the language's table for communications of this kind."""
         return COMMUNICATIONS[self.kind]
+
+    @property
+    def types(self) -> dict[Direction, Type | None]:
+        """The types of what it carries, in the order in which a ROS definition has them."""
+        carried: dict[Direction, Type | None] = {
+            "request": self.request, "response": self.response, "feedback": self.feedback,
+        }  # fmt: skip
+        return {direction: carried[direction] for direction in types_of(self.node)}
 
     @property
     def has_timeout(self) -> bool:

@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Callable, Iterable, Iterator, Set
 from dataclasses import replace
-from typing import Literal, TypeAlias
+from itertools import chain
+from typing import TypeAlias
 
+from robosc.language.events import Direction
 from robosc.model.entities import Component, Data, DataArray, DataObject, Provide
 from robosc.model.expr import (
     Aggregate,
     Convert,
     ElementRef,
     Expr,
+    Leaf,
+    Literal,
     Operation,
     ValueRef,
     condition_of,
 )
+from robosc.model.traversal import fold
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 
-__all__ = ["Direction", "Path", "Usage", "converted_part"]
-
-Direction: TypeAlias = Literal["request", "response", "feedback"]
+__all__ = ["Path", "Usage", "converted_part"]
 
 Path: TypeAlias = tuple[str, ...]
 """Names of members from the whole message on; an array's elements have the path of the array."""
-
-NO_ELEMENTS: Mapping[str, tuple[Path, ...]] = {}
 
 
 class Usage:
@@ -41,17 +42,15 @@ class Usage:
             for communication in component.communications:
                 self._add(communication.key, "response", _converted(communication.response))
                 self._add(communication.key, "feedback", _converted(communication.feedback))
-            behaviour = component.behaviour
-            for transition in () if behaviour is None else behaviour.all_transitions:
+            for transition in component.transitions:
                 sort = sorts.get(transition.communication)
                 event = None if sort is None else sort.event(transition.event)
                 if event is None or event.brings is None:
                     continue
-                direction: Direction = "feedback" if event.brings == "feedback" else "response"
                 read = [assignment.value for assignment in transition.assignments]
                 read += [] if transition.guard is None else [transition.guard]
                 paths = (path for expr in read for path in _read(expr))
-                self._add(transition.communication, direction, paths)
+                self._add(transition.communication, event.brings, paths)
 
     def _add(self, key: str, direction: Direction, paths: Iterable[Path]) -> None:
         self._paths.setdefault((key, direction), set()).update(paths)
@@ -87,27 +86,35 @@ def _kept(type_: Type, used: Set[Path]) -> Type:
     return type_
 
 
-def _read(expr: Expr, elements: Mapping[str, tuple[Path, ...]] = NO_ELEMENTS) -> Iterator[Path]:
-    """The paths that an expression reads; ``elements`` has those of arrays of bound variables."""
-    stack = [expr]
-    while stack:
-        match stack.pop():
+def _read(expr: Expr) -> tuple[Path, ...]:
+    """The paths that an expression reads."""
+    elements: dict[str, tuple[Path, ...]] = {}
+    """By the variables of enclosing aggregates: the paths of the arrays that they range over."""
+
+    def leaf(node: Literal | Leaf) -> tuple[Path, ...]:
+        match node:
             case ValueRef(path=path):
-                yield _names(path)
+                return (_names(path),)
             case ElementRef(variable=variable, path=path):
-                yield from ((*array, *_names(path)) for array in elements.get(variable, ()))
-            case Convert(argument=argument, type=enum):
-                read = list(_converted(enum))
-                yield from ((*p, *inner) for p in _read(argument, elements) for inner in read)
-            case Aggregate(variable=variable, array=array, element=element, condition=condition):
-                arrays = tuple(_read(array, elements))
-                inside = {**elements, variable: arrays}
-                found = [p for part in (element, condition) if part for p in _read(part, inside)]
-                yield from found
-                # An array of which only the length counts is read, too.
-                yield from (a for a in arrays if not any(p[: len(a)] == a for p in found))
-            case node if isinstance(node, Operation):
-                stack.extend(node.operands)
+                return tuple((*array, *_names(path)) for array in elements.get(variable, ()))
+        return ()
+
+    def strict(node: Operation, operands: tuple[tuple[Path, ...], ...]) -> tuple[Path, ...]:
+        read = tuple(chain.from_iterable(operands))
+        if isinstance(node, Convert):
+            return tuple((*path, *inner) for inner in _converted(node.type) for path in read)
+        return read
+
+    def through_array(
+        node: Aggregate, arrays: tuple[Path, ...], visit: Callable[[Expr], tuple[Path, ...]]
+    ) -> tuple[Path, ...]:
+        elements[node.variable] = arrays
+        parts = (node.element, node.condition)
+        found = tuple(path for part in parts if part is not None for path in visit(part))
+        # An array of which only the length counts is read, too.
+        return found + tuple(a for a in arrays if not any(p[: len(a)] == a for p in found))
+
+    return fold(expr, leaf, strict, bound=through_array)
 
 
 def _names(path: tuple[str | int, ...]) -> Path:

@@ -6,9 +6,10 @@ that are received must fit the model's type (an integer field as a double, but n
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+from robosc.language.events import Direction
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Binding
 from robosc.model.ros.definitions import (
@@ -26,7 +27,7 @@ from robosc.model.ros.sent import SentData
 from robosc.model.ros.types import FOLDERS, is_ros_type
 from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import ArrayType, EnumType, IntegerType, NoneType, ObjectType, Type
-from robosc.model.usage import Direction, Path, Usage
+from robosc.model.usage import Path, Usage
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -106,10 +107,8 @@ class Binder:
             # Without the definition, take the file name as ROS derives it from the type.
             stem = type_.removesuffix("Action") if isinstance(node, ActionNode) else type_
             return Binding(package, stem or type_, False)
-        fields = []
-        for part, definition in zip(parts, found.parts, strict=True):
-            fields.append(self._check_part(key, part, definition))
-        return _binding(node, found, tuple(fields))
+        pairs = zip(parts, found.parts, strict=True)
+        return _binding(found, parts, [self._check_part(key, *pair) for pair in pairs])
 
     def _default(
         self, key: str, node: CommunicationNode, parts: tuple[Payload, ...]
@@ -140,7 +139,7 @@ class Binder:
             )
             return None
         field = self._check_part(key, part, interface.parts[0])
-        return _binding(node, interface, (field,))
+        return _binding(interface, parts, [field])
 
     def _links_hint(self, carried: Type) -> str:
         name = carried.name if isinstance(carried, ObjectType) else "TYPE"
@@ -308,16 +307,7 @@ def _basic_name(type_: Type) -> str:
 
 
 def _binding(
-    node: CommunicationNode, interface: Interface, fields: tuple[str | None, ...]
+    interface: Interface, parts: Sequence[Payload], fields: Sequence[str | None]
 ) -> Binding:
-    package, type_ = interface.package, interface.type
-    match node:
-        case MessageNode(direction="incoming"):
-            return Binding(package, type_, True, request_field=fields[0])
-        case MessageNode():
-            return Binding(package, type_, True, response_field=fields[0])
-        case ServiceNode():
-            request, response = fields
-            return Binding(package, type_, True, request, response)
-    request, response, feedback = fields
-    return Binding(package, type_, True, request, response, feedback)
+    names = {f"{p.direction}_field": field for p, field in zip(parts, fields, strict=True)}
+    return Binding(interface.package, interface.type, True, **names)
