@@ -17,7 +17,7 @@ from robosc.language.operators import BINARY, Result
 from robosc.model.compatibility import result_type
 from robosc.model.expr import Binary, Call, Expr, Literal, StateRef, Unary, VariableRef
 from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Value
-from robosc.synthesis.vectorised import evaluate_vectorised, support, variable_of
+from robosc.synthesis.vectorised import evaluate_vectorised, support
 
 PLANT: Plant = plant_of(
     "datatype enum Colour from integer to { value = 1 -> red value = 2 -> green default -> blue }"
@@ -107,7 +107,7 @@ conditions = st.recursive(
 
 def _one_by_one(expr: Expr, indexes: dict[int, int]) -> Value:
     def lookup(leaf: Leaf) -> Value:
-        variable = variable_of(PLANT, leaf)
+        variable = PLANT.variable_of(leaf)
         assert variable is not None
         value = PLANT.variables[variable].values[indexes[variable]]
         return value == leaf.state if isinstance(leaf, StateRef) else value

@@ -12,7 +12,7 @@ defines the effect of an event in a state; the engines compile it into faster fo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -24,14 +24,14 @@ from robosc.ir.finite.view import FiniteView
 from robosc.ir.formulas import exact
 from robosc.model.by_identity import ByIdentity
 from robosc.model.entities import Assignment, EventKind, Robot
-from robosc.model.expr import Expr, TestRef, ValueRef
+from robosc.model.expr import Expr, Leaf, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.model.traversal import walk
 from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
 
 __all__ = [
     "Edge", "Event", "LocalAutomaton", "EventParameter", "PhaseStep", "Plant", "PlantState",
-    "StateVariable", "VariableKind", "is_optional", "value_parts", "value_type",
+    "StateVariable", "VariableKind", "is_optional", "value_parts", "value_type", "values_read",
 ]  # fmt: skip
 
 PlantState: TypeAlias = tuple[int, ...]
@@ -74,6 +74,15 @@ class StateVariable:
     def shown(self, index: int) -> Value:
         """A value as users see it."""
         return self.values[index] if self.labels is None else self.labels[index]
+
+    def read(self, leaf: Leaf, index: int) -> Value:
+        """Return the value of a leaf that reads this variable, where the variable has an index."""
+        match leaf:
+            case StateRef(state=name):
+                return self.values[index] == name
+            case PhaseRef():
+                return index == 1
+        return self.values[index]
 
     @property
     def size(self) -> int:
@@ -141,11 +150,19 @@ class LocalAutomaton:
 
     @property
     def expressions(self) -> Iterator[Expr]:
-        """The guards and the right-hand sides of updates of all edges."""
+        """The right-hand sides of updates and the guards of all edges."""
         for edge in self.edges:
+            yield from (expr for _, expr in edge.updates)
             if edge.guard is not None:
                 yield edge.guard
-            yield from (expr for _, expr in edge.updates)
+
+    @property
+    def writes(self) -> Iterator[int]:
+        """The state variables that an edge may change."""
+        for edge in self.edges:
+            yield from (variable for variable, _ in edge.updates)
+            if edge.target != edge.source:
+                yield self.variable
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +174,7 @@ class PhaseStep:
     target: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Event:
     """An event; with parameters it represents one event per combination of their values.
 
@@ -191,6 +208,12 @@ class Event:
         """Whether it is a command of which the environment chooses the outcome."""
         return self.controllable and bool(self.parameters)
 
+    @cached_property
+    def writes(self) -> frozenset[int]:
+        """The indexes of the state variables that it may change."""
+        phase = () if self.phase is None else (self.phase.variable,)
+        return frozenset(phase).union(*(automaton.writes for automaton in self.automata))
+
 
 @dataclass(frozen=True)
 class Plant:
@@ -212,14 +235,18 @@ class Plant:
     def variable_index(self) -> dict[tuple[VariableKind, str], int]:
         return {(variable.kind, variable.name): i for i, variable in enumerate(self.variables)}
 
-    @cached_property
-    def writes(self) -> tuple[frozenset[int], ...]:
-        """For each event, the indexes of the state variables that it may change."""
-        return tuple(_writes(event) for event in self.events)
-
-    def number(self, event: Event) -> int:
-        """Return the index of an event in ``events``."""
-        return next(number for number, one in enumerate(self.events) if one is event)
+    def variable_of(self, leaf: Expr) -> int | None:
+        """Return the state variable that a leaf reads; None if it reads no state."""
+        match leaf:
+            case TestRef(name=name):
+                return self.variable_index[VariableKind.TEST, name]
+            case VariableRef(component=component, variable=name):
+                return self.variable_index[VariableKind.DATA, f"{component}.{name}"]
+            case StateRef(component=component):
+                return self.variable_index[VariableKind.LOCATION, component]
+            case PhaseRef(communication=key):
+                return self.variable_index[VariableKind.PHASE, key]
+        return None
 
     @cached_property
     def supports(self) -> ByIdentity[tuple[int, ...]]:
@@ -257,16 +284,6 @@ class Plant:
         )
 
 
-def _writes(event: Event) -> frozenset[int]:
-    variables = set() if event.phase is None else {event.phase.variable}
-    for automaton in event.automata:
-        for edge in automaton.edges:
-            variables.update(variable for variable, _ in edge.updates)
-            if edge.target != edge.source:
-                variables.add(automaton.variable)
-    return frozenset(variables)
-
-
 def is_optional(robot: Robot, event: Event) -> bool:
     """Whether an event that brings a value may come without it."""
     communication = robot.communications.get(event.key)
@@ -284,12 +301,18 @@ def value_type(robot: Robot, event: Event) -> Type:
 def value_parts(event: Event) -> dict[tuple[str | int, ...], Type]:
     """Return the parts of an event's value, with their types, that transitions read for any
     variable."""
-    found: dict[tuple[str | int, ...], Type] = {}
-    for automaton in event.automata:
-        for edge in automaton.edges:
-            readers = [a.value for a in edge.assignments]
-            for expr in readers + ([exact(edge.guard)] if edge.guard is not None else []):
-                for part in walk(expr):
-                    if isinstance(part, ValueRef):
-                        found.setdefault(part.path, part.type)
+    readers: list[Expr] = []
+    for edge in (edge for automaton in event.automata for edge in automaton.edges):
+        readers += (assignment.value for assignment in edge.assignments)
+        readers += [exact(edge.guard)] if edge.guard is not None else []
+    return {path: part.type for path, part in values_read(readers).items()}
+
+
+def values_read(exprs: Iterable[Expr]) -> dict[tuple[str | int, ...], ValueRef]:
+    """Return the parts of an event's value that expressions read, by path, in their order."""
+    found: dict[tuple[str | int, ...], ValueRef] = {}
+    for expr in exprs:
+        for part in walk(expr):
+            if isinstance(part, ValueRef):
+                found.setdefault(part.path, part)
     return found

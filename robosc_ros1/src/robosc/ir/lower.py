@@ -15,6 +15,7 @@ from robosc.ir.automaton import (
     Plant,
     StateVariable,
     VariableKind,
+    values_read,
 )
 from robosc.ir.combining import Taken, result_transitions, taken_in
 from robosc.ir.finite.builder import finite_view
@@ -36,7 +37,6 @@ from robosc.model.entities import (
     Variable,
 )
 from robosc.model.expr import TRUE, ChoiceRef, Expr, TestRef, ValueRef, VariableRef
-from robosc.model.traversal import walk
 from robosc.model.types import Type, Value, domain
 
 __all__ = ["lower"]
@@ -236,15 +236,9 @@ class _Context:
         self, automata: Iterable[LocalAutomaton], scope: tuple[EventKind, str]
     ) -> Iterator[EventParameter]:
         """Yield the parts of the value that guards and updates read, in order of appearance."""
-        found: set[tuple[str | int, ...]] = set()
-        for edge in (edge for automaton in automata for edge in automaton.edges):
-            readers = [expr for _, expr in edge.updates]
-            if edge.guard is not None:
-                readers.append(edge.guard)
-            for part in (part for expr in readers for part in walk(expr)):
-                if isinstance(part, ValueRef) and part.path not in found:
-                    found.add(part.path)
-                    yield self._parameter(part, scope)
+        read = values_read(expr for automaton in automata for expr in automaton.expressions)
+        for part in read.values():
+            yield self._parameter(part, scope)
 
     def _parameter(self, reference: ValueRef, scope: tuple[EventKind, str]) -> EventParameter:
         test = reference.test if isinstance(reference, ChoiceRef) else None

@@ -7,18 +7,9 @@ from enum import Enum
 from itertools import product
 from typing import TypeAlias
 
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState, VariableKind
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.ir.formulas import Leaf, Undefined, evaluate
-from robosc.model.expr import (
-    ElementRef,
-    Expr,
-    ParameterRef,
-    PhaseRef,
-    StateRef,
-    TestRef,
-    ValueRef,
-    VariableRef,
-)
+from robosc.model.expr import Expr, ValueRef
 from robosc.model.traversal import all_names
 from robosc.model.types import Value
 
@@ -146,25 +137,13 @@ def lookup(
     plant: Plant, event: Event | None, values: Values, state: PlantState
 ) -> Callable[[Leaf], Value | None]:
     """Return a function from leaves of expressions to their values in a state and an event."""
-    index = plant.variable_index
     taken = {p.path: v for p, v in zip(event.parameters, values, strict=True)} if event else {}
 
     def look(leaf: Leaf) -> Value | None:
-        match leaf:
-            case VariableRef(component=component, variable=name):
-                variable = index[VariableKind.DATA, f"{component}.{name}"]
-                return plant.variables[variable].values[state[variable]]
-            case TestRef(name=name):
-                variable = index[VariableKind.TEST, name]
-                return plant.variables[variable].values[state[variable]]
-            case StateRef(component=component, state=name):
-                variable = index[VariableKind.LOCATION, component]
-                return plant.variables[variable].values[state[variable]] == name
-            case PhaseRef(communication=key):
-                return state[index[VariableKind.PHASE, key]] == 1
-            case ValueRef(path=path):
-                return taken[path]
-            case ElementRef() | ParameterRef():
-                raise AssertionError("only aggregates and tests read this leaf")
+        if isinstance(leaf, ValueRef):
+            return taken[leaf.path]
+        variable = plant.variable_of(leaf)
+        assert variable is not None, "only aggregates and tests read this leaf"
+        return plant.variables[variable].read(leaf, state[variable])
 
     return look

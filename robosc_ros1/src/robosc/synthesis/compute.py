@@ -9,9 +9,8 @@ from functools import partial
 from math import prod
 
 from robosc.errors import StateSpaceError, listing
-from robosc.ir.automaton import Plant
-from robosc.model.expr import FALSE, TRUE, Binary, Call, Expr, Unary, ValueRef
-from robosc.model.traversal import walk
+from robosc.ir.automaton import Plant, values_read
+from robosc.model.expr import FALSE, TRUE, Binary, Call, Expr, Unary
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear
@@ -197,8 +196,7 @@ def _crowded(plant: Plant, most: int) -> str | None:
         values = {parameter.path: len(parameter.values) for parameter in event.parameters}
         for automaton in event.automata:
             for variable, expr in {u for edge in automaton.edges for u in edge.updates}:
-                read = {node.path for node in walk(expr) if isinstance(node, ValueRef)}
-                taken = prod(values[path] for path in read)
+                taken = prod(values[path] for path in values_read([expr]))
                 if taken * plant.variables[variable].size > most:
                     name, size = plant.variables[variable].name, plant.variables[variable].size
                     return (

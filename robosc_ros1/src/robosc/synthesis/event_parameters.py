@@ -9,19 +9,17 @@ from math import prod
 from typing import TypeAlias
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Edge, Event
+from robosc.ir.automaton import Edge, Event, values_read
 from robosc.ir.formulas import conjunction, disjunction, junction, negation
 from robosc.ir.partial_evaluation import PartValues, holds
 from robosc.ir.step import missing_together
-from robosc.model.expr import Expr, ValueRef
-from robosc.model.traversal import walk
+from robosc.model.expr import Expr
 
 __all__ = [
     "MOST_COMBINATIONS",
     "choices",
     "for_some",
     "private_parameters",
-    "values_read",
     "weight",
 ]
 
@@ -32,11 +30,6 @@ _FEW = 2**8
 
 Path: TypeAlias = tuple[str | int, ...]
 _Signed: TypeAlias = tuple[Expr, bool]
-
-
-def values_read(exprs: Iterable[Expr]) -> set[Path]:
-    """Return the parts of an event's value that expressions read."""
-    return {node.path for expr in exprs for node in walk(expr) if isinstance(node, ValueRef)}
 
 
 def choices(event: Event, read: Iterable[Expr]) -> Iterator[PartValues]:
@@ -102,8 +95,8 @@ def private_parameters(event: Event, edge: Edge) -> Mapping[int, tuple[int, ...]
     for automaton in event.automata:
         guards = [e.guard for e in automaton.edges if e.guard is not None]
         updates = [expr for e in automaton.edges for _, expr in e.updates]
-        readers.update(values_read(updates))
-        readers.update(values_read(guards))
+        readers.update(values_read(updates).keys())
+        readers.update(values_read(guards).keys())
     by_variable: dict[int, set[Path]] = {}
     for variable, expr in edge.updates:
         by_variable.setdefault(variable, set()).update(values_read([expr]))
@@ -167,7 +160,7 @@ def _by_values(parts: Iterable[_Signed]) -> list[list[_Signed]]:
     """Return the parts in groups; no two groups read the same parameter."""
     groups: list[tuple[set[Path], list[_Signed]]] = []
     for part in parts:
-        read, members = values_read([part[0]]), [part]
+        read, members = set(values_read([part[0]])), [part]
         apart = []
         for paths, others in groups:
             if paths & read:

@@ -146,13 +146,12 @@ def _counts(plant: Plant, event: Event, lasting: bool = False) -> Iterator[Expr]
 
     With ``lasting``, also for one after which uncontrollable events may change that number.
     """
-    written = plant.writes[plant.number(event)]
     for condition in plant.tighter_counts:
-        if not written.isdisjoint(support(plant, condition)):
+        if not event.writes.isdisjoint(support(plant, condition)):
             yield condition
     for invariant, _ in plant.invariants if lasting else ():
         for condition in lasting_counts(plant, invariant):
-            if not written.isdisjoint(support(plant, condition)):
+            if not event.writes.isdisjoint(support(plant, condition)):
                 yield condition
 
 

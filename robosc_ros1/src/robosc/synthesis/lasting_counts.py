@@ -99,7 +99,7 @@ def _component(plant: Plant, read: Sequence[int]) -> tuple[set[int], list[Event]
             for number, event in enumerate(plant.events)
             if number not in found
             and not event.controllable
-            and not plant.writes[number].isdisjoint(variables)
+            and not event.writes.isdisjoint(variables)
         }
         found |= further
         for event in further.values():

@@ -16,7 +16,7 @@ from robosc.model.expr import FALSE, TRUE, Binary, Expr, Leaf, Literal, PhaseRef
 from robosc.model.traversal import rewritten
 from robosc.model.types import BooleanType
 from robosc.synthesis.system import location_name
-from robosc.synthesis.vectorised import support, variable_of
+from robosc.synthesis.vectorised import support
 
 __all__ = ["next_precondition", "precondition"]
 
@@ -28,7 +28,7 @@ def precondition(plant: Plant, event: Event) -> Expr:
 
     Ranges are ignored: the plant does not do a command whose update would leave one.
     """
-    conditions = _concerned(plant, _writes(plant, event))
+    conditions = _concerned(plant, event.writes)
     return conjunction(_before_command(plant, event, [conjunction(conditions)]))
 
 
@@ -37,19 +37,14 @@ def next_precondition(plant: Plant, event: Event) -> list[Expr]:
 
     The uncontrollable event must not leave a range either. The simplest conditions come last.
     """
-    written = _writes(plant, event)
     conditions = [
         condition
-        for number, following in enumerate(plant.events)
-        if not following.controllable and not written.isdisjoint(plant.writes[number])
+        for following in plant.events
+        if not following.controllable and not event.writes.isdisjoint(following.writes)
         for condition in _before_uncontrollable(plant, following)
     ]
-    conditions += _concerned(plant, written)
+    conditions += _concerned(plant, event.writes)
     return _before_command(plant, event, list(dict.fromkeys(conditions)))
-
-
-def _writes(plant: Plant, event: Event) -> frozenset[int]:
-    return plant.writes[plant.number(event)]
 
 
 def _concerned(plant: Plant, written: frozenset[int]) -> list[Expr]:
@@ -75,7 +70,7 @@ def _before_command(plant: Plant, event: Event, conditions: Sequence[Expr]) -> l
 
 def _before_uncontrollable(plant: Plant, event: Event) -> Iterator[Expr]:
     """Yield the conditions before an event that keep state requirements and ranges after it."""
-    conditions = _concerned(plant, _writes(plant, event))
+    conditions = _concerned(plant, event.writes)
     if event.parameters:
         return
     for edges in _choices(event):
@@ -127,7 +122,7 @@ def _after(plant: Plant, event: Event, edges: tuple[Edge, ...], condition: Expr)
         places[event.phase.variable] = event.phase.target
 
     def leaf(node: Literal | Leaf) -> Expr:
-        index = None if isinstance(node, Literal) else variable_of(plant, node)
+        index = plant.variable_of(node)
         if index in places:
             if isinstance(node, StateRef):
                 return TRUE if location_name(plant, index, places[index]) == node.state else FALSE

@@ -32,7 +32,6 @@ from robosc.model.expr import (
 from robosc.model.traversal import walk
 from robosc.model.types import EnumType
 from robosc.synthesis.event_parameters import weight
-from robosc.synthesis.vectorised import variable_of
 
 __all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]
 
@@ -299,7 +298,7 @@ class Stepper:
         if isinstance(leaf, ValueRef):
             slot, undefined = slots[leaf.path]
             return f"need(v[{slot}])" if undefined else f"v[{slot}]"
-        variable = variable_of(self.plant, leaf)
+        variable = self.plant.variable_of(leaf)
         assert variable is not None
         match leaf:
             case StateRef(state=name):

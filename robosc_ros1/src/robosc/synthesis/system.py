@@ -196,7 +196,7 @@ def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> St
     # Commands with several outcomes come last: one may be disabled though it could lead there.
     order = sorted(enumerate(plant.events), key=lambda item: item[1].branches)
     for number, event in order:
-        if changed <= plant.writes[number]:
+        if changed <= event.writes:
             compiled = stepper.compiled(number, event.requirement)
             values = compiled.leading(before, after)
             if values is not None:

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.ir.automaton import Event, Plant, StateVariable, VariableKind
+from robosc.ir.automaton import Event, Plant, StateVariable
 from robosc.ir.finite.classes import Classes
 from robosc.language.operators import EXACT_IN_DOUBLE, EXACT_IN_INT64, Operator, Range
 from robosc.model.evaluation import scalar_of
@@ -35,7 +35,7 @@ from robosc.model.types import EnumType, StringType, Type
 
 __all__ = [
     "Bools", "IndexArrays", "Indexes", "evaluate_vectorised", "event_support", "step_support",
-    "support", "variable_of",
+    "support",
 ]  # fmt: skip
 
 Bools: TypeAlias = NDArray[np.bool_]
@@ -44,25 +44,11 @@ IndexArrays: TypeAlias = Mapping[int, Indexes]
 """Index arrays by state variable, broadcastable against each other."""
 
 
-def variable_of(plant: Plant, leaf: Expr) -> int | None:
-    """Return the state variable that a leaf reads; None if it reads no state."""
-    match leaf:
-        case TestRef(name=name):
-            return plant.variable_index[VariableKind.TEST, name]
-        case VariableRef(component=component, variable=name):
-            return plant.variable_index[VariableKind.DATA, f"{component}.{name}"]
-        case StateRef(component=component):
-            return plant.variable_index[VariableKind.LOCATION, component]
-        case PhaseRef(communication=key):
-            return plant.variable_index[VariableKind.PHASE, key]
-    return None
-
-
 def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
     """Return the state variables that an expression reads, ascending."""
 
     def find(expr: Expr) -> tuple[int, ...]:
-        read = (variable_of(plant, node) for node in walk_all([expr]))
+        read = (plant.variable_of(node) for node in walk_all([expr]))
         return tuple(sorted({variable for variable in read if variable is not None}))
 
     return plant.supports.of(expr, find)
@@ -73,8 +59,7 @@ def step_support(plant: Plant, event: Event) -> set[int]:
     found: set[int] = set()
     for automaton in event.automata:
         found.add(automaton.variable)
-        found.update(variable for edge in automaton.edges for variable, _ in edge.updates)
-        found.update(*(support(plant, expr) for expr in automaton.expressions))
+        found.update(automaton.writes, *(support(plant, expr) for expr in automaton.expressions))
     return found
 
 
@@ -98,7 +83,7 @@ def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArr
     def leaf(node: Literal | Leaf) -> NDArray[Any]:
         if isinstance(node, Literal):
             return _literal(node.value, node.type)
-        variable = variable_of(plant, node)
+        variable = plant.variable_of(node)
         assert variable is not None, "a parameter without value"
         return _leaf(plant.variables[variable], node, columns[variable])
 

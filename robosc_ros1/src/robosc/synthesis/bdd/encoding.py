@@ -16,7 +16,7 @@ from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.step import missing_together
 from robosc.model.by_identity import ByIdentity
 from robosc.model.evaluation import Undefined, evaluate
-from robosc.model.expr import Binary, Expr, Leaf, Operation, PhaseRef, StateRef, Unary, ValueRef
+from robosc.model.expr import Binary, Expr, Leaf, Operation, Unary, ValueRef
 from robosc.model.traversal import fold
 from robosc.model.types import Value
 from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
@@ -24,7 +24,6 @@ from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import order_items
 from robosc.synthesis.bdd.partition import Partition, combined, key_of
 from robosc.synthesis.bdd.sources import LeafSource, leaves, touched_together
-from robosc.synthesis.vectorised import variable_of
 
 __all__ = ["Encoding"]
 
@@ -326,7 +325,7 @@ class Encoding:
         return self.plant.events[event].parameters[number].values
 
     def _source(self, leaf: Leaf, event: int | None) -> LeafSource:
-        variable = variable_of(self.plant, leaf)
+        variable = self.plant.variable_of(leaf)
         if variable is not None:
             return variable
         assert event is not None and isinstance(leaf, ValueRef)
@@ -347,18 +346,12 @@ class Encoding:
         return [(value, self.values(source, indexes)) for value, indexes in found.values()]
 
     def _read(self, leaf: Leaf, event: int | None, index: int) -> Value | None:
-        variable = variable_of(self.plant, leaf)
+        variable = self.plant.variable_of(leaf)
         if variable is None:
             assert event is not None and isinstance(leaf, ValueRef)
             taken = self.plant.events[event]
             return taken.parameters[self._parameter(taken, leaf)].values[index]
-        value = self.plant.variables[variable].values[index]
-        match leaf:
-            case StateRef(state=name):
-                return value == name
-            case PhaseRef():
-                return index == 1
-        return value
+        return self.plant.variables[variable].read(leaf, index)
 
 
 def _is_costly(node: Expr) -> bool:

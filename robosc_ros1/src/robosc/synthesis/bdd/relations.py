@@ -151,7 +151,7 @@ class Relations:
             occurring=occurring,
             required=encoding.holds(event.requirement or TRUE),
             variables=frozenset(event_support(encoding.plant, event)),
-            writes=encoding.plant.writes[number],
+            writes=event.writes,
         )
 
     def _product(self, first: Sequence[_Case], second: Sequence[_Case]) -> list[_Case]:

@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
-from robosc.ir.automaton import Plant
+from robosc.ir.automaton import Plant, values_read
 from robosc.model.expr import Expr, Leaf
 from robosc.model.traversal import walk
-from robosc.synthesis.event_parameters import values_read
 from robosc.synthesis.vectorised import event_support, support
 
 __all__ = ["LeafSource", "leaves", "touched_together"]

@@ -119,11 +119,12 @@ class DenseSystem:
         changed = [columns[variable] != state[variable] for variable in range(len(state))]
         nothing = np.zeros(len(layer), np.int32)
         differing = sum(changed, nothing)
-        for number, written in enumerate(self.plant.writes):
-            near = layer[sum((changed[variable] for variable in written), nothing) == differing]
+        for step in self.solution.engine.steps:
+            own = (changed[variable] for variable in step.event.writes)
+            near = layer[sum(own, nothing) == differing]
             if len(near):
                 start = _Batch(near, self._columns(near), frozenset())
-                for before, after in self._steps(self.solution.engine.steps[number], start):
+                for before, after in self._steps(step, start):
                     hits = np.flatnonzero(after == target)
                     if len(hits):
                         return int(before[hits[0]])

@@ -9,9 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import prod
 
-from robosc.ir.automaton import Event, LocalAutomaton, Plant
-from robosc.model.expr import ValueRef
-from robosc.model.traversal import walk
+from robosc.ir.automaton import Event, LocalAutomaton, Plant, values_read
 from robosc.synthesis.vectorised import support
 
 __all__ = ["stages_of"]
@@ -46,11 +44,9 @@ def _ordered_groups(
 
     graph = nx.DiGraph()
     graph.add_nodes_from(range(len(automata)))
-    reads = [_reads(plant, p) for p in automata]
-    takes = [_takes(p) for p in automata]
-    writes = [
-        {p.variable} | {variable for e in p.edges for variable, _ in e.updates} for p in automata
-    ]
+    reads = [_reads(plant, automaton) for automaton in automata]
+    takes = [_takes(automaton) for automaton in automata]
+    writes = [set(automaton.writes) for automaton in automata]
     for i in range(len(automata)):
         for j in range(len(automata)):
             if i != j and reads[i] & writes[j]:
@@ -76,8 +72,6 @@ def _takes(automaton: LocalAutomaton) -> set[tuple[str | int, ...]]:
     Elements of one array count as the array, since they are missing together.
     """
     return {
-        node.path[: next((d for d, step in enumerate(node.path) if isinstance(step, int)), None)]
-        for expr in automaton.expressions
-        for node in walk(expr)
-        if isinstance(node, ValueRef)
+        path[: next((d for d, step in enumerate(path) if isinstance(step, int)), None)]
+        for path in values_read(automaton.expressions)
     }

@@ -22,12 +22,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, values_read
 from robosc.ir.finite.classes import Classes
 from robosc.ir.formulas import junction
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
 from robosc.model.expr import Expr, TestRef, Unary, ValueRef, VariableRef
-from robosc.model.traversal import walk
 from robosc.model.types import BooleanType, EnumType
 from robosc.synthesis.dense.merging import (
     ALWAYS,
@@ -253,11 +252,7 @@ class Compiler:
         Otherwise all values of such parameters would be combined with each other.
         """
         expressions = [expr for option in options for expr in option.expressions()]
-        read = Counter(
-            path
-            for expr in expressions
-            for path in {part.path for part in walk(expr) if isinstance(part, ValueRef)}
-        )
+        read = Counter(path for expr in expressions for path in values_read([expr]))
         updates = [update for option in options for update in option.updates]
         written = Counter(variable for variable, _ in updates)
         parameters = {parameter.path: parameter.values for parameter in event.parameters}

@@ -9,7 +9,6 @@ from robosc.model.expr import Binary, Expr, Literal, VariableRef
 from robosc.model.types import BooleanType, Value
 from robosc.supervisor import Step
 from robosc.synthesis.explain.blocking import Cause
-from robosc.synthesis.vectorised import variable_of
 
 __all__ = ["why_out_of_range"]
 
@@ -61,7 +60,7 @@ def _preventing(plant: Plant, index: int, expr: Expr) -> Expr | None:
     match expr:
         case Binary(
             operator="+" | "-" as op, left=VariableRef() as variable, right=Literal(value=int(by))
-        ) if variable_of(plant, variable) == index:
+        ) if plant.variable_of(variable) == index:
             shift = by if op == "+" else -by
             low, high = int(values[0]), int(values[-1])
             bound = (high if shift >= 0 else low) - shift

@@ -114,7 +114,7 @@ class _Explainer:
         path = nearest(self.system, refused)
         if path is None:
             return self._never_asked(guard)
-        number = self.plant.number(event)
+        number = self.plant.events.index(event)
         outcomes = list(self.stepper.compiled(number, None).targets(path[-1]))
         # Of several outcomes that the environment chooses from, explain a bad one.
         values, target = min(outcomes, key=lambda outcome: self.system.is_good(outcome[1]))

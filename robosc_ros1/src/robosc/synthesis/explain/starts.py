@@ -41,7 +41,7 @@ def nearest(system: System, condition: Expr) -> tuple[PlantState, ...] | None:
     found = system.nearest(condition)
     if found is None:
         return None
-    written = frozenset[int]().union(*system.plant.writes)
+    written = frozenset[int]().union(*(event.writes for event in system.plant.events))
     for number, variable in enumerate(system.plant.variables):
         if found[0][number] == variable.initial or number in written:
             continue

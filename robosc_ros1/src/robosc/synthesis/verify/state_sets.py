@@ -191,11 +191,10 @@ class StateSets:
     def _local(self, coding: Coding, event: Event) -> _Local:
         """Return the part of one automaton, given as an event of its own."""
         steps = EventSteps(self.plant, coding, event)
-        (written,) = replace(self.plant, events=(event,)).writes
         variables = sorted(variables_read(self.plant, event))
         paths = values_read(event)
         reads = [n for n, parameter in enumerate(event.parameters) if parameter.path in paths]
-        found = _Local(sorted(written), reads, {})
+        found = _Local(sorted(event.writes), reads, {})
         for values in steps.valuations:
             if (read := found.read(values)) not in found.tables:
                 if self._size(variables) * (len(found.tables) + 1) > _MOST_ROWS:
