@@ -149,7 +149,7 @@ def _parameters_component(plant: Plant) -> str:
 
 def _owner(test: TestRef, parameters: str) -> str:
     """The component whose data a test reads; ``parameters`` if it reads nothing but these."""
-    parts = [*walk(test.subject), *(() if test.other is None else walk(test.other))]
+    parts = [part for side in test.sides for part in walk(side)]
     found = {part.component for part in parts if isinstance(part, VariableRef)}
     if len(found) > 1:
         raise UsageError(

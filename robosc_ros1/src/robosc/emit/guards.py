@@ -30,9 +30,8 @@ class GuardText:
 
 def holds_where(requirement: Requirement) -> Expr:
     """The condition under which a requirement is met."""
-    if requirement.kind in ("disables", "never"):
-        return negation(requirement.condition)
-    return requirement.condition
+    condition = requirement.condition
+    return negation(condition) if requirement.forbids else condition
 
 
 class GuardTexts:

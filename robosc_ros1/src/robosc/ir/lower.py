@@ -30,7 +30,6 @@ from robosc.model.entities import (
     Communication,
     Component,
     EventKind,
-    Requirement,
     ResultTransition,
     Robot,
     Tau,
@@ -56,9 +55,9 @@ def lower(robot: Robot) -> Plant:
         event for component in robot.components for event in context.events_of(component)
     )
     invariants = tuple(
-        (context.condition(r, r.kind == "never"), index)
-        for index, r in enumerate(robot.requirements)
-        if r.kind in ("never", "always")
+        (context.view.met(requirement), index)
+        for index, requirement in enumerate(robot.requirements)
+        if requirement.kind in ("never", "always")
     )
     return Plant(robot, context.variables, events, invariants, context.view)
 
@@ -174,16 +173,11 @@ class _Context:
             span=communication.span,
         )
 
-    def condition(self, requirement: Requirement, negated: bool) -> Expr:
-        """Return the condition of a requirement over the plant's state variables."""
-        condition = self.view.expression(requirement.condition)
-        return negation(condition) if negated else condition
-
     def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:
         if not kind.controllable:
             return None, ()
         found = {i: r for i, r in enumerate(self.robot.requirements) if key in r.communications}
-        kept = [self.condition(r, r.kind == "disables") for r in found.values()]
+        kept = [self.view.met(requirement) for requirement in found.values()]
         if kind is EventKind.CANCEL:
             # A goal may be cancelled only while a requirement on its action is violated.
             return disjunction(negation(condition) for condition in kept), tuple(found)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
 from itertools import product
 from typing import TypeAlias
@@ -14,8 +14,8 @@ from robosc.model.traversal import all_names
 from robosc.model.types import Value
 
 __all__ = [
-    "Outcome", "Values", "Verdict", "holds", "lookup", "missing_together", "outcome", "taken_edge",
-    "valuations",
+    "Outcome", "Values", "Verdict", "holds", "is_consistent", "lookup", "missing_together",
+    "outcome", "taken_edge", "valuations",
 ]  # fmt: skip
 
 Values: TypeAlias = tuple[Value | None, ...]
@@ -37,8 +37,13 @@ def valuations(event: Event) -> Iterator[Values]:
     """Yield the consistent combinations of parameter values; the last parameter varies fastest."""
     pairs = missing_together(event)
     for values in product(*(parameter.values for parameter in event.parameters)):
-        if not any(values[i] is None and values[j] is not None for i, j in pairs):
+        if is_consistent(values, pairs):
             yield values
+
+
+def is_consistent(values: Values, pairs: Iterable[tuple[int, int]]) -> bool:
+    """Whether of each pair (:func:`missing_together`) the second is missing if the first is."""
+    return not any(values[i] is None and values[j] is not None for i, j in pairs)
 
 
 def missing_together(event: Event) -> tuple[tuple[int, int], ...]:

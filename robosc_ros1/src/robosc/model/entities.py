@@ -244,6 +244,11 @@ class Requirement:
     text: str
     span: Span = _span()
 
+    @property
+    def forbids(self) -> bool:
+        """Whether the condition must not hold; otherwise it must."""
+        return self.kind in ("disables", "never")
+
 
 @dataclass(frozen=True, slots=True)
 class DataObject:

@@ -168,6 +168,10 @@ class TestRef:
     name: str
     span: Span | None = field(default=None, compare=False, repr=False)
 
+    @property
+    def sides(self) -> tuple[Expr, ...]:
+        return (self.subject,) if self.other is None else (self.subject, self.other)
+
 
 @dataclass(frozen=True, slots=True)
 class ChoiceRef(ValueRef):

@@ -187,9 +187,8 @@ def parameters_of(expr: Expr) -> Iterator[RosParameter]:
             case ParameterRef(parameter=parameter):
                 yield parameter
             case ChoiceRef(test=TestRef() as test) | (TestRef() as test):
-                yield from parameters_of(test.subject)
-                if test.other is not None:
-                    yield from parameters_of(test.other)
+                for side in test.sides:
+                    yield from parameters_of(side)
             case (
                 Convert(type=enum)
                 | ValueRef(type=EnumType() as enum)

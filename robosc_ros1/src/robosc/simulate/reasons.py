@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from robosc.emit.naming import place
 from robosc.errors import listing
 from robosc.ir.automaton import Event, LocalAutomaton, PlantState
-from robosc.ir.formulas import negation
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.entities import EventKind
 from robosc.runtime.telemetry import UNEXPLAINED
@@ -75,10 +74,7 @@ def _violated(supervisor: Supervisor, event: Event, state: PlantState) -> Iterat
     plant = supervisor.plant
     for index in event.requirements:
         requirement = plant.robot.requirements[index]
-        needed = plant.view.expression(requirement.condition)
-        if requirement.kind == "disables":
-            needed = negation(needed)
-        if requirement.kind in ("needs", "disables") and not holds(plant, needed, state):
+        if not holds(plant, plant.view.met(requirement), state):
             yield Reason("requirement", requirement.text, place(requirement.span))
 
 

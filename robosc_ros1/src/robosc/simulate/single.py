@@ -265,10 +265,7 @@ class SingleEvents:
         start = self._now[0]
         if test(start):
             return []
-        ways = [
-            self._stepper.compiled(n, self._guards[id(e)].expr if id(e) in self._guards else None)
-            for n, e in enumerate(self.plant.events)
-        ]
+        ways = self._stepper.controlled(self.supervisor.guards)
         came: dict[PlantState, tuple[PlantState, int, Values] | None] = {start: None}
         queue = deque([start])
         tried = 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from robosc.ir.automaton import Event, EventParameter, Plant
-from robosc.ir.step import Values, missing_together
+from robosc.ir.step import Values, is_consistent, missing_together
 from robosc.simulate.drawn_values import completed
 from robosc.simulate.event_data import Given
 from robosc.simulate.machine import Machine, label
@@ -41,8 +41,7 @@ def step_written(plant: Plant, text: str) -> tuple[Event, Values] | None:
         head = f"{event_text(event)}("
         if event.parameters and text.startswith(head) and text.endswith(")"):
             for values in _values(event.parameters, text[len(head) : -1]):
-                pairs = missing_together(event)
-                if not any(values[i] is None and values[j] is not None for i, j in pairs):
+                if is_consistent(values, missing_together(event)):
                     return event, values
     return None
 

@@ -12,7 +12,7 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Edge, Event, values_read
 from robosc.ir.formulas import conjunction, disjunction, junction, negation
 from robosc.ir.partial_evaluation import PartValues, holds
-from robosc.ir.step import missing_together
+from robosc.ir.step import is_consistent, missing_together
 from robosc.model.expr import Expr
 
 __all__ = [
@@ -53,7 +53,7 @@ def choices(event: Event, read: Iterable[Expr]) -> Iterator[PartValues]:
     for values in product(*(p.values for p in taken)):
         if any(values[n] is None for n in never):
             continue
-        if not any(values[i] is None and values[j] is not None for i, j in pairs):
+        if is_consistent(values, pairs):
             yield {p.path: value for p, value in zip(taken, values, strict=True)}
 
 

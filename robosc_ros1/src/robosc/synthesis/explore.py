@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant, PlantState
 from robosc.ir.step import Values
-from robosc.model.expr import Expr
 from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import amount
 from robosc.synthesis.stepper import Stepper
@@ -61,10 +60,7 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
     if isinstance(system, Supervisor):
         _refuse(system.controlled_states, system.controlled_transitions, limit)
     stepper = Stepper(plant)
-    allowed: dict[int, Expr] = {}
-    if isinstance(system, Supervisor):
-        allowed = {id(guard.event): guard.expr for guard in system.guards}
-    events = [stepper.compiled(n, allowed.get(id(event))) for n, event in enumerate(plant.events)]
+    events = stepper.controlled(system.guards if isinstance(system, Supervisor) else ())
     states = list(plant.initial_states)
     starts = len(states)
     numbers = {state: number for number, state in enumerate(states)}

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.ir.finite.classes import Classes
 from robosc.ir.formulas import Leaf, Undefined, to_python
-from robosc.ir.step import Outcome, Values, Verdict, missing_together, valuations
+from robosc.ir.step import Outcome, Values, Verdict, is_consistent, missing_together, valuations
 from robosc.language.functions import HELPERS
 from robosc.model.evaluation import converted
 from robosc.model.expr import (
@@ -31,6 +31,7 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import walk
 from robosc.model.types import EnumType
+from robosc.supervisor import Guard
 from robosc.synthesis.event_parameters import weight
 
 __all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]
@@ -135,9 +136,7 @@ class _Valuations:
         """Yield the consistent combinations that differ in one parameter."""
         for value in self.event.parameters[number].values:
             other = (*values[:number], value, *values[number + 1 :])
-            if value != values[number] and not any(
-                other[i] is None and other[j] is not None for i, j in self._pairs
-            ):
+            if value != values[number] and is_consistent(other, self._pairs):
                 yield other
 
 
@@ -212,6 +211,12 @@ class Stepper:
             few = weight(taken) <= _MOST_KEPT
             found = self._values[event] = tuple(valuations(taken)) if few else _Valuations(taken)
         return found
+
+    def controlled(self, guards: Iterable[Guard]) -> list[CompiledEvent]:
+        """Return all events of the plant under a supervisor, in model order."""
+        allowed = {guard.event.identity: guard.expr for guard in guards}
+        events = enumerate(self.plant.events)
+        return [self.compiled(n, allowed.get(event.identity)) for n, event in events]
 
     def required(self) -> tuple[CompiledEvent, ...]:
         """Return all events of the plant under its requirements, in model order."""

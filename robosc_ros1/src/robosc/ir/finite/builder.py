@@ -29,7 +29,6 @@ from robosc.ir.finite.view import (
     _Key,
     _key,
     _Node,
-    _parts,
     _StateTerm,
     may_be_missing,
     reference_to,
@@ -193,7 +192,8 @@ class ViewBuilder:
         if isinstance(term, VariableRef):
             value = given.get((term.component, term.variable))
             return None if value is None else self._assigned(term, value)
-        read = {(p.component, p.variable) for p in _parts(term) if isinstance(p, VariableRef)}
+        parts = (part for side in term.sides for part in walk(side))
+        read = {(p.component, p.variable) for p in parts if isinstance(p, VariableRef)}
         changed = read & given.keys()
         if not changed:
             return None

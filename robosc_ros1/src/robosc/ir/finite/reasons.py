@@ -32,9 +32,8 @@ def why_free(term: TestRef | ChoiceRef) -> str:
     """Return why the outcome of a test, or of an assignment to what it reads, is unknown."""
     test = term.test if isinstance(term, ChoiceRef) else term
     assert test is not None, "a choice without a test has its own reason"
-    sides = [test.subject] if test.other is None else [test.subject, test.other]
-    parts = [part for side in sides for part in walk(side)]
-    if any(map(reads_parameters, sides)):
+    parts = [part for side in test.sides for part in walk(side)]
+    if any(map(reads_parameters, test.sides)):
         return "it reads a parameter"
     if any(isinstance(part, Aggregate) for part in parts):
         return "it goes through the elements of an array"

@@ -308,8 +308,7 @@ class Terms:
 
         A test that may be undefined, which occurs only in assignments, is a choice, too.
         """
-        read = [test.subject] if test.other is None else [test.subject, test.other]
-        at_event = any(reads_value(part) or may_be_undefined(part) for part in read)
+        at_event = any(reads_value(side) or may_be_undefined(side) for side in test.sides)
         return self.choice(test) if at_event else test
 
     def choice(self, test: TestRef) -> ChoiceRef:

@@ -8,14 +8,21 @@ expressions.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import Term, Terms, kept_where_undefined, reads_parameters, value_of
-from robosc.ir.formulas import Leaf
-from robosc.model.entities import Assignment, EventKind, ResultTransition, Robot, Variable
+from robosc.ir.formulas import Leaf, negation
+from robosc.model.entities import (
+    Assignment,
+    EventKind,
+    Requirement,
+    ResultTransition,
+    Robot,
+    Variable,
+)
 from robosc.model.expr import (
     Aggregate,
     Binary,
@@ -29,7 +36,7 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
 )
-from robosc.model.traversal import may_be_undefined, walk
+from robosc.model.traversal import may_be_undefined
 from robosc.model.types import Value
 
 __all__ = ["FiniteView", "may_be_missing", "reference_to"]
@@ -62,6 +69,11 @@ class FiniteView:
     def expression(self, expr: Expr) -> Expr:
         """Return a deciding expression in terms of the plant."""
         return self._terms.finite(expr)
+
+    def met(self, requirement: Requirement) -> Expr:
+        """Return the condition under which a requirement is met, in terms of the plant."""
+        condition = self.expression(requirement.condition)
+        return negation(condition) if requirement.forbids else condition
 
     def assigned(self, variable: Variable, value: Expr) -> Expr:
         """Return the value, in terms of the plant, that an assignment gives to a finite
@@ -101,10 +113,10 @@ class FiniteView:
         parameters, variables and constants.
         """
         first = outcomes.index(self.initial(test))
-        fixed = not any(map(reads_parameters, _sides_of(test)))
+        fixed = not any(map(reads_parameters, test.sides))
         if fixed or (isinstance(test.subject, Holds) and self._needs_nothing(test.subject.operand)):
             return (first,)
-        numbers = all(isinstance(s, Literal | VariableRef | ParameterRef) for s in _sides_of(test))
+        numbers = all(isinstance(s, Literal | VariableRef | ParameterRef) for s in test.sides)
         found = (n for n, outcome in enumerate(outcomes) if not (numbers and outcome != outcome))
         return first, *(number for number in found if number != first)
 
@@ -130,22 +142,13 @@ def _key(component: str, transition: ResultTransition) -> _Key:
     return component, transition.event, transition.communication, transition.assignments
 
 
-def _parts(test: TestRef) -> Iterator[Expr]:
-    for side in _sides_of(test):
-        yield from walk(side)
-
-
-def _sides_of(test: TestRef) -> tuple[Expr, ...]:
-    return (test.subject,) if test.other is None else (test.subject, test.other)
-
-
 def may_be_missing(term: Term) -> bool:
     """Whether a part of an event's value may be missing."""
     match term:
         case ChoiceRef(test=None):
             return False
         case ChoiceRef(test=TestRef() as test):
-            return any(may_be_undefined(part) for part in _parts(test))
+            return any(map(may_be_undefined, test.sides))
         case ValueRef():
             return may_be_undefined(term)
     return False

@@ -133,8 +133,7 @@ class _Controller:
     def __init__(self, plant: Plant, guards: Sequence[Guard]) -> None:
         self.plant = plant
         self.stepper = Stepper(plant)
-        allowed = {id(guard.event): guard.expr for guard in guards}
-        events = [self.stepper.compiled(n, allowed.get(id(e))) for n, e in enumerate(plant.events)]
+        events = self.stepper.controlled(guards)
         self.taus = [w for w in events if plant.events[w.number].kind is EventKind.TAU]
         self.inputs = [tuple(events[n] for n in numbers) for numbers in inputs(plant)]
         requests = {e.key: n for n, e in enumerate(plant.events) if e.kind is EventKind.REQUEST}

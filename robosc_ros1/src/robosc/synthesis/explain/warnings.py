@@ -182,14 +182,13 @@ class _Examiner:
 
     def _requirement(self, requirement: Requirement, reported: set[str]) -> Iterator[Diagnostic]:
         """Check one requirement; add the commands that it makes impossible to ``reported``."""
-        kept = self._kept(requirement)
-        forbids = _forbids(requirement)
+        kept = self.plant.view.met(requirement)
         if self.system.plant_reaches(negation(kept)) is False:
             yield Diagnostic(
                 Severity.WARNING,
                 "requirement-always-true",
                 f"{quoted(requirement.text)} forbids nothing: its condition never"
-                f" {'holds' if forbids else 'fails'}",
+                f" {'holds' if requirement.forbids else 'fails'}",
                 requirement.span,
                 "remove it, or correct the condition",
             )
@@ -214,7 +213,7 @@ class _Examiner:
         here = possible(self.plant, event)
 
         def never_met(requirements: Sequence[Requirement]) -> bool:
-            kept = map(self._kept, requirements)
+            kept = map(self.plant.view.met, requirements)
             return self.system.nearest(conjunction([here, *kept])) is None
 
         def without(
@@ -237,10 +236,6 @@ class _Examiner:
             "correct the condition, or what keeps the system from getting there",
             tuple(Note("together with this one", other.span) for other in others),
         )
-
-    def _kept(self, requirement: Requirement) -> Expr:
-        condition = self.plant.view.expression(requirement.condition)
-        return negation(condition) if _forbids(requirement) else condition
 
     # --- guarded transitions
 
@@ -277,10 +272,6 @@ class _Examiner:
                 "make the guards exclude each other",
                 (Note("the other transition", first.span),),
             )
-
-
-def _forbids(requirement: Requirement) -> bool:
-    return requirement.kind in ("disables", "never")
 
 
 def _guarded_pairs(automaton: LocalAutomaton) -> Iterator[tuple[Edge, Edge]]:
