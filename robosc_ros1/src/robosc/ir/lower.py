@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from itertools import chain
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import (
@@ -21,7 +21,7 @@ from robosc.ir.combining import Taken, result_transitions, taken_in
 from robosc.ir.finite.builder import finite_view
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import Term
-from robosc.ir.finite.view import FiniteView, may_be_missing, reference_to
+from robosc.ir.finite.view import FiniteView, Scope, may_be_missing, reference_to
 from robosc.ir.formulas import Leaf, conjunction, disjunction, negation, to_dsl
 from robosc.language.events import EventSort
 from robosc.model.entities import (
@@ -33,10 +33,9 @@ from robosc.model.entities import (
     ResultTransition,
     Robot,
     Tau,
-    Variable,
 )
 from robosc.model.expr import TRUE, ChoiceRef, Expr, TestRef, ValueRef, VariableRef
-from robosc.model.types import Type, Value, domain
+from robosc.model.types import Value, domain
 
 __all__ = ["lower"]
 
@@ -50,16 +49,14 @@ def lower(robot: Robot) -> Plant:
     Raises:
         StateSpaceError: a range has too many values.
     """
-    context = _Context.of(robot)
-    events = tuple(
-        event for component in robot.components for event in context.events_of(component)
-    )
+    lowering = _Lowering(robot)
+    events = chain.from_iterable(map(lowering.events_of, robot.components))
     invariants = tuple(
-        (context.view.met(requirement), index)
+        (lowering.view.met(requirement), index)
         for index, requirement in enumerate(robot.requirements)
         if requirement.kind in ("never", "always")
     )
-    return Plant(robot, context.variables, events, invariants, context.view)
+    return Plant(robot, lowering.variables, tuple(events), invariants, lowering.view)
 
 
 def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
@@ -75,12 +72,12 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
                 frozenset(i for i, s in enumerate(states) if s.marked),
             )
             for variable in behaviour.variables:
-                if variable.key in view.variables:
-                    yield _classified(variable, view)
-                elif variable.in_state and domain(variable.type) is not None:
-                    values = _values(variable.type, variable.key)
+                is_finite = variable.in_state and domain(variable.type) is not None
+                if is_finite or variable.key in view.variables:
+                    values, labels = _values(view, None, reference_to(variable), variable.key)
+                    initial = values.index(variable.initial)
                     yield StateVariable(
-                        VariableKind.DATA, variable.key, values, values.index(variable.initial)
+                        VariableKind.DATA, variable.key, values, initial, labels=labels
                     )
         for communication in component.communications:
             phases = communication.phases
@@ -88,53 +85,26 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
                 marked = frozenset(phases.names.index(name) for name in phases.marked)
                 yield StateVariable(VariableKind.PHASE, communication.key, phases.names, 0, marked)
     for test in view.tests:
-        classes = view.values(None, test)
-        outcomes = _values(test.type, test.name) if classes is None else classes
-        labels = None if classes is None else _labels(classes, test, robot)
+        outcomes, labels = _values(view, None, test, test.name)
         starts = view.starts(test, outcomes)
         yield StateVariable(
             VariableKind.TEST, test.name, outcomes, starts[0], None, labels, test, starts
         )
 
 
-def _classified(variable: Variable, view: FiniteView) -> StateVariable:
-    """Return the state variable, with classes as values, of a variable of an unbounded type."""
-    classes = view.variables[variable.key]
-    return StateVariable(
-        VariableKind.DATA,
-        variable.key,
-        classes,
-        classes.index(variable.initial),
-        labels=_labels(classes, reference_to(variable), view.robot),
-    )
-
-
-@dataclass(frozen=True)
-class _Context:
-    robot: Robot
-    view: FiniteView
-    variables: tuple[StateVariable, ...]
-    variable_index: dict[tuple[VariableKind, str], int]
-    listeners: dict[tuple[EventKind, str], tuple[Component, ...]]
-    """Components that mention an event of a communication, in model order."""
-
-    @classmethod
-    def of(cls, robot: Robot) -> _Context:
-        view = finite_view(robot)
-        variables = tuple(_state_variables(robot, view))
-        listeners: dict[tuple[EventKind, str], dict[str, Component]] = {}
+class _Lowering:
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.view = finite_view(robot)
+        self.variables = tuple(_state_variables(robot, self.view))
+        self.variable_index = {(v.kind, v.name): i for i, v in enumerate(self.variables)}
+        self.listeners: dict[tuple[EventKind, str], dict[str, Component]] = {}
+        """Components that mention an event of a communication, by name, in model order."""
         for component in robot.components:
             if component.behaviour is not None:
                 for transition in result_transitions(component.behaviour):
                     key = transition.event, transition.communication
-                    listeners.setdefault(key, {})[component.name] = component
-        return cls(
-            robot,
-            view,
-            variables,
-            {(variable.kind, variable.name): i for i, variable in enumerate(variables)},
-            {key: tuple(found.values()) for key, found in listeners.items()},
-        )
+                    self.listeners.setdefault(key, {})[component.name] = component
 
     def events_of(self, component: Component) -> Iterator[Event]:
         for communication in component.communications:
@@ -148,7 +118,7 @@ class _Context:
         key, kind = communication.key, sort.kind
         automata = tuple(
             self._automaton(component, kind, key)
-            for component in self.listeners.get((kind, key), ())
+            for component in self.listeners.get((kind, key), {}).values()
         )
         phase = None
         if communication.phases is not None:
@@ -236,24 +206,17 @@ class _Context:
 
     def _parameter(self, reference: ValueRef, scope: tuple[EventKind, str]) -> EventParameter:
         test = reference.test if isinstance(reference, ChoiceRef) else None
-        labels = None
-        values: Sequence[Value | None] | None = self.view.values(scope, reference)
-        if isinstance(values, Classes):
-            labels = _labels(values, reference, self.robot)
-        else:
-            values = _values(reference.type, "a received value")
-            if may_be_missing(reference):
-                values = (*values, None)
+        values: Sequence[Value | None]
+        values, labels = _values(self.view, scope, reference, "a received value")
+        if not isinstance(values, Classes) and may_be_missing(reference):
+            values = (*values, None)
         optional = reference.optional
         return EventParameter(reference.path, reference.type, values, labels, test, optional)
 
     def _after_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         afters = [(a, n) for n, state in enumerate(behaviour.states) for a in state.afters]
         for after, location in sorted(afters, key=lambda item: item[0].index):
-            guard = after.transition.guard
-            taken = Taken(after.transition, () if guard is None else (guard,), "state")
-            edge = self._edge(component, location, taken)
-            yield self._event_of(component, EventKind.AFTER, after, (edge,))
+            yield self._event_of(component, after, after.transition, (location,))
 
     def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         everywhere = range(len(behaviour.states))
@@ -261,25 +224,23 @@ class _Context:
         for location, state in enumerate(behaviour.states):
             taus.extend((tau, (location,)) for tau in state.taus)
         for tau, locations in sorted(taus, key=lambda item: item[0].index):
-            edges = tuple(
-                Edge(
-                    location,
-                    None if tau.guard is None else self.view.expression(tau.guard),
-                    (),
-                    (),
-                    self._target(component, location, tau.goto),
-                    tau.goto is not None,
-                    "state" if len(locations) == 1 else "automaton",
-                    tau.span,
-                )
-                for location in locations
+            transition = ResultTransition(
+                EventKind.TAU, component.name, tau.guard, (), tau.goto, span=tau.span
             )
-            yield self._event_of(component, EventKind.TAU, tau, edges)
+            yield self._event_of(component, tau, transition, locations)
 
     def _event_of(
-        self, component: Component, kind: EventKind, source: After | Tau, edges: tuple[Edge, ...]
+        self,
+        component: Component,
+        source: After | Tau,
+        transition: ResultTransition,
+        locations: Sequence[int],
     ) -> Event:
         """Return the event of a transition that belongs to one component only."""
+        kind = transition.event
+        guards = () if transition.guard is None else (transition.guard,)
+        taken = Taken(transition, guards, "state" if len(locations) == 1 else "automaton")
+        edges = tuple(self._edge(component, location, taken) for location in locations)
         variable = self.variable_index[VariableKind.LOCATION, component.name]
         automaton = LocalAutomaton(component.name, variable, edges, kind.synchronised)
         return Event(
@@ -317,13 +278,21 @@ def _labels(classes: Classes, term: Term, robot: Robot) -> tuple[str, ...]:
     )
 
 
-def _values(type_: Type, what: str) -> Sequence[Value]:
-    """Return the values of a finite type; ``what`` is the subject of error messages."""
-    values = domain(type_)
+def _values(
+    view: FiniteView, scope: Scope, term: Term, what: str
+) -> tuple[Sequence[Value], tuple[str, ...] | None]:
+    """Return the values or classes of a term, and the texts of classes for users.
+
+    ``what`` is the subject of error messages.
+    """
+    classes = view.values(scope, term)
+    if classes is not None:
+        return classes, _labels(classes, term, view.robot)
+    values = domain(term.type)
     assert values is not None, f"{what} takes part in synthesis and is not finite"
     if isinstance(values, range) and values.stop - values.start > _MOST_VALUES:
         raise StateSpaceError(
-            f"{what}, {type_}, takes more than {_MOST_VALUES} values:"
+            f"{what}, {term.type}, takes more than {_MOST_VALUES} values:"
             " narrow its range, or convert it by an enum"
         )
-    return values
+    return values, None
