@@ -10,7 +10,7 @@ from math import prod
 
 from robosc.errors import StateSpaceError, listing
 from robosc.ir.automaton import Plant, values_read
-from robosc.model.expr import FALSE, TRUE, Binary, Call, Expr, Unary
+from robosc.model.expr import Binary, Call, Expr, Unary
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear
@@ -109,8 +109,9 @@ def _synthesize(
     solution = dense.solve()
     if either and solution.restricted and layout.size > _DENSE_GUARDS:
         return _symbolic(plant, progress)
+    guards: tuple[Guard, ...]
     if solution.empty:
-        guards, sizes = _nothing(plant), Sizes(dense.plant_states, 0, 0)
+        guards, sizes = (), Sizes(dense.plant_states, 0, 0)
     else:
         guards, transitions = _measure(plant, dense, solution, progress)
         states = count(solution.states)
@@ -204,13 +205,6 @@ def _crowded(plant: Plant, most: int) -> str | None:
                         f" with the {size} of {name}"
                     )
     return None
-
-
-def _nothing(plant: Plant) -> tuple[Guard, ...]:
-    """The guards of an empty supervisor."""
-    return tuple(
-        Guard(e, FALSE, e.requirement or TRUE, "never") for e in plant.events if e.controllable
-    )
 
 
 def _too_large(layout: Layout, max_states: int, engine: str) -> StateSpaceError:

@@ -12,12 +12,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import prod
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from robosc.ir.automaton import Event, Plant, VariableKind
+from robosc.ir.disjoint_sets import DisjointSets
 from robosc.model.entities import EventKind, Kind
-from robosc.model.expr import FALSE, Expr
 from robosc.supervisor import Explanation, Step, Supervisor
+from robosc.synthesis.result import nothing_allowed
 from robosc.synthesis.system import inputs
 from robosc.synthesis.vectorised import event_support, support
 
@@ -28,6 +29,8 @@ _SMALL = 2**12
 
 _Identity: TypeAlias = tuple[EventKind, str, int]
 """What identifies an event of a plant: its kind, key and index."""
+_Node: TypeAlias = int | _Identity | str | tuple[str, str]
+"""A state variable by number, an event, a component by name, a topic."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,14 +52,14 @@ def independent_parts(plant: Plant, size: int) -> list[Plant]:
 
     Small parts are joined up to a product of ``size`` combinations of values.
     """
-    sets = _DisjointSets(plant)
-    groups: dict[int, _Group] = {}
+    sets = _sets(plant)
+    groups: dict[_Node, _Group] = {}
     for variable in range(len(plant.variables)):
         groups.setdefault(sets.find(variable), _Group()).variables.append(variable)
     # What reads and writes no variable may be in any part: it goes to the first.
     first = next(iter(groups.values()), _Group())
-    for event in range(len(plant.events)):
-        groups.get(sets.find(sets.node(event)), first).events.append(event)
+    for number, event in enumerate(plant.events):
+        groups.get(sets.find(event.identity), first).events.append(number)
     for number, (condition, _) in enumerate(plant.invariants):
         read = support(plant, condition)
         (groups[sets.find(read[0])] if read else first).invariants.append(number)
@@ -84,84 +87,39 @@ def _bundles(plant: Plant, groups: Iterable[_Group], size: int) -> list[_Group]:
     ]
 
 
-class _DisjointSets:
-    """Union-find over the variables and events of a plant (Tarjan, J. ACM 22(2), 1975)."""
+def _sets(plant: Plant) -> DisjointSets[_Node]:
+    """Return which variables, events, components and topics belong together."""
+    sets: DisjointSets[_Node] = DisjointSets()
+    robot = plant.robot
+    for number, variable in enumerate(plant.variables):
+        if variable.kind is not VariableKind.TEST:
+            sets.join([number, _component(variable.name)])
+    for event in plant.events:
+        sets.join([event.identity, _component(event.key), *event_support(plant, event)])
+    for condition, _ in plant.invariants:
+        sets.join(support(plant, condition))
+    # Warnings are about a command and what its requirements and the conditions of its data read.
+    conditions = [(r.communications, r.condition) for r in robot.requirements]
+    conditions += [((p.communication,), p.condition) for p in robot.provides if p.condition]
+    for keys, condition in conditions:
+        sets.join([*map(_request, keys), *support(plant, plant.view.expression(condition))])
+    # The controller handles the events of one message together, and compares preferred commands.
+    for numbers in inputs(plant):
+        sets.join(plant.events[number].identity for number in numbers)
+    for key, communication in robot.communications.items():
+        if communication.kind is Kind.INCOMING:
+            sets.join([_request(key), ("topic", communication.identifier.lstrip("/"))])
+    for key, preferred in robot.yields_to.items():
+        sets.join(map(_request, (key, *preferred)))
+    return sets
 
-    def __init__(self, plant: Plant) -> None:
-        self.plant = plant
-        self.parent = list(range(len(plant.variables) + len(plant.events)))
-        self.requests = {
-            event.key: self.node(number)
-            for number, event in enumerate(plant.events)
-            if event.kind is EventKind.REQUEST
-        }
-        for number, event in enumerate(plant.events):
-            self._join([self.node(number), *event_support(plant, event)])
-        for condition, _ in plant.invariants:
-            self._join(support(plant, condition))
-        self._join_components()
-        self._join_requirements()
-        self._join_data()
-        self._join_messages()
 
-    def node(self, event: int) -> int:
-        return len(self.plant.variables) + event
+def _component(key: str) -> str:
+    return key.partition(".")[0]
 
-    def find(self, node: int) -> int:
-        while self.parent[node] != node:
-            self.parent[node] = self.parent[self.parent[node]]
-            node = self.parent[node]
-        return node
 
-    def _join(self, nodes: Sequence[int]) -> None:
-        for node in nodes[1:]:
-            self.parent[self.find(node)] = self.find(nodes[0])
-
-    def _join_components(self) -> None:
-        """Join all that is declared in one component."""
-        index = self.plant.variable_index
-        events: dict[str, list[int]] = {}
-        for number, event in enumerate(self.plant.events):
-            events.setdefault(event.key, []).append(self.node(number))
-        for component in self.plant.robot.components:
-            named = [(VariableKind.LOCATION, component.name)]
-            if component.behaviour is not None:
-                named += [(VariableKind.DATA, v.key) for v in component.behaviour.variables]
-            nodes = [index[name] for name in named if name in index]
-            for communication in component.communications:
-                nodes += events.get(communication.key, ())
-            self._join(nodes)
-
-    def _join_requirements(self) -> None:
-        """Join what a requirement reads with its commands: warnings are about both."""
-        for requirement in self.plant.robot.requirements:
-            commands = [self.requests[key] for key in requirement.communications]
-            self._join([*commands, *self._read(requirement.condition)])
-
-    def _join_data(self) -> None:
-        """Join a command with what the conditions of its data read: warnings are about both."""
-        for provide in self.plant.robot.provides:
-            command = self.requests.get(provide.communication)
-            if command is not None and provide.condition is not None:
-                self._join([command, *self._read(provide.condition)])
-
-    def _join_messages(self) -> None:
-        """Join the events of one message, the commands to one topic, and preferred commands."""
-        for numbers in inputs(self.plant):
-            self._join([self.node(number) for number in numbers])
-        robot = self.plant.robot
-        topics: dict[str, list[int]] = {}
-        for key, command in self.requests.items():
-            communication = robot.communications[key]
-            if communication.kind is Kind.INCOMING:
-                topics.setdefault(communication.identifier.lstrip("/"), []).append(command)
-        for commands in topics.values():
-            self._join(commands)
-        for key, preferred in robot.yields_to.items():
-            self._join([self.requests[other] for other in (key, *preferred)])
-
-    def _read(self, condition: Expr) -> tuple[int, ...]:
-        return support(self.plant, self.plant.view.expression(condition))
+def _request(key: str) -> _Identity:
+    return EventKind.REQUEST, key, 0
 
 
 def _part(plant: Plant, group: _Group) -> Plant:
@@ -201,12 +159,12 @@ def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
     events = {event.identity: (number, event) for number, event in enumerate(plant.events)}
     empty = [part for part in parts if part.empty]
     states = prod(part.controlled_states for part in parts)
-    never: dict[str, Any] = {"expr": FALSE, "status": "never"} if empty else {}
     guards = [
-        replace(guard, event=events[guard.event.identity][1], **never)
+        replace(guard, event=events[guard.event.identity][1])
         for part in parts
         for guard in part.guards
     ]
+    guards.sort(key=lambda guard: events[guard.event.identity][0])
     return Supervisor(
         plant=plant,
         engine="bdd" if any(part.engine == "bdd" for part in parts) else "dense",
@@ -218,7 +176,7 @@ def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
             states // part.controlled_states * part.controlled_transitions
             for part in (() if empty else parts)
         ),
-        guards=tuple(sorted(guards, key=lambda guard: events[guard.event.identity][0])),
+        guards=nothing_allowed(plant) if empty else tuple(guards),
         explanations=tuple(_explanations(empty or parts, events)),
         properties=() if empty else _properties(parts),
         diagnostics=tuple(dict.fromkeys(d for part in empty or parts for d in part.diagnostics)),

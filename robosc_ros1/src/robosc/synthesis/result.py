@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from robosc.ir.automaton import Plant
+from robosc.model.expr import FALSE, TRUE
 from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Supervisor
 from robosc.synthesis.explain.properties import Properties, examine
@@ -11,7 +13,7 @@ from robosc.synthesis.explain.reasons import explain_empty, explain_guards
 from robosc.synthesis.explain.warnings import warnings
 from robosc.synthesis.system import System
 
-__all__ = ["Sizes", "make_supervisor"]
+__all__ = ["Sizes", "make_supervisor", "nothing_allowed"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +25,13 @@ class Sizes:
     controlled_transitions: int
 
 
+def nothing_allowed(plant: Plant) -> tuple[Guard, ...]:
+    """Return the guards of an empty supervisor."""
+    return tuple(
+        Guard(e, FALSE, e.requirement or TRUE, "never") for e in plant.events if e.controllable
+    )
+
+
 def make_supervisor(
     system: System,
     engine: str,
@@ -31,9 +40,13 @@ def make_supervisor(
     guards: tuple[Guard, ...],
     progress: Progress | None = None,
 ) -> Supervisor:
-    """Return the supervisor that an engine found; without controlled states it is empty."""
+    """Return the supervisor that an engine found; without controlled states it is empty.
+
+    ``guards`` are ignored then.
+    """
     empty = sizes.controlled_states == 0
     if empty:
+        guards = nothing_allowed(system.plant)
         explanations: tuple[Explanation, ...] = (explain_empty(system),)
         properties = Properties((), None)
     else:

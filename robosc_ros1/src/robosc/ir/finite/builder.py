@@ -8,12 +8,14 @@ from functools import partial
 from typing import TypeGuard
 
 from robosc.ir.combining import result_transitions
+from robosc.ir.disjoint_sets import DisjointSets
 from robosc.ir.finite.classes import Classes, Comparison
 from robosc.ir.finite.reasons import MAY_BE_MISSING, SEVERAL_CHANGES, WIDENED, why_free
 from robosc.ir.finite.terms import (
     Term,
     Terms,
     compared_in_rules,
+    compared_with_constant,
     element_asked_for,
     is_constant,
     is_presence,
@@ -26,12 +28,12 @@ from robosc.ir.finite.terms import (
 from robosc.ir.finite.view import (
     FiniteView,
     Scope,
-    _Key,
-    _key,
-    _Node,
-    _StateTerm,
+    ScopedTerm,
+    StateTerm,
+    UpdateKey,
     may_be_missing,
     reference_to,
+    update_key,
 )
 from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation, to_dsl
 from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
@@ -72,13 +74,14 @@ class ViewBuilder:
         self.robot = robot
         self.terms = Terms(partial(to_dsl, robot=robot))
         self.variables = robot.variables
-        self.states: dict[_StateTerm, None] = {}
+        self.states: dict[StateTerm, None] = {}
         """Terms of the state, in order of appearance; also the work list of :meth:`build`."""
-        self.comparisons: dict[_Node, set[Comparison]] = {}
-        self.leader: dict[_Node, _Node] = {}
-        self.turned: list[_Node] = []
+        self.comparisons: dict[ScopedTerm, set[Comparison]] = {}
+        self.groups: DisjointSets[ScopedTerm] = DisjointSets()
+        """Terms that are compared with the same constants, since one is assigned to the other."""
+        self.turned: list[ScopedTerm] = []
         """Terms to which the negation of another term is assigned."""
-        self.updates: dict[_Key, dict[_StateTerm, Expr]] = {}
+        self.updates: dict[UpdateKey, dict[StateTerm, Expr]] = {}
         self.small = True
         self.free: dict[str, str] = {}
         """Tests and values whose outcome is left open, as text, with the reason."""
@@ -105,7 +108,7 @@ class ViewBuilder:
             for component, transition in self._transitions():
                 update = self._update(term, component, transition)
                 if update is not None:
-                    key = _key(component.name, transition)
+                    key = update_key(component.name, transition)
                     self.updates.setdefault(key, {})[term] = update
                     self._join(term, (transition.event, transition.communication), update)
         classes = self._classes()
@@ -162,18 +165,17 @@ class ViewBuilder:
                     if _is_free(side):
                         self.free.setdefault(to_dsl(part, self.robot), why_free(side))
             match part:
-                case Binary(operator=operator, left=left, right=right) if operator in MIRRORED:
-                    if _is_term(left) and is_constant(right):
-                        self._compare(scope, left, operator, right)
-                    elif _is_term(right) and is_constant(left):
-                        self._compare(scope, right, MIRRORED[operator], left)
+                case Binary():
+                    compared = compared_with_constant(part)
+                    if compared is not None and _is_term(compared[1]):
+                        self._compare(scope, *compared)
                 case Convert(argument=argument):
                     for operator, constant in compared_in_rules(part) or ():
-                        self._compare(scope, argument, operator, constant)
+                        self._compare(scope, operator, argument, constant)
                 case Holds(operand=ValueRef() as asked) if domain(asked.type) is None:
                     self.comparisons.setdefault(self._node(scope, asked), set())
 
-    def _compare(self, scope: Scope, term: Expr, operator: str, constant: Expr) -> None:
+    def _compare(self, scope: Scope, operator: str, term: Expr, constant: Expr) -> None:
         assert isinstance(term, VariableRef | ValueRef | TestRef)
         value = evaluate(constant, lambda leaf: None)
         self.comparisons.setdefault(self._node(scope, term), set()).add((operator, value))
@@ -183,7 +185,7 @@ class ViewBuilder:
     # --- what assignments do
 
     def _update(
-        self, term: _StateTerm, component: Component, transition: ResultTransition
+        self, term: StateTerm, component: Component, transition: ResultTransition
     ) -> Expr | None:
         given = {
             (component.name, assignment.variable): assignment.value
@@ -212,7 +214,7 @@ class ViewBuilder:
             return self._anything(term, WIDENED)
         return self._substituted(term, given)
 
-    def _anything(self, term: _StateTerm, reason: str) -> ChoiceRef:
+    def _anything(self, term: StateTerm, reason: str) -> ChoiceRef:
         """Return a choice by the environment: any value of the term."""
         name = to_dsl(term, self.robot)
         choice = ChoiceRef((f"new {name}",), term.type)
@@ -308,15 +310,10 @@ class ViewBuilder:
         """Return the test if it is a term of the state, else a choice of the event."""
         return test if test in self.states else self.terms.choice(test)
 
-    # --- groups of terms that are compared with the same constants
+    # --- classes
 
-    def _node(self, scope: Scope, term: Term) -> _Node:
+    def _node(self, scope: Scope, term: Term) -> ScopedTerm:
         return (scope if isinstance(term, ValueRef) else None), term
-
-    def _find(self, node: _Node) -> _Node:
-        while (above := self.leader.get(node, node)) != node:
-            node = above
-        return node
 
     def _join(self, term: Term, scope: Scope, update: Expr) -> None:
         if isinstance(update, Holds):
@@ -327,9 +324,9 @@ class ViewBuilder:
             self.turned.append((None, term))
             update = update.operand
         if isinstance(update, VariableRef | ValueRef | TestRef) and domain(update.type) is None:
-            first = self._find((None, term))
-            self.comparisons.setdefault(self._node(scope, update), set())
-            self.leader[self._find(self._node(scope, update))] = first
+            node = self._node(scope, update)
+            self.comparisons.setdefault(node, set())
+            self.groups.join([(None, term), node])
 
     def _note_choice(self, term: Term, update: ChoiceRef) -> None:
         """Record that an event changes a term to an unknown outcome."""
@@ -340,11 +337,12 @@ class ViewBuilder:
             name = to_dsl(term, self.robot) if update.test is None else update.test.name
             self.free.setdefault(name, reason)
 
-    def _classes(self) -> dict[_Node, Classes]:
-        turned = {self._find(node) for node in self.turned}
-        groups: dict[_Node, set[Comparison]] = {}
+    def _classes(self) -> dict[ScopedTerm, Classes]:
+        find = self.groups.find
+        turned = set(map(find, self.turned))
+        groups: dict[ScopedTerm, set[Comparison]] = {}
         for node, found in self.comparisons.items():
-            leader = self._find(node)
+            leader = find(node)
             more = {(MIRRORED[op], c) for op, c in found} if leader in turned else set()
             groups.setdefault(leader, set()).update(found, more)
         for term in self.states:
@@ -353,7 +351,7 @@ class ViewBuilder:
         return {
             node: Classes(
                 node[1].type,
-                frozenset(groups.get(self._find(node), set())),
+                frozenset(groups.get(find(node), set())),
                 may_be_missing(node[1]),
             )
             for node in self.comparisons

@@ -62,9 +62,9 @@ from robosc.model.types import (
 )
 
 __all__ = [
-    "Term", "Terms", "compared_in_rules", "element_asked_for", "is_constant", "is_presence",
-    "is_there", "kept_where_undefined", "order", "reads_data", "reads_parameters",
-    "sides_of", "type_of_part", "value_of",
+    "Term", "Terms", "compared_in_rules", "compared_with_constant", "element_asked_for",
+    "is_constant", "is_presence", "is_there", "kept_where_undefined", "order", "reads_data",
+    "reads_parameters", "sides_of", "type_of_part", "value_of",
 ]  # fmt: skip
 
 Term: TypeAlias = VariableRef | ValueRef | TestRef
@@ -109,17 +109,29 @@ def compared_in_rules(expr: Convert) -> list[tuple[str, Expr]] | None:
                 work.append(operand)
             case Binary(left=left, right=right) as both if both.operation.is_lazy:
                 work += [left, right]
-            case Binary(operator=operator, left=ValueRef(path=()) as left, right=right) if (
-                operator in MIRRORED and domain(left.type) is None and is_constant(right)
-            ):
-                found.append((operator, right))
-            case Binary(operator=operator, left=left, right=ValueRef(path=()) as right) if (
-                operator in MIRRORED and domain(right.type) is None and is_constant(left)
-            ):
-                found.append((MIRRORED[operator], left))
-            case _:
-                return None
+            case part:
+                match compared_with_constant(part):
+                    case operator, ValueRef(path=()) as value, constant if (
+                        domain(value.type) is None
+                    ):
+                        found.append((operator, constant))
+                    case _:
+                        return None
     return found
+
+
+def compared_with_constant(expr: Expr) -> tuple[str, Expr, Expr] | None:
+    """Return a comparison with a constant as operator, left operand and constant, else None.
+
+    The operator is mirrored if the constant is the left operand.
+    """
+    match expr:
+        case Binary(operator=operator, left=left, right=right) if operator in MIRRORED:
+            if is_constant(right):
+                return operator, left, right
+            if is_constant(left):
+                return MIRRORED[operator], right, left
+    return None
 
 
 def order(left: Value, right: Value) -> Value:

@@ -39,13 +39,17 @@ from robosc.model.expr import (
 from robosc.model.traversal import may_be_undefined
 from robosc.model.types import Value
 
-__all__ = ["FiniteView", "may_be_missing", "reference_to"]
+__all__ = [
+    "FiniteView", "Scope", "ScopedTerm", "StateTerm", "UpdateKey", "may_be_missing", "reference_to",
+    "update_key",
+]  # fmt: skip
 
 Scope: TypeAlias = tuple[EventKind, str] | None
 """The event whose value ``value`` is: its kind and its communication's key."""
-_Node: TypeAlias = tuple[Scope, Term]
-_StateTerm: TypeAlias = VariableRef | TestRef
-_Key: TypeAlias = tuple[str, EventKind, str, tuple[Assignment, ...]]
+ScopedTerm: TypeAlias = tuple[Scope, Term]
+"""A term, with the event if it is one of ``value``, else None."""
+StateTerm: TypeAlias = VariableRef | TestRef
+UpdateKey: TypeAlias = tuple[str, EventKind, str, tuple[Assignment, ...]]
 """The component, event, communication and simultaneous assignments of a transition."""
 
 
@@ -63,8 +67,8 @@ class FiniteView:
     variables: Mapping[str, Classes]
     free: Mapping[str, str]
     _terms: Terms
-    _classes: Mapping[_Node, Classes]
-    _updates: Mapping[_Key, tuple[tuple[_StateTerm, Expr], ...]]
+    _classes: Mapping[ScopedTerm, Classes]
+    _updates: Mapping[UpdateKey, tuple[tuple[StateTerm, Expr], ...]]
 
     def expression(self, expr: Expr) -> Expr:
         """Return a deciding expression in terms of the plant."""
@@ -82,9 +86,9 @@ class FiniteView:
 
     def updates(
         self, component: str, transition: ResultTransition
-    ) -> tuple[tuple[_StateTerm, Expr], ...]:
+    ) -> tuple[tuple[StateTerm, Expr], ...]:
         """Return the new values of the terms of the state that a transition changes."""
-        return self._updates.get(_key(component, transition), ())
+        return self._updates.get(update_key(component, transition), ())
 
     def values(self, scope: Scope, term: Term) -> Classes | None:
         """Return the classes of a term that is an unbounded number or a string; None for other
@@ -138,7 +142,7 @@ def reference_to(variable: Variable) -> VariableRef:
     return VariableRef(variable.component, variable.name, variable.type)
 
 
-def _key(component: str, transition: ResultTransition) -> _Key:
+def update_key(component: str, transition: ResultTransition) -> UpdateKey:
     return component, transition.event, transition.communication, transition.assignments
 
 

@@ -8,7 +8,7 @@ from functools import partial
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.ir.formulas import conjunction
-from robosc.model.expr import FALSE, TRUE
+from robosc.model.expr import TRUE
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
@@ -40,7 +40,7 @@ def synthesize_bdd(
         for event in solution.engine.events:
             if progress is not None:
                 progress("guards", event.number, len(plant.events))
-            if plant.events[event.number].controllable:
+            if plant.events[event.number].controllable and not solution.empty:
                 guards.append(_guard(solution, event))
         transitions = solution.controlled_transitions
         seconds = time.perf_counter() - start
@@ -56,8 +56,6 @@ def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
     plant = solution.engine.plant
     event = plant.events[relation.number]
     requirement = event.requirement or TRUE
-    if solution.empty:
-        return Guard(event, FALSE, requirement, "never")
     encoding = solution.engine.encoding
     encoding.manager.collect_garbage()
     enabled = solution.enabled(relation)
