@@ -20,7 +20,7 @@ from itertools import product
 from typing import Literal, TypeAlias
 
 from robosc.ir.counting import counts, tighter
-from robosc.ir.finite.view import FiniteView
+from robosc.ir.finite.view import FiniteView, reference_to
 from robosc.ir.formulas import exact
 from robosc.model.by_identity import ByIdentity
 from robosc.model.entities import Assignment, EventKind, Robot
@@ -247,6 +247,10 @@ class Plant:
             case PhaseRef(communication=key):
                 return self.variable_index[VariableKind.PHASE, key]
         return None
+
+    def leaf_of(self, variable: StateVariable) -> VariableRef | TestRef:
+        """Return the leaf that reads a variable or a test of data."""
+        return variable.test or reference_to(self.robot.variables[variable.name])
 
     @cached_property
     def supports(self) -> ByIdentity[tuple[int, ...]]:

@@ -16,6 +16,7 @@ from itertools import islice
 from operator import is_not
 from typing import TypeGuard
 
+from robosc.model.by_identity import ByIdentity
 from robosc.model.expr import (
     Binary,
     Count,
@@ -101,14 +102,12 @@ class _Finder:
 
     def __init__(self, chains: bool) -> None:
         self._chains = chains
-        self._found: dict[int, tuple[Expr, Expr]] = {}
-        self._counts: dict[int, tuple[Expr, Count | None]] = {}
-        self._sizes: dict[int, tuple[int, int]] = {}
+        self._found: ByIdentity[Expr] = ByIdentity()
+        self._counts: ByIdentity[Count | None] = ByIdentity()
+        self._sizes: ByIdentity[tuple[int, int]] = ByIdentity()
 
     def found(self, expr: Expr) -> Expr:
-        if id(expr) not in self._found:
-            self._found[id(expr)] = expr, self._find(expr)
-        return self._found[id(expr)][1]
+        return self._found.of(expr, self._find)
 
     def _find(self, expr: Expr) -> Expr:
         match expr:
@@ -147,23 +146,24 @@ class _Finder:
     def _count(self, expr: Binary) -> Count | None:
         """Return the count with this expansion; None if there is none, or it is ``any`` or
         ``all``."""
-        if id(expr) not in self._counts:
-            self._counts[id(expr)] = expr, _count_of(expr, *self._size(expr))
-        return self._counts[id(expr)][1]
+        return self._counts.of(expr, self._new_count)
+
+    def _new_count(self, expr: Expr) -> Count | None:
+        number, written = self._size(expr)
+        return _count_of(expr, number, written)
 
     def _size(self, expr: Expr) -> tuple[int, int]:
         """Return the least number of conditions that must hold (if the operands of each ``and``
         have none in common), and the number of leaves."""
-        if not _is_junction(expr):
-            return 1, 1
-        if id(expr) not in self._sizes:
-            (left, few), (right, many) = map(self._size, expr.operands)
-            fewest = left + right if expr.operator == "and" else min(left, right)
-            self._sizes[id(expr)] = fewest, few + many
-        return self._sizes[id(expr)]
+        return self._sizes.of(expr, self._new_size) if _is_junction(expr) else (1, 1)
+
+    def _new_size(self, expr: Expr) -> tuple[int, int]:
+        assert isinstance(expr, Binary)
+        (left, few), (right, many) = map(self._size, expr.operands)
+        return left + right if expr.operator == "and" else min(left, right), few + many
 
 
-def _count_of(expr: Binary, number: int, written: int) -> Count | None:
+def _count_of(expr: Expr, number: int, written: int) -> Count | None:
     if number < 2 or written == number:
         return None
     conditions = list(_conditions(expr))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable
 from typing import Any, NamedTuple
 
 from robosc.ir.counting import copies_of, with_counts
@@ -36,6 +36,7 @@ from robosc.model.expr import (
     opposite,
 )
 from robosc.model.presence import asked_for, with_presence_written
+from robosc.model.quantified import chain
 from robosc.model.traversal import fold, may_be_undefined, walk, with_operands
 from robosc.model.types import (
     ArrayType,
@@ -66,37 +67,22 @@ def negation(expr: Expr) -> Expr:
 
 def conjunction(parts: Iterable[Expr]) -> Expr:
     """Return the conjunction without repeated and constant parts; TRUE if none is left."""
-    return _chain("and", parts, TRUE, FALSE)
+    return _simplified("and", parts, TRUE, FALSE)
 
 
 def disjunction(parts: Iterable[Expr]) -> Expr:
     """Return the disjunction without repeated and constant parts; FALSE if none is left."""
-    return _chain("or", parts, FALSE, TRUE)
+    return _simplified("or", parts, FALSE, TRUE)
 
 
-def _chain(operator_: str, parts: Iterable[Expr], unit: Literal, zero: Literal) -> Expr:
+def _simplified(operator: str, parts: Iterable[Expr], unit: Literal, zero: Literal) -> Expr:
     distinct = [*parts]
     if len(distinct) > 1:  # hashing traverses expressions, which may be large
         distinct = [*dict.fromkeys(distinct)]
     kept = [p for p in distinct if p != unit]
     if zero in kept:
         return zero
-    return _joined(operator_, kept) if kept else unit
-
-
-_LONG_CHAIN = 64
-"""A longer chain becomes a balanced tree, to limit the depth of recursive functions."""
-
-
-def _joined(operator_: str, parts: Sequence[Expr]) -> Expr:
-    if len(parts) > _LONG_CHAIN:
-        half = len(parts) // 2
-        sides = _joined(operator_, parts[:half]), _joined(operator_, parts[half:])
-        return Binary(operator_, *sides, _BOOLEAN)
-    result = parts[0]
-    for part in parts[1:]:
-        result = Binary(operator_, result, part, _BOOLEAN)
-    return result
+    return chain(operator, kept) if kept else unit
 
 
 class Junction(NamedTuple):
@@ -194,7 +180,7 @@ def to_dsl(
         if not isinstance(node, Literal):
             return Spelled(leaf(node), _ATOM)
         negative = not isinstance(node.value, bool | str) and str(node.value)[0] == "-"
-        return Spelled(_literal(node), _UNARY_LEVEL if negative else _ATOM)
+        return Spelled(_constant_text(node.value, node.type), _UNARY_LEVEL if negative else _ATOM)
 
     def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
         match node:
@@ -246,10 +232,6 @@ def _count_text(count: Count, text: Callable[[Expr], str], components: Collectio
 
 def _parts(path: tuple[str | int, ...]) -> str:
     return "".join(f"[{part}]" if isinstance(part, int) else f".{escape(part)}" for part in path)
-
-
-def _literal(node: Literal) -> str:
-    return _constant_text(node.value, node.type)
 
 
 def _constant_text(value: Any, type_: Type) -> str:

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 from robosc.ir.counting import with_counts
 from robosc.ir.formulas import conjunction, disjunction, to_dsl
+from robosc.model.by_identity import ByIdentity
 from robosc.model.entities import Robot
 from robosc.model.expr import Binary, Count, Expr, NamedPart, Unary
 from robosc.model.traversal import operands, walk
@@ -77,20 +78,17 @@ class PartNames:
         self._robot = robot
         self._nodes: list[_Node] = []
         self._numbers: dict[object, int] = {}
-        self._by_identity: dict[int, tuple[int, Expr]] = {}
+        self._by_identity: ByIdentity[int] = ByIdentity()
         self._atoms: dict[int, int] = {}
         self._chains: dict[int, tuple[int, ...]] = {}
         self._parts: list[_Part] = []
         self._references: dict[int, int] = {}
-        long = [guard for guard in guards if len(to_dsl(guard, robot)) > LONG]
-        self._long = frozenset(map(id, long))
-        self._guards = long  # kept alive, so that no identity is reused
-        numbers = [self._number(with_counts(expr)) for expr in long]
-        self._find(numbers)
+        self._long = [guard for guard in guards if len(to_dsl(guard, robot)) > LONG]
+        self._find([self._number(with_counts(expr)) for expr in self._long])
         self.definitions = tuple(self._definitions())
 
     def is_long(self, guard: Expr) -> bool:
-        return id(guard) in self._long
+        return any(guard is long for long in self._long)
 
     def of_guard(self, guard: Expr) -> Expr:
         """Return the guard, with named parts if it is long."""
@@ -118,11 +116,7 @@ class PartNames:
     # --- expressions as numbers; operands have smaller numbers than the expression
 
     def _number(self, expr: Expr) -> int:
-        found = self._by_identity.get(id(expr))
-        if found is None:
-            # The expression is kept alive, so that its identity is not reused.
-            found = self._by_identity[id(expr)] = self._new_number(expr), expr
-        return found[0]
+        return self._by_identity.of(expr, self._new_number)
 
     def _new_number(self, expr: Expr) -> int:
         node = _Node("", (), expr)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from typing import Any, TypeAlias, overload
 
 from robosc.ir.formulas import conjunction, disjunction, negation
@@ -13,7 +14,7 @@ from robosc.language.operators import BINARY
 from robosc.model.expr import Binary, Expr, Literal
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType, Type, Value
 
-__all__ = ["Classes", "Comparison", "ClassCondition"]
+__all__ = ["Classes", "Comparison", "ClassCondition", "intervals"]
 
 Comparison: TypeAlias = tuple[str, Value]
 """An operator and its right operand, a constant."""
@@ -207,21 +208,10 @@ class Classes(Sequence[Any]):
     ) -> tuple[tuple[Comparison, ...], ...]:
         """Return runs of regions as comparisons, as wide as possible; a run of all has none."""
         must, may = self._in_regions(needed), self._in_regions(free)
-        last = len(self._regions) - (2 if isinstance(self.type, DoubleType) else 1)
-        runs: list[tuple[Comparison, ...]] = []
-        at = 0
-        while at <= last:
-            if at not in must:
-                at += 1
-                continue
-            low = high = at
-            while low > 0 and low - 1 in may:
-                low -= 1
-            while high < last and high + 1 in may:
-                high += 1
-            runs += self._run(low, high, nan=last + 1 in may or last + 1 == len(self._regions))
-            at = high + 1
-        return tuple(runs)
+        count = len(self._regions) - isinstance(self.type, DoubleType)  # NaN is the last one
+        nan = count in may or count == len(self._regions)
+        found = intervals(must, may, count)
+        return tuple(run for low, high in found for run in self._run(low, high, nan))
 
     def _run(self, low: int, high: int, nan: bool) -> Iterator[tuple[Comparison, ...]]:
         """Yield the condition of a run of regions; ``nan``: it may hold for NaN."""
@@ -248,6 +238,16 @@ class Classes(Sequence[Any]):
 
 
 _OPPOSITE = {"=": "!=", "<": ">=", "<=": ">", ">": "<=", ">=": "<"}
+
+
+def intervals(
+    needed: Container[int], free: Container[int], count: int
+) -> Iterator[tuple[int, int]]:
+    """Yield the widest intervals of free numbers below ``count`` that contain a needed one."""
+    for is_free, run in groupby(range(count), free.__contains__):
+        numbers = list(run)
+        if is_free and any(number in needed for number in numbers):
+            yield numbers[0], numbers[-1]
 
 
 def _turned(runs: tuple[tuple[Comparison, ...], ...], type_: Type) -> ClassCondition:
